@@ -18,14 +18,20 @@ __all__ = ["HELD", "Replay"]
 HELD = "held"
 """The name of constants that no input gives: conditions and roots, which change at switches and at the start."""
 
-_Step = tuple[int, Callable[..., Any], tuple[int, ...], int]
-"""The place of a result, the operation, the places of its operands, and the numbers that it depends on, as bits."""
+WRITTEN = {"add": "{} + {}", "neg": "-{}", "mul": "{} * {}", "div": "{} / {}", "pow": "{} ** {}"}
+"""Operations as Python has them; any other one is called."""
 
 EVERY = -1
 """All bits."""
 
 SWEEPS = 8
-"""Sets of numbers that change together, of which the steps that they need are remembered."""
+"""Sets of numbers that change together, for which there are functions of their own."""
+
+_Step = tuple[int, str, tuple[int, ...], int]
+"""The place of a result, the operation, the places of its operands, and the numbers that it depends on, as bits."""
+
+_Sweep = Callable[[Sequence[Any], list[Any]], None]
+"""Puts numbers that are given, and what is computed of them, into a list of all that is known."""
 
 
 class Replay:
@@ -44,7 +50,7 @@ class Replay:
     """
 
     def __init__(self, outputs: Sequence[Any], typed: Callable[[Any], Any], first: Sequence[Node] = ()) -> None:
-        self._typed, self._numbers = typed, list[Any]()
+        self._scope, self._numbers = dict[str, Any](typed=typed), list[Any]()
         nodes = [x for x in outputs if isinstance(x, Node)]
         given = {node.place: number for number, node in enumerate(first)}
         inputs = [node for node in needed(nodes, given) if node.name == "input"]
@@ -52,7 +58,7 @@ class Replay:
         places = {place: self._new() for place in given}
         needs = {places[place]: 1 << number for place, number in given.items()}
         self._given = {number: places[place] for place, number in given.items()}
-        steps: list[_Step] = []
+        self._steps: list[_Step] = []
         for node in needed(nodes, given):
             if node.name in ("value", HELD):
                 places[node.place] = self._new(node.value if node.name == "value" else 0.0)
@@ -60,8 +66,10 @@ class Replay:
                 operands = tuple(places[x.place] if isinstance(x, Node) else self._new(x) for x in node.operands)
                 places[node.place] = self._new()
                 needs[places[node.place]] = own = functools.reduce(or_, (needs.get(x, 0) for x in operands), 0)
-                steps.append((places[node.place], operation_of(node), operands, own or EVERY))
-        self._due = functools.lru_cache(SWEEPS)(lambda changed: [step for step in steps if step[-1] & changed])
+                if node.name not in WRITTEN:
+                    self._scope[node.name] = operation_of(node)
+                self._steps.append((places[node.place], node.name, operands, own or EVERY))
+        self._sweeps: dict[int, _Sweep] = {}
         self._last: tuple[tuple[Any, ...], list[Any]] = (), []
         self._places = [places[x.place] if isinstance(x, Node) else self._new(x) for x in outputs]
 
@@ -72,22 +80,39 @@ class Replay:
     def __call__(self, given: Sequence[Any]) -> list[Any]:
         """Return the values, scalars or arrays."""
         last, before = self._last  # threads exchange both at once
-        changed = _changed(given, last) if last else range(len(given))
-        bits = sum([1 << number for number in changed]) if last else EVERY
-        known = (before if last else self._numbers).copy()
-        for number in changed:
-            if number in self._given:
-                value = given[number]  # to convert a scalar takes as long as four products
-                known[self._given[number]] = value if type(value) is self._typed else self._typed(value)
-        value_at = known.__getitem__
-        for place, operation, operands, _ in self._due(bits):
-            if len(operands) == 2:  # as most have: without a list of arguments
-                first, second = operands
-                known[place] = operation(known[first], known[second])
-            else:
-                known[place] = operation(*map(value_at, operands))
-        self._last = ((), []) if np.ndarray in set(map(type, given)) else (tuple(given), known)
-        return [*map(value_at, self._places)]
+        changed = sum([1 << number for number in _changed(given, last)]) if last else EVERY
+        known = before
+        if changed:
+            known = (before if last else self._numbers).copy()
+            self._sweep(changed)(given, known)
+            self._last = ((), []) if np.ndarray in set(map(type, given)) else (tuple(given), known)
+        return [*map(known.__getitem__, self._places)]
+
+    def _sweep(self, changed: int) -> _Sweep:
+        """Return what computes all that depends on some numbers."""
+        if changed not in self._sweeps:
+            changed = changed if len(self._sweeps) < SWEEPS else EVERY
+            self._sweeps[changed] = self._sweeps.get(changed) or self._written(changed)
+        return self._sweeps[changed]
+
+    def _written(self, changed: int) -> _Sweep:
+        """Return it as a function of Python with a line for each step: a loop over them takes five times as long."""
+        lines, new = ["def sweep(given, known):"], set[int]()
+        for number, place in self._given.items():
+            if changed >> number & 1:  # to convert a scalar takes as long as four products
+                lines.append(f"x = given[{number}]")
+                lines.append(f"known[{place}] = x{place} = x if x.__class__ is typed else typed(x)")
+                new.add(place)
+        for place, name, operands, needs in self._steps:
+            if needs & changed:
+                named = [f"x{x}" if x in new else f"known[{x}]" for x in operands]
+                result = WRITTEN[name].format(*named) if name in WRITTEN else f"{name}({', '.join(named)})"
+                lines.append(f"known[{place}] = x{place} = {result}")
+                new.add(place)
+        scope = self._scope.copy()
+        exec("\n ".join([*lines, "return"]), scope)  # noqa: S102
+        sweep: _Sweep = scope["sweep"]
+        return sweep
 
 
 def _changed(given: Sequence[Any], last: Sequence[Any]) -> list[int]:

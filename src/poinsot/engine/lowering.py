@@ -176,11 +176,14 @@ class Constants:
         Those on which a formula branches are not among them, nor those that other numbers of members would change:
         no member depends on who else is in its ensemble.
         """
-        total = sum([value for value in values if not isinstance(value, np.ndarray)])
+        arrays = np.ndarray in set(map(type, numbers))
+        total = sum([value for value in values if value.__class__ is not np.ndarray] if arrays else values)
         if total - total:
             return ()
+        if not arrays:
+            return tuple([number for number in self._never_conditions if not values[number]])
         found = [number for number in self._never_conditions if _is_zero_for_all(values[number])]
-        if found and np.ndarray in set(map(type, numbers)):
+        if found:
             others = self.values([_other_members(i) if np.ndim(x) else x for i, x in enumerate(numbers)])
             found = [number for number in found if _is_zero_for_all(others[number])]
         return tuple(found)
