@@ -12,7 +12,6 @@ from poinsot.engine.runs import allowed_threads
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 
@@ -131,13 +130,13 @@ def checked_device(device: str) -> str:
 
 def checked_formulation(formulation: str | Formulation | None) -> Formulation:
     """Return a formulation by its name, or the user's own."""
+    if formulation is None:
+        return FORMULATIONS[DEFAULT_FORMULATION]
     if isinstance(formulation, Formulation):
         if FORMULATIONS.get(formulation.name, formulation) is not formulation:
             kind = type(formulation).__name__
             raise ValueError(f"formulation must have a name of its own, got {kind} with the name {formulation.name!r}.")
         return formulation
-    if formulation is None:
-        return FORMULATIONS[DEFAULT_FORMULATION]
     known = formulations()
     if not isinstance(formulation, str) or formulation not in known:
         raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)} or a Formulation, got {formulation!r}.")
@@ -156,7 +155,7 @@ def checked_tolerance(
         raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {precision!r}.")
     if not kernels.available(precision):
         raise ValueError(f"precision must be one that the engine has on this machine, got {precision!r}. Use 'double'.")
-    coarse = precision == "double" and not isinstance(system, PairSystem)
+    coarse = precision == "double" and (system is None or len(system.rigid_bodies) == 1)
     default = formulation.tolerance if coarse else ROUNDING[precision]
     if tolerance is None:
         return default

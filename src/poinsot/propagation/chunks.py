@@ -207,7 +207,7 @@ def plan_of(
     provenance: Mapping[str, Any] | None = None,
 ) -> Plan | None:
     """Return what the arguments of chunks ask for; None if there are none."""
-    if all(given is None for given in (out, chunk, variables, reduce, client)):
+    if out is chunk is variables is reduce is client is None:
         return None
     if out is None and reduce is None:
         raise ValueError(

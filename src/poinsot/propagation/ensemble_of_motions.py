@@ -132,8 +132,8 @@ class EnsembleOfMotions:
 
     def computed(self, members: slice, names: Iterable[str], progress: Progress) -> Part:
         """Integrate some members."""
-        integrator = self.integrator.of_members(members)
-        motion, report = integrator.motion(state_of_members(self.state, members), self.times, progress)
+        integrator = self.integrator.of_members(members).telling(progress)
+        motion, report = integrator.motion(state_of_members(self.state, members), self.times)
         failures = {str(members.start + member): why for member, why in motion.failures.items()}
         about = {"failures": failures, "run": told_run(motion.run)}
         return Part(motion.variables(tuple(names)), told_crossings(motion, members.start), about, report.interrupted)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import Progress
 from poinsot.engine.runs import Memory, OneMotion, Report
-from poinsot.engine.state_vector import StateVector
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.event_record import KnownEvents, crossings
@@ -27,35 +25,18 @@ from poinsot.propagation.trajectory import Trajectory
 __all__ = ["Integrator"]
 
 
-@dataclass(frozen=True)
-class Integrator:
-    """A problem in given variables, and how it is integrated.
-
-    Parameters
-    ----------
-    problem : Problem
-    variables : StateVector
-    formulation : Formulation
-    tolerance : float
-    precision : str
-    threads : int
-    dense : bool
-    device : str
-    """
-
-    problem: Problem
-    variables: StateVector
-    formulation: Formulation
-    tolerance: float
-    precision: str = "double"
-    threads: int = 1
-    dense: bool = False
-    device: str = "cpu"
+class Integrator(Driver):
+    """A driver whose rows become motions."""
 
     @property
     def system(self) -> System:
         """The system."""
         return self.problem.system
+
+    @property
+    def formulation(self) -> Formulation:
+        """The chart of attitude and momentum."""
+        return self.variables.formulation
 
     def of_members(self, members: slice) -> Integrator:
         """Return the same for some members of an ensemble: what is decided stays."""
@@ -64,12 +45,15 @@ class Integrator:
         variables: Any = self.variables.of_members(members)  # type: ignore[arg-type]  # it only indexes
         return dataclasses.replace(self, problem=problem, variables=variables)
 
-    def motion(self, state: State, times: NDArray[np.float64], progress: Progress = False) -> tuple[Trajectory, Report]:
+    def telling(self, progress: Progress) -> Integrator:
+        """Return the same that tells how much is done."""
+        return dataclasses.replace(self, progress=progress)
+
+    def motion(self, state: State, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
         """Return the motion from a state, or that of the members from theirs, and what is known about the run."""
-        members, along = state.time.shape, self._along
-        of_orbits = {"orbits": (along,)} if along else {}
-        kept = Memory(self.variables, members[0], times, **of_orbits) if members else OneMotion()
-        report = self._driver(progress).run(state, times, kept)
+        members = state.time.shape
+        kept = Memory(self.variables, members[0], times, **self._of_orbits) if members else OneMotion()
+        report = self.run(state, times, kept)
         motion = self.trajectory(state, kept, report)
         if self.problem.events:
             rising = bool(times[0] <= times[-1])
@@ -90,24 +74,14 @@ class Integrator:
             (report.dense, *report.dense.ends) if report.dense else None,
             report.failures if many else {},
             functools.partial(self.variables.environment, problem, kept.times, kept.rows["orbits"])
-            if self._along
+            if self._of_orbits
             else None,
         )
 
     @property
-    def _along(self) -> int:
-        """How many variables of orbits integrated along a motion has; 0 where no orbit is integrated."""
+    def _of_orbits(self) -> dict[str, tuple[int]]:
+        """The shape of the variables of orbits that a motion has; none where no orbit is integrated in any axes."""
+        if not any(orbit.integrated for orbit in self.problem.orbits):
+            return {}
         along = self.variables.along_orbits
-        return along.stop - along.start if any(orbit.integrated for orbit in self.problem.orbits) else 0
-
-    def _driver(self, progress: Progress = False) -> Driver:
-        return Driver(
-            self.problem,
-            self.variables,
-            self.tolerance,
-            precision=self.precision,
-            threads=self.threads,
-            progress=progress,
-            dense=self.dense,
-            device=self.device,
-        )
+        return {"orbits": (along.stop - along.start,)}

@@ -120,12 +120,12 @@ def propagate(
     cores = checked_threads(plan.threads(threads) if plan else threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress
     integrator = Integrator(
-        problem, variables, chosen, asked, precision=precision, threads=cores, dense=dense, device=where
+        problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense, device=where
     )
     if members and plan:
         result: Trajectory = in_chunks(EnsembleOfMotions(integrator, state, t, plan.provenance), plan, shown)
         return result
-    motion, report = integrator.motion(state, t, shown)
+    motion, report = integrator.motion(state, t)
     if members:
         report.check("propagation", float(t[-1]), motion)
     else:

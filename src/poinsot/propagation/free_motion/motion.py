@@ -17,7 +17,6 @@ from poinsot.checked import checked
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.kernels import state_vector
 from poinsot.engine.problem import Problem
-from poinsot.engine.progress import Progress
 from poinsot.engine.runs import Report
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
@@ -114,10 +113,10 @@ class _ClosedForm(Integrator):
     """The closed form in the place of an integration."""
 
     @override
-    def motion(self, state: State, times: Array, progress: Progress = False) -> tuple[Trajectory, Report]:
+    def motion(self, state: State, times: Array) -> tuple[Trajectory, Report]:
         motion, done = free_motion(self.system.body, state, times, units=self.system.units), state.time.size
-        if callable(progress):
-            progress(done)
+        if callable(self.progress):
+            self.progress(done)
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
@@ -129,7 +128,7 @@ class _ClosedForm(Integrator):
 def _in_chunks(system: System, state: State, times: Array, provenance: Mapping[str, Any]) -> EnsembleOfMotions:
     problem, chart = Problem(system), FORMULATIONS["lie_poisson"]
     variables = state_vector(problem, state, chart, "double")
-    return EnsembleOfMotions(_ClosedForm(problem, variables, chart, 0.0), state, times, provenance)
+    return EnsembleOfMotions(_ClosedForm(problem, variables, 0.0), state, times, provenance)
 
 
 class _Rotation:
