@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from abc import ABC, abstractmethod
 from dataclasses import KW_ONLY, dataclass, field
@@ -20,6 +19,7 @@ from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.state import Phase, State, changed, state_of
 
 __all__ = ["BOTH_WAYS", "Job", "Memory", "OneMotion", "Report", "Rows", "Run", "Sink", "Stop", "allowed_threads"]
@@ -42,7 +42,7 @@ class Rows:
     def __init__(self, variables: StateVector, times: Array, values: Array) -> None:
         self._variables, self._times, self._values = variables, times, values
 
-    @functools.cached_property
+    @cached_property
     def phase(self) -> Phase:
         """The quaternion and the momenta."""
         return self._variables.to_phase(self._times, self._values)
@@ -52,7 +52,7 @@ class Rows:
         """Which vectors each of the `pairs` is of."""
         return self._variables.variations.pairs if self._variables.variations else []
 
-    @functools.cached_property
+    @cached_property
     def _variations(self) -> dict[str, Array]:
         variations, values = self._variables.variations, self._values[..., self._variables.tangent_vectors]
         return dict(zip(VARIATIONS, variations.read(values), strict=True)) if variations else {}
@@ -233,7 +233,7 @@ class Run(ABC):
         self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
         self.rising, self.origins = np.array(times[self.turn], order="C"), state.time.reshape(-1)
         self.report, self.stop = Report(np.zeros(self.origins.size, dtype=int)), False
-        start = job.variables.from_state(_in_precision(state, job.precision))
+        start = job.variables.from_state(state if job.precision == "double" else _in_precision(state, job.precision))
         self.starts = start.reshape(-1, start.shape[-1])
         jumping = job.problem.system.jumping
         self.clock = Clock(jumping, job.problem.system.numbered(self.origins.size)) if jumping else None
@@ -253,8 +253,6 @@ class Run(ABC):
 
 
 def _in_precision(state: State, precision: str) -> State:
-    if precision == "double":
-        return state
     kind = kernels.PRECISIONS[precision]
     return state_of(changed(state.phase, lambda array: Vector(map(kind, array))), state.time)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,6 +15,7 @@ from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
@@ -97,7 +97,7 @@ class StateVector:
     variations: Variations | None = None
     ratios: Mapping[str, Any] = field(default_factory=lambda: {"": 1.0})
 
-    @functools.cached_property
+    @cached_property
     def slots(self) -> dict[str, Slot]:
         """The slots by name, in the order of the variables."""
         chart, tangent = self.formulation, self.variations
@@ -113,7 +113,7 @@ class StateVector:
             name: Slot(slice(end - len(own), end), own) for (name, own), end in zip(factors.items(), ends, strict=True)
         }
 
-    @functools.cached_property
+    @cached_property
     def size(self) -> int:
         """The number of variables."""
         along: int = self.along_orbits.stop
@@ -126,13 +126,13 @@ class StateVector:
         rigid = {named(body, name): row.size for body in self.ratios for name, row in chart.items()}
         return rigid | {name: len(own) for name, own in self.parts.items()}
 
-    @functools.cached_property
+    @cached_property
     def charts(self) -> list[slice]:
         """Where attitude and momentum of each body are."""
         size = self.formulation.size
         return [slice(i * size, (i + 1) * size) for i in range(len(self.ratios))]
 
-    @functools.cached_property
+    @cached_property
     def along_orbits(self) -> slice:
         """Where the variables of orbits are."""
         first = len(self.ratios) * self.formulation.size + sum(map(len, self.parts.values()))
@@ -143,7 +143,7 @@ class StateVector:
         """Where the tangent vectors are."""
         return slice(self.along_orbits.stop, None)
 
-    @functools.cached_property
+    @cached_property
     def momenta(self) -> slice | list[int]:
         """Where the momenta of the motion are."""
         if not self.parts:
@@ -151,7 +151,7 @@ class StateVector:
         names = (*map(_chart_of, self.ratios), *self.parts)
         return [place for name in names for place in self.slots[name].momenta]
 
-    @functools.cached_property
+    @cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number of the system."""
         variations = self.variations and replace(self.variations, initial=None, sizes=())
@@ -181,7 +181,7 @@ class StateVector:
         numbers = self.scale, *self.factors, *(number for block in self.orbits for number in block.numbers)
         return not any(map(np.ndim, numbers))
 
-    @functools.cached_property
+    @cached_property
     def scaled(self) -> list[int]:
         """Where all variables are that scale as the angular momentum does, of tangent vectors too."""
         return [place for slot in self.slots.values() for place in slot.momenta]
@@ -348,7 +348,7 @@ def _chart_of(body: str) -> str:
 
 def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     """Return factors that bring the variables of parts near a tenth, along the motion from a state."""
-    parts = [block for block in system.blocks if not isinstance(block, OrbitBlock)]  # and the orbit of two bodies
+    parts = system.inner_blocks
     if not parts:
         return {}
     sizes, factors = system.sizes_of_blocks(state), {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
 from typing import Any, Self
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
+from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 
@@ -32,31 +32,31 @@ class Collection(ABC):
     def with_records(self, records: Iterable[Any]) -> Self:
         """Return the same of other records, unchecked."""
 
-    @functools.cached_property
+    @cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number."""
         return tuple(record.structure for record in self.records)
 
-    @functools.cached_property
+    @cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
         """The real parameters of the records, in the order in which `with_numbers` takes them."""
         return tuple(number for record in self.records for number in record.numbers)
 
-    @functools.cached_property
+    @cached_property
     def members(self) -> tuple[int, ...]:
         """The shape of the member axis of the numbers: () for one body, (members,) for an ensemble."""
-        shapes = {number.shape for number in self.numbers if number.shape}
+        shapes = {number.shape for number in self.numbers} - {()}
         if len(shapes) > 1:
             counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
             raise ValueError(f"body and forces must have equally many members, got {counts}.")
         return shapes.pop() if shapes else ()
 
-    @functools.cached_property
+    @cached_property
     def orbits(self) -> tuple[Orbit, ...]:
         """The orbits of its records, one as often as it is there."""
         return tuple(part for part in self._dated if isinstance(part, Orbit))
 
-    @functools.cached_property
+    @cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which the tables of its orbits change their polynomials; of equal ones, the first."""
         knots = union_of_knots(self.records)
@@ -64,18 +64,20 @@ class Collection(ABC):
             return knots
         return knots[np.diff(knots, prepend=-np.inf) > SAME_KNOT * np.spacing(np.abs(knots))]
 
-    @functools.cached_property
+    @cached_property
     def span(self) -> tuple[float, float]:
         """The first and the last time at which all its orbits, fields and tables are known."""
-        spans = [(-np.inf, np.inf), *self._said("span")]
-        return max(first for first, _ in spans), min(last for _, last in spans)
+        first, last = -np.inf, np.inf
+        for begin, end in self._said("span"):
+            first, last = max(first, begin), min(last, end)
+        return first, last
 
-    @functools.cached_property
+    @cached_property
     def calendar(self) -> Any:
         """What its times mean as dates; None where no orbit and no rotation model has a calendar."""
         return next((calendar for calendar in self._said("calendar") if calendar is not None), None)
 
-    @functools.cached_property
+    @cached_property
     def _dated(self) -> list[Dated]:
         """The orbits, rotation models and fields of its records."""
         return [part for record in self.records for part in within(record) if isinstance(part, Dated)]
@@ -84,7 +86,7 @@ class Collection(ABC):
         """Yield an attribute of orbits, rotation models and fields."""
         return (getattr(part, name) for part in self._dated)
 
-    @functools.cached_property
+    @cached_property
     def beside_samples(self) -> Self:
         """The same with numbers that broadcast against a row of samples, members first."""
         return self.with_numbers(number[..., None] for number in self.numbers)
@@ -107,7 +109,7 @@ class Collection(ABC):
             self._twins[axes] = self.with_numbers(numbers)
         return self._twins[axes]
 
-    @functools.cached_property
+    @cached_property
     def _twins(self) -> dict[int, Self]:
         return {}
 

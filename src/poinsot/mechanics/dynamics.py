@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
@@ -15,6 +14,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.program import Graph, gradient
 from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
@@ -61,13 +61,18 @@ class Dynamics(Collection):
     forces: tuple[Force, ...]
     units: dict[str, str]
 
-    @functools.cached_property
+    @cached_property
     def blocks(self) -> tuple[Block, ...]:
-        """What is integrated along: parts with variables, and the paths of orbits without a formula for kernels."""
+        """What is integrated along: `inner_blocks`, and the paths of orbits without a formula for kernels."""
         paths, _ = shared_blocks(self.orbits, lambda orbit: orbit.integrated)
-        return (*(part for part in self.parts if part.size), *paths)
+        return (*self.inner_blocks, *paths)
 
-    @functools.cached_property
+    @property
+    def inner_blocks(self) -> tuple[Block, ...]:
+        """What is integrated along of the bodies: parts with variables."""
+        return tuple([part for part in self.parts if part.size])
+
+    @cached_property
     def parts(self) -> tuple[Part, ...]:
         """What moves inside the body or on it, among the forces and within them."""
         return tuple(named_parts(self.forces).values())
@@ -75,7 +80,7 @@ class Dynamics(Collection):
     @property
     def jumping(self) -> tuple[Part, ...]:
         """The parts whose variables get new values at samples, in the order in which they do at one time."""
-        return tuple(part for part in self.parts if part.jump is not None)
+        return tuple([part for part in self.parts if part.jump is not None])
 
     # ------------------------------------------------------------------ energy
 

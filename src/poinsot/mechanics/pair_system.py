@@ -17,7 +17,7 @@ from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.dynamics import Turning
-from poinsot.mechanics.environment import Environment, orbits_of, sample_time, shared_blocks
+from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Load, PairLoad, Potential, torque_of
 from poinsot.mechanics.formula_trials import PAIR, try_event, try_pair_force
@@ -72,11 +72,10 @@ class PairSystem(System, of=TwoBodies):
     def rigid_bodies(self) -> tuple[Body, ...]:
         return tuple(self.pair.bodies.values())
 
-    @functools.cached_property
+    @property
     @override
-    def blocks(self) -> tuple[Block, ...]:
-        paths, _ = shared_blocks(self.orbits, lambda orbit: orbit.integrated)
-        return (ORBIT, *paths)
+    def inner_blocks(self) -> tuple[Block, ...]:
+        return (ORBIT,)
 
     @override
     def _check_kinds(self) -> None:

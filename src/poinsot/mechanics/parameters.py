@@ -30,6 +30,7 @@ from poinsot.errors import (
 )
 from poinsot.functions import Scalar
 from poinsot.html_text import rounded, text_table
+from poinsot.lazy import cached_property
 from poinsot.quantities import (
     Along,
     BodyVector,
@@ -142,14 +143,14 @@ class Parametric:
         """The name of what makes the record again, and its arguments by name: the class and its fields."""
         return type(self).__name__, {name: getattr(self, name) for name in _fields_of(self)}
 
-    @functools.cached_property
+    @cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations: the class and its structural fields, without any real number."""
         fields = ((getattr(self, name), kind) for name, kind in _fields_of(self).items())
         own = (None if isinstance(kind, tuple) else of_each(value, _structure) for value, kind in fields)
         return type(self), *own
 
-    @functools.cached_property
+    @cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
         """The real parameters in the order of their declaration, each of shape () or (members,)."""
         return tuple(self._numbers())
@@ -176,7 +177,7 @@ class Parametric:
                 brackets = ("".join(f"[{i}]" for i in index) for index in np.ndindex(kind))
                 yield from ((f"{name}{end}", (id(self), f"{name}{end}")) for end in brackets)
 
-    @functools.cached_property
+    @cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which formulas or numbers change; those of the parts. A kernel stops at each."""
         return union_of_knots(self.records)

@@ -14,6 +14,7 @@ from poinsot.algebra.program import Graph
 from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.functions import Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body, started
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
@@ -132,7 +133,7 @@ class System(Dynamics):
     def _repr_latex_(self) -> str:
         return system_latex(self)
 
-    @functools.cached_property
+    @cached_property
     def integrals(self) -> tuple[Integral, ...]:
         """What the motion conserves; empty where nothing is (such as the paper's Sec. 6.2)."""
         return integrals_of(self)
@@ -201,7 +202,7 @@ class System(Dynamics):
         known = self.numbering
         return np.arange(count) if known is None or known.size != count else known
 
-    @functools.cached_property
+    @cached_property
     def body_on_pairs(self) -> Body:
         """The first member's body with its parts, on arrays of two values for trials of formulas."""
         return on_pairs(self)
@@ -211,7 +212,7 @@ class System(Dynamics):
 
         The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
         """
-        own = (state.own[part.name][..., place] for part in self.parts for place in part.momentum_places)
+        own = [state.own[part.name][..., place] for part in self.parts for place in part.momentum_places]
         largest = self.torque_scale
         for momenta in (state.angular_momentum_body, *own):
             largest = np.maximum(largest, np.sqrt(np.vecdot(momenta, momenta)))
@@ -250,7 +251,7 @@ class System(Dynamics):
             sizes[name] = np.maximum(np.abs(state.own[name]), changes)
         return sizes
 
-    @functools.cached_property
+    @cached_property
     def torque_scale(self) -> Any:
         """The angular momentum that differences of energies, and torques, at samples stand for; shape (...)."""
         return np.sqrt(np.maximum.reduce(self.body.moments, axis=-1) * self._strongest)

@@ -19,6 +19,7 @@ from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.errors import real_numbers
 from poinsot.html_text import Summarized, curves, rounded, told, told_times
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Environment, within
@@ -127,7 +128,7 @@ class Trajectory(Summarized):
 
     # ------------------------------------------------------------------ reading
 
-    @functools.cached_property
+    @cached_property
     def phase(self) -> Phase:
         """What the motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
 
@@ -141,7 +142,7 @@ class Trajectory(Summarized):
         first = np.asarray(next(iter(self.phase.values())))
         return np.asarray(np.isfinite(first[..., 0]))
 
-    @functools.cached_property
+    @cached_property
     def events(self) -> tuple[EventRecord, ...]:
         """What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
 
@@ -159,7 +160,7 @@ class Trajectory(Summarized):
     def _state(self) -> State:
         return self._kept_state or state_of(changed(self.phase, np.asarray), self.times)
 
-    @functools.cached_property
+    @cached_property
     def environment(self) -> Environment:
         """The environment at the times: `motion.environment.position(orbit)`, along the space axes, three arrays (n,).
 
