@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import SimpleNamespace, UnionType
-from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from typing_extensions import Unpack
@@ -55,11 +55,12 @@ def checked(function: Function) -> Function:
         return {name: (_rule(hint), _converters(hint)) for name, hint in hints.items()}
 
     def taken(name: str, value: Any) -> Any:
-        if name not in rules() and others not in rules():
+        known = rules()
+        if name not in known and others not in known:
             raise TypeError(f"{call}() got an unexpected keyword argument {name!r}")
-        rule, converters = rules().get(name, (None, []))
-        if rule:
-            _check(name, value, rule, order if name in needed else "")
+        rule, converters = known.get(name, (None, []))
+        if rule and not rule.holds(value):
+            _refuse(name, value, rule, order if name in needed else "")
         for convert in converters if value is not None else ():
             value = convert(name, value)
         return value
@@ -82,8 +83,8 @@ def checked_fields(record: Any) -> None:
     """Refuse fields of a dataclass of another kind than their annotations say."""
     space = names_beside(type(record))
     for name, annotation in type(record).__annotations__.items():
-        if rule := _rule(hint_of(annotation, space)):
-            _check(name, getattr(record, name), rule, "")
+        if (rule := _rule(hint_of(annotation, space))) and not rule.holds(value := getattr(record, name)):
+            _refuse(name, value, rule, "")
 
 
 def names_beside(cls: type) -> dict[str, Any]:
@@ -106,9 +107,7 @@ def _converters(hint: Any) -> list[Converter]:
     ]
 
 
-def _check(name: str, value: Any, rule: Rule, order: str) -> None:
-    if rule.holds(value):
-        return
+def _refuse(name: str, value: Any, rule: Rule, order: str) -> NoReturn:
     words = rule.words
     if rule.is_class:
         kind = f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__

@@ -110,6 +110,8 @@ def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray
 
 def scalar(name: str, value: Any) -> Any:
     """Return a number, array or expression as a formula takes them, its kind kept; anything else is refused."""
+    if value.__class__ in (np.ndarray, np.float64) and value.dtype == np.float64:
+        return value
     value = plain(name, value)
     real = not isinstance(value, np.ndarray | np.generic) or value.dtype.kind in "ifuO"
     each = value.flat if isinstance(value, np.ndarray) and value.dtype == object else (value,)

@@ -148,9 +148,7 @@ class _Pool:
 _pool = _Pool()
 
 
-def known(key: Any, question: Callable[[], Any]) -> Any:
-    """Return the answer to a question about equations, asked once."""
-    return _pool.known(key, question)
+known = _pool.known
 
 
 def state_vector(problem: Problem, state: State, formulation: Formulation, precision: str) -> StateVector:

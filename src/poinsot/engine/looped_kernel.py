@@ -13,8 +13,6 @@ import importlib.util
 import math
 import platform
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -84,14 +82,15 @@ class Code:
         self.budget = max(BUDGET * SMALL_SYSTEM // max(kernel.schedule.sums, SMALL_SYSTEM), 1)
         self.load(str(kernel.module))
 
-    @contextmanager
-    def idle_run(self) -> Iterator[Run]:
-        """Give the memory of a run that is over, or new one."""
+    def idle_run(self) -> Run:
+        """Return the memory of a run that is over, or new one."""
         try:
-            run = self.idle.pop()
-        except IndexError:
-            run = Run(self)
-        yield run
+            return self.idle.pop()
+        except IndexError:  # `if self.idle` would be wrong where threads share the list
+            return Run(self)
+
+    def keep(self, run: Run) -> None:
+        """Take the memory of a run that is over."""
         run.forget()
         self.idle.append(run)
 
@@ -122,12 +121,18 @@ class Output(NamedTuple):
     counts: NDArray[np.int64]
     stride: NDArray[np.int64]
 
+    @property
+    def ends(self) -> Doubles:
+        """The last time of each task."""
+        last: Doubles = self.times[self.first + self.stride * (self.counts - 1)]
+        return last
+
     def into(self, tasks: NDArray[Any]) -> None:
         """Write places and last times into tasks."""
         tasks["first"], tasks["count"], tasks["stride"] = self.first, self.counts, self.stride
         tasks["way"] = self.stride
         tasks["place"] = self.members * self.times.size + self.first
-        tasks["end"] = self.times[self.first + self.stride * (self.counts - 1)]
+        tasks["end"] = self.ends
 
 
 class Queue:
@@ -217,9 +222,8 @@ class Run:
     def start(self, queue: Queue) -> None:
         """Turn to a queue, and forget what was before."""
         self._queue, self._numbers[0], self._numbers[3] = queue, queue.address, 0
-        self._blocks = self._blocks[-1:]
-        self._active[:] = 0
-        self.happened()
+        self._blocks, self._notes = self._blocks[-1:], []
+        self._active[:] = self._noted[2] = 0
 
     def happened(self) -> NDArray[Any]:
         """Return what was noted of events since this was asked last, that of each task in its order."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, nullcontext
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -119,7 +118,7 @@ class LoopedRun(Run):
         with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
             values = constants.values(self._numbers)
             zeros = _zeros(job, constants, self._numbers, values)
-            kind = smooth.structure, job.variables.structure, job.device, zeros, order, layout, lanes
+            kind = constants, job.device, zeros, order, layout, lanes
             self.ready: Ready = kernels.known(kind, lambda: self._made(smooth, zeros, order, layout, lanes))
             self.parameters = self._table(self.ready.parameters([*values, *self._numbers]), self._numbers)
         self.code = self.ready.code
@@ -189,7 +188,8 @@ class LoopedRun(Run):
         rows = np.empty((1, self.rising.size, job.variables.size))
         tasks = _Tasks(self, kernels.FIRST, rows)
         ends = (origin, float(self.times[0]), float(self.times[-1]))
-        with bar("time", max(ends) - min(ends), job.progress) as told, self._memory() as kernel:
+        kernel = looped_kernel.Run(self.code, keeps_steps=True) if job.dense else self.code.idle_run()
+        with bar("time", max(ends) - min(ends), job.progress) as told:
             tasks.run(kernel, told)
         chosen = tasks.reached
         times = self.rising[chosen][self.turn]
@@ -207,10 +207,8 @@ class LoopedRun(Run):
             if self.clock is not None and tasks.queue.tasks.size:
                 dense.last = tasks.queue.tasks["state"][0].copy()
             dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
-
-    def _memory(self) -> AbstractContextManager[looped_kernel.Run]:
-        """Provide the memory of a run; that of one with dense output stays with it."""
-        return nullcontext(looped_kernel.Run(self.code, keeps_steps=True)) if self.job.dense else self.code.idle_run()
+        else:
+            self.code.keep(kernel)
 
     # ------------------------------------------------------------------ members
 
@@ -305,7 +303,6 @@ class _Tasks:
         self.queue.tasks["push"] = run.push if run.push.size == 1 else run.push[chosen]
         if run.clock is not None:
             run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
-        self._ends = self.queue.tasks["end"].copy()
         self._legs = self._legs_of(members[self.own], stride) if run.job.problem.knots.size else None
         self._noted = self._noted_of(members[self.own]) if run.job.problem.events else None
         self._saltation = kernels.saltation_of(run.job.problem, run.job.variables)
@@ -359,9 +356,9 @@ class _Tasks:
             stopped = self._jump() if self._noted is None else self._happen(kernel, self._noted)
             if self._hopeless:
                 tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
-            waiting = [stopped, self._between_legs(), self._rescaled()]
+            waiting = [each for each in (stopped, self._between_legs(), self._rescaled()) if each.size]
             self._tell(told)
-            if self._run.stop or not any(each.size for each in waiting):
+            if self._run.stop or not waiting:
                 return
             self.queue.put(np.concatenate(waiting))
 
@@ -455,18 +452,20 @@ class _Tasks:
     def book(self) -> None:
         """Note what happened to members that are finished, and to one body in any case."""
         report, tasks, members = self._run.report, self.queue.tasks, self._members[self.own]
+        status, causes = tasks["status"], dict[int, BaseException]()
+        stopped = (status != DONE) & (status != ENDED)
         if self._run.one:  # `add.at` is slow to begin
-            chosen, report.steps[0] = np.arange(members.size), sum(tasks["steps"].tolist())
+            chosen, report.steps[0] = slice(None), sum(tasks["steps"].tolist())
         else:
-            chosen = np.flatnonzero(self.finished[self.own])
+            chosen = self.finished[self.own]
             np.add.at(report.steps, members[chosen], tasks["steps"][chosen])
-        causes = dict[int, BaseException]()
+            stopped &= chosen
         if self._noted is not None:
-            causes = self._noted.causes
-            report.events += [(int(members[k]), record) for k in chosen.tolist() for record in self._noted.records[k]]
-        for k in chosen[(tasks["status"][chosen] != DONE) & (tasks["status"][chosen] != ENDED)].tolist():
+            causes, numbers = self._noted.causes, np.arange(members.size)[chosen].tolist()
+            report.events += [(int(members[k]), record) for k in numbers for record in self._noted.records[k]]
+        for k in np.flatnonzero(stopped).tolist():
             task, why = tasks[k], self._why(k, int(tasks["status"][k]))
-            stop = Stop(why, float(task["time"][0]), float(self._ends[k]), causes.get(k))
+            stop = Stop(why, float(task["time"][0]), float(self.queue.output.ends[k]), causes.get(k))
             report.stops.setdefault(int(members[k]), stop)
 
     def _why(self, k: int, status: int) -> str:

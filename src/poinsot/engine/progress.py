@@ -31,7 +31,7 @@ def bar(what: str, total: float, wanted: Progress, console: Any = None) -> Abstr
     """Show how much of a run is done, its rate or its part, and the time left, if it is wanted; give what reports."""
     if callable(wanted):
         return nullcontext(wanted)
-    return _shown(what, total, console) if wanted else nullcontext(_nothing)
+    return _shown(what, total, console) if wanted else HIDDEN
 
 
 @contextmanager
@@ -68,6 +68,9 @@ def _shown(what: str, total: float, console: Any) -> Iterator[Report]:
 
 def _nothing(more: float, part: str = "") -> None:
     """Show nothing."""
+
+
+HIDDEN = nullcontext(_nothing)
 
 
 @contextmanager
