@@ -227,24 +227,37 @@ def _fill(axes: Any) -> None:
     axes.set_position((left / SIDE, (below - low[1]) / total, size / SIDE, size / total))
 
 
-def _corners(text: Any, axes: Any) -> Array:
-    """Return two corners of a text in space as it is seen, pixels: matplotlib says where it would be in the plane."""
+def _seen(axes: Any, points: Any) -> Array:
+    """Return points of space, a row for each coordinate, in the plane of the picture; shape (m, 2)."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
-    *seen, _ = proj_transform(*text.get_position_3d(), axes.get_proj())
-    moved = axes.transData.transform(seen) - axes.transData.transform(text.get_position())
-    return np.asarray(text.get_window_extent().get_points() + moved)
+    *seen, _ = proj_transform(*points, axes.M)
+    return np.stack(seen, axis=-1)
+
+
+def _corners(text: Any, axes: Any) -> Array:
+    """Return two corners of a text in space as it is seen, pixels: matplotlib says where it would be in the plane."""
+    moved = axes.transData.transform([_seen(axes, text.get_position_3d()), text.get_position()])
+    return np.asarray(text.get_window_extent().get_points() + moved[0] - moved[1])
 
 
 def _extent(axes: Any) -> tuple[Array, Array]:
-    """Return the lower left and the upper right corner of what is drawn, inches."""
+    """Return the lower left and the upper right corner of what is drawn, inches.
+
+    Nothing is drawn but visible axes, which place their words by that: it would take most of the time of a picture.
+    """
     figure = axes.figure
-    figure.draw_without_rendering()
-    drawn = [np.column_stack(line.get_data()) for line in axes.lines]
-    drawn += [path.vertices for each in axes.collections for path in each.get_paths()]
-    shown = (axis for axis in (axes.xaxis, axes.yaxis, axes.zaxis) if axis.get_visible())
-    boxes = [axis.get_tightbbox(figure.canvas.get_renderer()).get_points() for axis in shown]
-    boxes += [_corners(text, axes) for text in axes.texts]
+    axes.apply_aspect()
+    axes.M = axes.get_proj()
+    drawn = [_seen(axes, line.get_data_3d()) for line in axes.lines]
+    for each in axes.collections:
+        each.do_3d_projection()
+        drawn += [path.vertices for path in each.get_paths()]
+    renderer, boxes = figure.canvas.get_renderer(), [_corners(text, axes) for text in axes.texts]
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        if axis.get_visible():
+            axis.draw(renderer)
+            boxes.append(axis.get_tightbbox(renderer).get_points())
     places = np.concatenate([axes.transData.transform(np.concatenate(drawn)), *boxes]) / figure.dpi
     return np.nanmin(places, axis=0), np.nanmax(places, axis=0)
 
