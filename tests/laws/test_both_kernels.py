@@ -89,7 +89,7 @@ SYSTEMS = {
     "long ellipse in comoving axes": (BODY, pt.GravityGradient(LONG)),
     "long ellipse in space axes": (BODY, pt.GravityGradient(LONG), GRAVITY),
     "needle": (pt.Body((1.0, 1.0, 1e-8)), GRAVITY),
-    "spin-up": (BODY, Growth(2.5)),
+    "spin-up": (BODY, Growth(1.6)),
     "spin-down": (BODY, Growth(-8.0)),
     "terms that cancel": (BODY, Cancelling(0.3)),
     "drag": (BODY, Drag(0.02), GRAVITY),

@@ -40,7 +40,7 @@ def slope(form, x):
     return np.array([SolidHarmonics(tuple(x)).sum(derivative(coefficients_of(form), k)) for k in range(3)], dtype=float)
 
 
-@pytest.mark.parametrize("degrees", [(1, 1), (1, 2), (2, 2), (2, 3), (3, 3), (2, 4), (1, 5)])
+@pytest.mark.parametrize("degrees", [(1, 1), (1, 2), (2, 2), (2, 3), (1, 5)])
 def test_a_product_differs_from_its_harmonic_part_by_a_multiple_of_the_squared_radius(degrees):
     a, b = map(random_form, degrees)
     own, other = odd_factorial(degrees[0]) * odd_factorial(degrees[1]), odd_factorial(sum(degrees))

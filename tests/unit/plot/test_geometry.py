@@ -445,9 +445,18 @@ def test_the_sphere_of_a_forced_body_says_whose_curves_are_drawn(top):
     assert ["curves of the body free of torques" in title for title in said] == [True, True, False, False]
 
 
-@pytest.mark.parametrize("view", [None, (20, -60), (-35, 200)])
-@pytest.mark.parametrize("plot", [pt.plot.poinsot_construction, pt.plot.polhode, pt.plot.momentum_sphere])
-@pytest.mark.parametrize("name", ["paper", "needle", "plate"])
+SOLIDS = pt.plot.poinsot_construction, pt.plot.polhode, pt.plot.momentum_sphere
+VIEWS = None, (20, -60), (-35, 200)
+
+
+@pytest.mark.parametrize(
+    ("plot", "name", "view"),
+    [
+        (plot, name, VIEWS[(i + j) % 3])  # each two of plot, body and view meet
+        for i, plot in enumerate(SOLIDS)
+        for j, name in enumerate(("paper", "needle", "plate"))
+    ],
+)
 def test_the_solid_fills_its_figure(plot, name, view):
     """The lines take most of the width or the height; all of them, and all names, lie inside and above the legend."""
     axes = plot(motion_of(BODIES[name], units=SI), view=view)
