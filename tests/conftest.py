@@ -15,7 +15,7 @@ pytest_plugins = ["kept_code", "margins"]
 # Workers inherit it: matrices here are small, and BLAS threads beside a worker on each core only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-gc.set_threshold(50_000, 20, 20)  # the graphs of a kernel are many objects and no cycles
+gc.set_threshold(200_000, 20, 20)  # the graphs of a kernel are many objects and no cycles
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it, and tests send it
 
