@@ -170,7 +170,7 @@ def test_growth_in_carried_axes_between_knots_and_in_wide_precision(kind, factor
 
 
 @pytest.mark.parametrize("times", [[2 * np.pi], np.linspace(1.0, 2 * np.pi, 9)])
-@pytest.mark.parametrize("gain", [-13.0, 13.0])
+@pytest.mark.parametrize("gain", [-100.0, -13.0, 13.0, 100.0])
 def test_momenta_that_rise_and_fall_or_fall_and_rise_within_a_chunk_of_steps(gain, times):
     rate = 1.0 if gain < 0 else np.exp(-2 * gain)
     system = pt.System(BALL, Swinging(gain * INERTIA))

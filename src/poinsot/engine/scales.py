@@ -24,7 +24,7 @@ __all__ = ["Scales"]
 LEAST, MOST = SMALL / 16, 1.0
 """The band of momenta where a step begins, outside of which the scale is chosen anew."""
 
-BITS = (-400, 64)
+BITS = (-400, 400)
 """The range of the scale over that of the start, powers of two: nothing overflows, and who comes to rest may rest."""
 
 FAST, STEADY = 32.0, 4.0
