@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -172,16 +171,8 @@ class _Members(_EngineRun):
         own, count = self.job, self.origins.size
         threads = min(own.threads, -(-count // self.width))
         began = clock.perf_counter()
-        with bar("members", count, own.progress) as told, ThreadPoolExecutor(threads) as pool:
-            workers = []
-            try:
-                workers += [pool.submit(self.serve, told) for _ in range(threads)]
-                while wait(workers, timeout=1.0).not_done:
-                    pass
-            except KeyboardInterrupt:
-                self.interrupt()
-            for worker in workers:
-                worker.result()
+        with bar("members", count, own.progress) as told:
+            self.on_threads(threads, lambda: self.serve(told))
         self.report.wall_time = clock.perf_counter() - began
 
     def _cut(self) -> Iterator[NDArray[np.int_]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -218,19 +217,7 @@ class LoopedRun(Run):
         threads = max(min(job.threads, -(-count // self.code.lanes)), 1)
         slabs = self._cut(self.fast_first(), threads)
         with bar("members", count, job.progress) as told:
-            if threads == 1:
-                self._serve(slabs, told)
-                return
-            with ThreadPoolExecutor(threads) as pool:
-                workers = []
-                try:
-                    workers += [pool.submit(self._serve, slabs, told) for _ in range(threads)]
-                    while wait(workers, timeout=1.0).not_done:
-                        pass
-                except KeyboardInterrupt:
-                    self.interrupt()
-                for worker in workers:
-                    worker.result()
+            self.on_threads(threads, lambda: self._serve(slabs, told))
 
     def fast_first(self) -> NDArray[np.int_]:
         """Return the members, fast rotators first."""

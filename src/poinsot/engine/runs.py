@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, NamedTuple, Protocol
 
@@ -246,6 +248,22 @@ class Run(ABC):
     def interrupt(self) -> None:
         """Let the run stop after the chunks of steps that are under way, and keep what it has."""
         self.stop = self.report.interrupted = True
+
+    def on_threads(self, count: int, serve: Callable[[], None]) -> None:
+        """Call a function on so many threads, and hear Ctrl-C until all of them have returned."""
+        if count == 1:
+            serve()
+            return
+        with ThreadPoolExecutor(count) as pool:
+            workers = []
+            try:
+                workers += [pool.submit(serve) for _ in range(count)]
+                while wait(workers, timeout=1.0).not_done:
+                    pass
+            except KeyboardInterrupt:
+                self.interrupt()
+            for worker in workers:
+                worker.result()
 
     @abstractmethod
     def go(self) -> None:
