@@ -207,7 +207,7 @@ def plan_of(
     provenance: Mapping[str, Any] | None = None,
 ) -> Plan | None:
     """Return what the arguments of chunks ask for; None if there are none."""
-    if out is chunk is variables is reduce is client is None:
+    if out is None and chunk is None and variables is None and reduce is None and client is None:
         return None
     if out is None and reduce is None:
         raise ValueError(
