@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from poinsot.engine import looped_kernel
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value, machine_code, vector
 from poinsot.engine.llvm_ir import Array as Memory
-from poinsot.engine.state_vector import BLOCK, StateVector, in_blocks
+from poinsot.engine.state_vector import StateVector, blocks_of
 from poinsot.mechanics.state import Phase
 
 __all__ = ["DenseOutput", "KeptSteps", "Side"]
@@ -182,9 +182,10 @@ class DenseOutput:
 
     def __call__(self, times: Array) -> Phase:
         """Return q and the momenta."""
-        if times.size <= BLOCK:
-            return self._variables.to_phase(times, self._at(times))
-        return in_blocks(times.size, lambda block: self(times[block]))
+        rows = self._at(times)
+        for block in blocks_of(times.size):
+            self._variables.make_physical(times[block], rows[block])
+        return self._variables.phase_of(rows)
 
     def _at(self, times: Array) -> Array:
         """Return the variables."""

@@ -522,7 +522,7 @@ class Polynomials:
         self._bits.append(bits)
 
     def at(self, times: Array, side: Side = "left") -> Array:
-        """Return the variables at times, at ends of pieces those of the piece on a side, until the next call."""
+        """Return the variables at times, at ends of pieces those of the piece on a side."""
         if len(self.pieces) == 1:
             return self._at(0, times)
         ends = np.array([float(piece.bounds[1]) for piece in self.pieces])

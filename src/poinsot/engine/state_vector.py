@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
 
-__all__ = ["SMALL", "Slot", "StateVector", "factors_of_parts", "in_blocks"]
+__all__ = ["SMALL", "Slot", "StateVector", "blocks_of", "factors_of_parts"]
 
 Array = NDArray[np.float64]
 
@@ -52,11 +52,6 @@ class Slot(NamedTuple):
     def scaled(self, values: Any, scale: Scalar) -> list[Scalar]:
         """Return values in physical units as the variables."""
         return [x * (scale if factor is None else factor) for x, factor in zip(values, self.factors, strict=True)]
-
-    @property
-    def beside_times(self) -> Slot:
-        """The same with factors that broadcast against rows of times, members first."""
-        return Slot(self.place, tuple(x if x is None else np.asarray(x)[..., None] for x in self.factors))
 
     @property
     def momenta(self) -> list[int]:
@@ -283,30 +278,47 @@ class StateVector:
 
     def to_phase(self, times: Array, variables: Array) -> Phase:
         """Return q, the momenta and the variables of parts along the times; shapes (..., n, 4) and so on."""
-        if variables.ndim == 3 or len(times) <= BLOCK:
-            return self._converted(times, variables)
-        return in_blocks(len(times), lambda block: self._converted(times[block], variables[block]))
+        rows = np.empty((*variables.shape[:-1], self.along_orbits.stop), variables.dtype)
+        for block in blocks_of(len(times)) if variables.ndim == 2 else [slice(None)]:
+            rows[block] = variables[block, ..., : self.along_orbits.stop]
+            self.make_physical(times[block], rows[block])
+        return self.phase_of(rows)
 
-    def _converted(self, times: Array, variables: Array) -> Phase:
-        chart = self.formulation
-        turn, phase = None, Phase()
+    def make_physical(self, times: Array, rows: Array) -> None:
+        """Turn attitudes to the space axes, and bring momenta and variables of parts to physical units, in place."""
+        turn = None
         if self.comoving:
             (block,) = self.orbits
-            if variables.ndim == 3:  # members first: their numbers go beside the times
+            if rows.ndim == 3:  # members first: their numbers go beside the times
                 block = block.with_numbers(number[..., None] for number in block.numbers)
-            turn = block.quaternion(times, variables[..., self.along_orbits])
-        for body, place, scale in zip(self.ratios, self.charts, self.scales(self.scale), strict=True):
-            rigid = variables[..., place].copy()
-            scale = np.asarray(scale)[..., None]
-            for i in range(chart.size)[chart.momenta]:  # a column at a time: rows are short
+            turn = block.quaternion(times, rows[..., self.along_orbits])
+        for place, scale in zip(self.charts, self.scales(self.scale), strict=True):
+            rigid, scale = rows[..., place], np.asarray(scale)[..., None]
+            for i in range(self.formulation.size)[self.formulation.momenta]:  # a column at a time: rows are short
                 rigid[..., i] /= scale
             self._turn(rigid, turn)
-            phase |= {named(body, name): row for name, row in chart.to_phase(rigid).items()}
-        if self.parts:
-            columns, scale = np.moveaxis(variables, -1, 0), np.asarray(self.scale)[..., None]
-            own = {name: self.slots[name].beside_times.physical(columns, scale) for name in self.parts}
-            phase |= {name: np.stack(list(values), axis=-1) for name, values in own.items()}
-        return phase
+        for name in self.parts:
+            for i, factor in enumerate(self.slots[name].factors, self.slots[name].place.start):
+                rows[..., i] *= 1 / np.asarray(self.scale if factor is None else factor)[..., None]
+
+    def phase_of(self, rows: Array) -> Phase:
+        """Return what rows in physical units have in a phase, as views unless the chart computes it."""
+        phase = Phase()
+        for body, place in zip(self.ratios, self.charts, strict=True):
+            phase |= {named(body, name): row for name, row in self._of_chart(rows[..., place]).items()}
+        return phase | {name: rows[..., self.slots[name].place] for name in self.parts}
+
+    def _of_chart(self, rigid: Array) -> Phase:
+        read = self.formulation.to_phase
+        if rigid.ndim == 3 or len(rigid) <= BLOCK or np.may_share_memory(rigid, read(rigid[:1])["quaternion"]):
+            return read(rigid)
+        out = Phase()
+        for block in blocks_of(len(rigid)):
+            for name, values in read(rigid[block]).items():
+                if name not in out:
+                    out[name] = np.empty((len(rigid), values.shape[-1]), values.dtype)
+                out[name][block] = values
+        return out
 
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
@@ -329,16 +341,9 @@ class StateVector:
                 yield from slot.scaled(by_block[name], scale)
 
 
-def in_blocks(count: int, phase_of: Callable[[slice], Phase]) -> Phase:
-    """Return so many rows of a phase, converted a block at a time."""
-    out = Phase()
-    for first in range(0, count, BLOCK):
-        block = slice(first, first + BLOCK)
-        for name, rows in phase_of(block).items():
-            if name not in out:
-                out[name] = np.empty((count, *rows.shape[1:]), rows.dtype)
-            out[name][block] = rows
-    return out
+def blocks_of(count: int) -> Iterator[slice]:
+    """Yield so many rows in blocks."""
+    return (slice(first, first + BLOCK) for first in range(0, count, BLOCK))
 
 
 def _chart_of(body: str) -> str:

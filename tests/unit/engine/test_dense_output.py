@@ -78,3 +78,15 @@ def test_a_motion_has_the_same_bits_for_many_times_as_for_few(top, start):
     many, few = motion(times), motion(times[-5:])
     assert np.array_equal(many.quaternion[-5:], few.quaternion)
     assert np.array_equal(many.angular_momentum_body[-5:], few.angular_momentum_body)
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_states_stay_when_the_motion_is_called_again(monkeypatch, top, start, compiled):
+    if not compiled:
+        monkeypatch.setattr(looped_kernel, "available", lambda: False)
+    motion = pt.propagate(top, start, [0.0, 5.0], dense=True)
+    states = motion([1.0, 2.0])
+    before = states.quaternion.copy(), states.angular_momentum_body.copy()
+    motion([3.0, 4.0])
+    assert np.array_equal(states.quaternion, before[0])
+    assert np.array_equal(states.angular_momentum_body, before[1])
