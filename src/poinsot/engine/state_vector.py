@@ -14,6 +14,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.problem import Problem
 from poinsot.engine.tangent_vectors import Variations
+from poinsot.engine.turned_rows import turn_rows
 from poinsot.functions import Scalar, Vector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
@@ -274,7 +275,7 @@ class StateVector:
     def _turn(self, rigid: Array, turn: Array | None) -> None:
         if turn is not None:
             for place in self.formulation.quaternions:
-                rigid[..., place] = quat.product(turn, rigid[..., place])
+                turn_rows(turn, rigid[..., place])
 
     def to_phase(self, times: Array, variables: Array) -> Phase:
         """Return q, the momenta and the variables of parts along the times; shapes (..., n, 4) and so on."""
