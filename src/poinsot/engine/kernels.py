@@ -148,7 +148,9 @@ class _Pool:
 _pool = _Pool()
 
 
-known = _pool.known
+def known(key: Any, question: Callable[[], Any]) -> Any:
+    """Return the answer to a question about equations, asked once."""
+    return _pool.known(key, question)
 
 
 def state_vector(problem: Problem, state: State, formulation: Formulation, precision: str) -> StateVector:
