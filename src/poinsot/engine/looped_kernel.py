@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from poinsot.engine.decomposition import Decomposition
 from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_layouts import Layout
-from poinsot.engine.kernel_program import KernelProgram, Momenta, Status
+from poinsot.engine.kernel_program import QUEUE, KernelProgram, Momenta, Status
 from poinsot.engine.llvm_functions import LIBRARY
 from poinsot.engine.llvm_ir import host_features, machine_code
 
@@ -161,17 +161,20 @@ class Queue:
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
         count, parts = output.members.size, times if times.ndim > 1 else times[:, None]
-        tasks = self.tasks = np.ndarray(count, code.task, bytearray(code.blank * count))
+        first = QUEUE.itemsize + 8 * count  # one memory, as an address takes longer than the rest
+        memory = bytearray(first) + code.blank * count
+        tasks = self.tasks = np.ndarray(count, code.task, memory, first)
         tasks["state"], tasks["parameters"] = states, parameters
         tasks["time"][:, : parts.shape[1]] = parts
         output.into(tasks)
-        self.output, self._waiting = output, np.arange(count)  # the memory whose addresses are given away
-        times, rows = output.times, output.rows
+        self._waiting = np.ndarray(count, np.int64, memory, QUEUE.itemsize)
+        self._waiting[:] = np.arange(count)
+        self.output, times, rows = output, output.times, output.rows
         if not (times.flags.c_contiguous and rows.flags.c_contiguous and times.itemsize == rows.itemsize == 8):
             raise ValueError("times and rows must be C-contiguous arrays of doubles, got others.")
-        addresses = _address(self._waiting), _address(tasks), _address(times), _address(rows)
-        self._record = np.array([0, count, *addresses])
-        self.address = _address(self._record)
+        self.address = here = address_of(byte_of(memory))
+        self._record = np.ndarray(len(QUEUE), np.int64, memory)
+        self._record[:] = 0, count, here + QUEUE.itemsize, here + first, _address(times), _address(rows)
 
     def close(self) -> None:
         """Forget the tasks that wait."""

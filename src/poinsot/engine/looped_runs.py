@@ -281,8 +281,7 @@ class _Tasks:
         self._run, self._members, self._told = run, members, 0.0
         self._rows, self._hopeless = rows, dict[int, str]()
         self._judged: tuple[Array, Array] | None = None
-        table = self._of_one() if run.one else self._of_many()
-        self.own, first, count, stride = table.T.copy()
+        self.own, first, count, stride = self._of_one() if run.one else self._of_many()
         self.forwards = stride > 0
         output = Output(run.rising, rows, self.own, first, count, stride)
         chosen = slice(None) if run.one else members[self.own]
@@ -316,7 +315,7 @@ class _Tasks:
         table[:, 0, 1], table[:, 0, 2] = first, (run.rising.size - first) * (True in ways)
         table[:, 1, 1], table[:, 1, 2] = places - 1, places * (False in ways)
         chosen: NDArray[np.int64] = table[table[:, :, 2] > 0]
-        return chosen
+        return chosen.T.copy()
 
     def _of_one(self) -> NDArray[np.int64]:
         """Return the same for one body, where lists are faster."""
@@ -326,7 +325,8 @@ class _Tasks:
             self._rows[0, place], first = run.starts[0], place + 1
         self._place, self._first = place, first
         tasks = [(0, first, rising.size - first, 1)] * (True in ways) + [(0, place - 1, place, -1)] * (False in ways)
-        return np.array([task for task in tasks if task[2]], dtype=np.int64).reshape(-1, 4)
+        columns = [*zip(*[task for task in tasks if task[2]], strict=True)]
+        return np.array(columns, dtype=np.int64).reshape(4, -1)
 
     def run(self, kernel: Any, told: Callable[[float], None]) -> None:
         """Take steps until all is done or the run is to stop."""

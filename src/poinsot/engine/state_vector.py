@@ -132,7 +132,7 @@ class StateVector:
     def along_orbits(self) -> slice:
         """Where the variables of orbits are."""
         first = len(self.ratios) * self.formulation.size + sum(map(len, self.parts.values()))
-        return slice(first, first + sum(block.size for block in self.orbits))
+        return slice(first, first + sum([block.size for block in self.orbits]))
 
     @property
     def tangent_vectors(self) -> slice:
@@ -151,15 +151,15 @@ class StateVector:
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number of the system."""
         variations = self.variations and replace(self.variations, initial=None, sizes=())
-        blocks = tuple(block.structure for block in self.orbits)
-        parts = tuple((name, *(factor is None for factor in own)) for name, own in self.parts.items())
+        blocks = tuple([block.structure for block in self.orbits])
+        parts = tuple([(name, *(factor is None for factor in own)) for name, own in self.parts.items()])
         return self.formulation, tuple(self.ratios), parts, blocks, self.views, self.comoving, variations
 
     @property
     def factors(self) -> tuple[Any, ...]:
         """The ratios of further bodies and the factors of parts that are numbers: parameters of a kernel."""
         _, *ratios = self.ratios.values()
-        return *ratios, *(factor for own in self.parts.values() for factor in own if factor is not None)
+        return *ratios, *[factor for own in self.parts.values() for factor in own if factor is not None]
 
     def with_factors(self, factors: Iterator[Any]) -> StateVector:
         """Return the same with other ratios and factors in place of the numbers, scalars of any kind."""

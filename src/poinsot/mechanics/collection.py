@@ -54,7 +54,7 @@ class Collection(ABC):
     @cached_property
     def orbits(self) -> tuple[Orbit, ...]:
         """The orbits of its records, one as often as it is there."""
-        return tuple(part for part in self._dated if isinstance(part, Orbit))
+        return tuple([part for part in self._dated if isinstance(part, Orbit)])
 
     @cached_property
     def knots(self) -> NDArray[np.float64]:
