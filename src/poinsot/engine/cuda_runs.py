@@ -32,12 +32,13 @@ class CudaRun(LoopedRun):
         with bar("members", left.size, self.job.progress) as told:
             while left.size and not self.stop:
                 try:
-                    self.integrate(kernel, left[:most], told)
+                    done = self.integrate(kernel, left[:most], told)
                 except MemoryError:
                     if most == 1:
                         raise
                     most = max(min(most, left.size) // 2, 1)
                 else:
+                    self.hand_over([done])
                     left = left[most:]
 
 

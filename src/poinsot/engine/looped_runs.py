@@ -235,21 +235,28 @@ class LoopedRun(Run):
             order = order[size:]
 
     def _serve(self, slabs: Iterator[NDArray[np.int_]], told: Callable[[float], None]) -> None:
-        """Integrate slab after slab, until none is left."""
-        kernel = looped_kernel.Run(self.code)
+        """Integrate slab after slab, until none is left; the rows of small ones are handed over together."""
+        kernel, done = looped_kernel.Run(self.code), list[tuple[NDArray[np.int_], Array]]()
         try:
-            while not self.stop:
-                with self._lock:
-                    members = next(slabs, None)
-                if members is None:
-                    return
-                self.integrate(kernel, members, told)
+            while (members := self._following(slabs)) is not None:
+                done.append(self.integrate(kernel, members, told))
+                if sum(rows.nbytes for _, rows in done) >= HANDED_BYTES:
+                    self.hand_over(done)
+                    done.clear()
+            if done:
+                self.hand_over(done)
         except BaseException:  # the other threads would go on to the end before anyone hears of it
             self.stop = True
             raise
 
-    def integrate(self, kernel: Any, members: NDArray[np.int_], told: Callable[[float], None]) -> None:
-        """Integrate some members, and hand over the rows of those that are finished."""
+    def _following(self, slabs: Iterator[NDArray[np.int_]]) -> NDArray[np.int_] | None:
+        with self._lock:
+            return None if self.stop else next(slabs, None)
+
+    def integrate(
+        self, kernel: Any, members: NDArray[np.int_], told: Callable[[float], None]
+    ) -> tuple[NDArray[np.int_], Array]:
+        """Integrate some members; return those that are finished, and their rows at the rising times."""
         rows = np.full((members.size, self.times.size, self.job.variables.size), np.nan)
         tasks = _Tasks(self, members, rows)
         tasks.run(kernel, told)
@@ -257,8 +264,11 @@ class LoopedRun(Run):
         with self._lock:
             self.report.finished += int(kept.sum())
             tasks.book()
-        if not kept.all():
-            members, rows = members[kept], rows[kept]
+        return (members, rows) if kept.all() else (members[kept], rows[kept])
+
+    def hand_over(self, done: Sequence[tuple[NDArray[np.int_], Array]]) -> None:
+        """Hand over members and their rows."""
+        members, rows = done[0] if len(done) == 1 else map(np.concatenate, zip(*done, strict=True))
         count = max(HANDED_BYTES * len(rows) // max(rows.nbytes, 1), 1)
         for first in range(0, members.size, count):
             some = slice(first, first + count)
