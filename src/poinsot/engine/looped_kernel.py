@@ -161,8 +161,9 @@ class Queue:
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
         count, parts = output.members.size, times if times.ndim > 1 else times[:, None]
-        first = QUEUE.itemsize + 8 * count  # one memory, as an address takes longer than the rest
-        memory = bytearray(first) + bytearray(code.blank) * count
+        size = len(code.blank)
+        first = -(-(QUEUE.itemsize + 8 * count) // size) * size  # what waits lies in front: one address
+        memory = bytearray(code.blank) * (first // size + count)
         tasks = self.tasks = np.ndarray(count, code.task, memory, first)
         tasks["state"], tasks["parameters"] = states, parameters
         tasks["time"][:, : parts.shape[1]] = parts
