@@ -19,7 +19,7 @@ from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_jumps import Sampling
 from poinsot.engine.kernel_layouts import Batch, Layout, Single
 from poinsot.engine.kernel_watch import Watch
-from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value, vector
 from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.taylor_schedule import Row, Schedule
 
@@ -177,10 +177,11 @@ class KernelProgram:
         self._arrives = bool(self.watch.events or self.sampling.count)
         self.work, self.task, self.step = self._work_type(), self._task_type(), self._step_type()
         self.module = Module()
-        for name, body in (("take", self._take), ("leave", self._leave), ("write_row", self._write_row)):
-            self.module.function(name, "void", [POINTER, INTEGER], body)
+        self.module.function("take", "void", [POINTER, INTEGER], self._take, SELDOM)
+        self.module.function("leave", "void", [POINTER, INTEGER], self._leave, SELDOM)
+        self.module.function("write_row", "void", [POINTER, INTEGER], self._write_row)
         if momenta.places:
-            self.module.function("fit", "void", [POINTER, INTEGER], self._fit)
+            self.module.function("fit", "void", [POINTER, INTEGER], self._fit, SELDOM)
         self.watch.define(self.module)
         self.sampling.define(self.module)
         self.module.function("evaluate", "void", [POINTER, POINTER, self.kind], self._evaluate)

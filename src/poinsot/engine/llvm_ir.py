@@ -22,6 +22,7 @@ __all__ = [
     "DOUBLE",
     "INTEGER",
     "POINTER",
+    "SELDOM",
     "Array",
     "Function",
     "Module",
@@ -40,6 +41,9 @@ CODE_GENERATION = 1
 ATTRIBUTES = 'alignstack(64) "prefer-vector-width"="512"'
 """Of all functions. LLVM by itself keeps vectors that find no register at any multiple of 16 bytes of the stack: where
 they cross lines of the cache, which is chance, a step takes up to 1.2 times as long."""
+
+SELDOM = f"noinline optnone {ATTRIBUTES}"
+"""Of functions that run once a task or less: they are compiled without optimization, in a third of the time."""
 
 
 def vector(kind: str, lanes: int) -> str:
@@ -271,11 +275,18 @@ class Module:
         self.functions: dict[str, Function] = {}
         self.called: dict[str, str] = {}
 
-    def function(self, name: str, returns: str, arguments: Sequence[str], body: Callable[..., Value | None]) -> None:
+    def function(
+        self,
+        name: str,
+        returns: str,
+        arguments: Sequence[str],
+        body: Callable[..., Value | None],
+        attributes: str = ATTRIBUTES,
+    ) -> None:
         """Define a function, if there is none of that name, by what writes its body from its arguments."""
         if name in self.functions:
             return
-        function = self.functions[name] = Function(self, name, returns, arguments)
+        function = self.functions[name] = Function(self, name, returns, arguments, attributes)
         result = body(*function.arguments)
         function.line("ret void" if result is None else f"ret {result.type} {result.name}")
 
@@ -287,8 +298,8 @@ class Module:
 class Function:
     """The text of a function while it is written."""
 
-    def __init__(self, module: Module, name: str, returns: str, arguments: Sequence[str]) -> None:
-        self.module, self.name, self.returns = module, name, returns
+    def __init__(self, module: Module, name: str, returns: str, arguments: Sequence[str], attributes: str) -> None:
+        self.module, self.name, self.returns, self._attributes = module, name, returns, attributes
         self.arguments = [Value(self, kind, f"%a{i}") for i, kind in enumerate(arguments)]
         self._lines: list[str] = []
         self._count, self._block = 0, "entry"
@@ -391,7 +402,7 @@ class Function:
     def __str__(self) -> str:
         return "\n".join(
             [
-                f"define {self.returns} @{self.name}({_listed(self.arguments)}) {ATTRIBUTES} {{",
+                f"define {self.returns} @{self.name}({_listed(self.arguments)}) {self._attributes} {{",
                 "entry:",
                 *self._lines,
                 "}",
