@@ -1,4 +1,4 @@
-"""Every force, orbit and part gives the same bits on a GPU as on the processor; its source is compiled for that."""
+"""Every system gives the same bits on a GPU as on the processor; its source is compiled for that."""
 
 import sys
 
@@ -7,6 +7,7 @@ import pytest
 
 import cuda_on_cpu
 import poinsot as pt
+from laws import test_both_kernels, test_every_mutual_gravity, test_pairs
 from laws.test_both_kernels import switches
 from laws.test_every_force import FORCES, label
 from laws.test_every_orbit import ORBITS
@@ -25,7 +26,11 @@ SYSTEMS = (
     {label(force): (BODY, force) for force in FORCES}
     | {name: (BODY, pt.GravityGradient(orbit)) for name, orbit in ORBITS.items()}
     | {type(part).__name__: (PART_OF, part) for part in PARTS}
+    | {name: each for name, each in test_both_kernels.SYSTEMS.items() if ":" not in name and "table" not in name}
 )
+PAIRS = {name: test_pairs.system_of(name) for name in test_pairs.NAMES} | {
+    label(force): pt.System(test_every_mutual_gravity.PAIR, force) for force in test_every_mutual_gravity.FORCES
+}
 
 
 @pytest.fixture(autouse=True)
@@ -53,3 +58,13 @@ def test_all_bits_are_those_of_the_processor(name):
     assert there.run.steps == here.run.steps
     for rows in ("quaternion", "angular_momentum_body"):
         np.testing.assert_array_equal(getattr(there, rows), getattr(here, rows))
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (i > 0)) for i, name in enumerate(PAIRS)]
+)
+def test_all_bits_of_two_bodies_are_those_of_the_processor(name):
+    start = test_pairs.start_of(PAIRS[name], shift=np.linspace(0, 0.5, 3)[:, None] * (0.3, -0.8, 0.2))
+    here, there = (pt.propagate(PAIRS[name], start, TIMES, device=device) for device in ("cpu", "cuda"))
+    assert (there.run.kernel, there.run.steps) == ("cuda", here.run.steps)
+    np.testing.assert_array_equal(test_pairs.rows(there), test_pairs.rows(here))
