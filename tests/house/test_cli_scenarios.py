@@ -6,8 +6,6 @@ import os
 import re
 import shutil
 import signal
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
@@ -15,6 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import forked
 import poinsot as pt
 from poinsot.cli import app, plots
 from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
@@ -39,12 +38,6 @@ def call(*arguments, code=0):
     assert "\x1b" not in result.output
     assert "Traceback" not in result.output
     return result
-
-
-def python(*arguments, **options):
-    """Run the command in a process of its own."""
-    code = "from poinsot.cli import app; app()"
-    return subprocess.run([sys.executable, "-c", code, *map(str, arguments)], capture_output=True, text=True, **options)
 
 
 @pytest.fixture
@@ -88,7 +81,9 @@ def test_examples_are_what_others_published():
 
 def test_result_is_repeated_to_the_bit_in_another_process(top, tmp_path):
     call("run", top)
-    done = python("run", tmp_path / "top.nc", "--out", tmp_path / "again", check=True)
+    code = "from poinsot.cli import app; app()"
+    done = forked.run(code, "run", tmp_path / "top.nc", "--out", tmp_path / "again")
+    assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [str(tmp_path / "again" / "top.nc"), "The same bit for bit."]
     assert done.stderr == ""
     assert (

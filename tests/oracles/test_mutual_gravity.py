@@ -147,8 +147,9 @@ def test_degrees_converge_to_exact_ellipsoids():
     assert np.all(found[-1] < 1e-6)
 
 
-@pytest.mark.parametrize("distance", [1.05, 1.5, 3.0])
-@pytest.mark.parametrize("degree", [2, 3, 4, 6])
+@pytest.mark.parametrize(
+    ("degree", "distance"), [(2, 1.05), (3, 1.5), (4, 3.0), (6, 1.05), (2, 3.0), (4, 1.5), (3, 1.05), (6, 3.0)]
+)
 def test_the_estimate_of_the_truncation_is_above_the_error_and_not_far(degree, distance):
     pair = ellipsoid_pair()
     force = MutualHarmonics.of_shapes(pair, degree)

@@ -1,13 +1,12 @@
 """Scenarios that name shapes and files: what they make, what results keep of it, and that no name leads out."""
 
 import os
-import subprocess
-import sys
 from typing import Any
 
 import numpy as np
 import pytest
 
+import forked
 import poinsot as pt
 from poinsot.files.scenarios.scenario import parsed_scenario, repetition
 from tumbling import CALENDAR
@@ -265,7 +264,8 @@ def test_ephemerides_of_python_run_again_in_another_process(tmp_path):
         "import sys, poinsot as pt\nfrom poinsot.files.scenarios.scenario import repetition\n"
         "again = repetition(pt.load(sys.argv[1]), 'it').propagate(progress=False)\npt.save(again, sys.argv[2])"
     )
-    subprocess.run([sys.executable, "-c", code, str(path), str(tmp_path / "again.nc")], check=True)
+    done = forked.run(code, path, tmp_path / "again.nc")
+    assert done.returncode == 0, done.stderr
     assert_same(motion, pt.load(tmp_path / "again.nc"))
     text = tmp_path / "text.toml"
     text.write_text(back.provenance["scenario"] + "[state]\nquaternion = [1, 0, 0, 0]\nomega_body = [0, 0, 0]\n")
