@@ -66,9 +66,9 @@ def attitude_matrices(table):
 
 def check(table, tolerance=1e-13, rate_tolerance=1e-13):
     """Compare a table with the motion: sign of quaternions aside, attitudes, rates and times."""
-    np.testing.assert_allclose(table.times, TIMES, atol=1e-9)
-    np.testing.assert_allclose(attitude_matrices(table), MOTION.attitude.as_matrix(), atol=tolerance)
+    np.testing.assert_allclose(table.times, TIMES, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(attitude_matrices(table), MOTION.attitude.as_matrix(), rtol=0, atol=tolerance)
     if rate_tolerance is None:
         assert table.omega_body is None
     else:
-        np.testing.assert_allclose(table.omega_body, MOTION.omega_body, atol=rate_tolerance)
+        np.testing.assert_allclose(table.omega_body, MOTION.omega_body, rtol=0, atol=rate_tolerance)

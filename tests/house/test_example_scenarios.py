@@ -63,7 +63,7 @@ def test_moons_keep_one_face_but_for_the_ellipse(name, swing):
 def test_mercury_turns_three_times_in_two_revolutions():
     motion = motion_of("mercury")
     (force,) = motion.system.forces
-    assert motion.times[-1] == pytest.approx(8 * force.orbit.period, rel=1e-15)
+    assert motion.times[-1] == pytest.approx(8 * force.orbit.period, rel=1e-15, abs=0)
     seen = motion.relative_to(force.orbit.frame).attitude
     assert np.degrees((seen[0].inv() * seen[-1]).magnitude()) < 0.01
     turns = np.trapezoid(motion.omega_body[:, 2], motion.times) / (2 * np.pi)
@@ -81,8 +81,8 @@ def test_apophis_leaves_the_earth_with_another_rotation():
         )
         for i in (0, -1)
     )
-    np.testing.assert_allclose(before.precession_period / 3600, 27.38, rtol=1e-6)
-    np.testing.assert_allclose(before.rotation_period / 3600, 263, rtol=1e-6)
+    np.testing.assert_allclose(before.precession_period / 3600, 27.38, rtol=1e-9)
+    np.testing.assert_allclose(before.rotation_period / 3600, 263, rtol=1e-9)
     assert 0.03 < np.mean(after.mode == "long-axis") < 0.25
     G = motion.angular_momentum_space
     unit = G / np.linalg.norm(G, axis=-1, keepdims=True)
@@ -161,7 +161,7 @@ def test_a_boom_that_the_sun_bends_turns_its_satellite():
 
 def test_a_creeping_body_is_caught_at_three_turns_in_two_revolutions():
     spin = motion_of("spin_orbit_capture").omega_body[:, 2]
-    assert spin[0] == pytest.approx(1.8, rel=1e-15)
+    assert spin[0] == pytest.approx(1.8, rel=1e-15, abs=0)
     assert np.mean(spin[-500:]) == pytest.approx(1.5, abs=5e-4)
 
 
@@ -203,11 +203,11 @@ def test_squannit_librates_on_an_orbit_of_seventeen_hours():
 
 def test_patroclus_and_menoetius_keep_one_face_to_each_other():
     motion = motion_of("patroclus")
-    assert revolution(motion) == pytest.approx(4.283 * 24, rel=1e-9)
-    assert np.ptp(motion.distance) < 1e-9 * 688
-    assert np.max(np.abs(long_axis_from_the_line_of_centres(motion))) < 1e-8
+    assert revolution(motion) == pytest.approx(4.283 * 24, rel=1e-9, abs=0)
+    assert np.ptp(motion.distance) < 1e-12 * 688
+    assert np.max(np.abs(long_axis_from_the_line_of_centres(motion))) < 1e-11
     facing = motion.primary.attitude.inv().apply(motion.position) / motion.distance[:, None]
-    assert np.max(np.abs(facing - (1, 0, 0))) < 1e-9
+    assert np.max(np.abs(facing - (1, 0, 0))) < 1e-12
     assert motion.distance[0] == pytest.approx(688, abs=1)
     assert motion.dataset["position"].attrs["units"] == "km"
 
@@ -220,7 +220,7 @@ def test_sunlight_turns_the_slab_at_the_averaged_rate():
         mean * force.pressure * force.distance**2 / force.sun.semimajor_axis**2 / motion.system.body.moments.max()
     )
     change = np.polyfit(motion.times, motion.omega_body[:, 2], 1)[0]
-    assert change == pytest.approx(expected, rel=0.02)
+    assert change == pytest.approx(expected, rel=0.02, abs=0)
     assert np.degrees(change) * 86400**2 == pytest.approx(-2.4e-3, rel=0.05)
 
 
@@ -246,5 +246,5 @@ def test_a_large_ensemble_has_the_distribution_of_the_program(tmp_path):
     few = motion.isel(time=[0, 1])
     rate = 2 * few.kinetic_energy / np.linalg.norm(few.angular_momentum_body, axis=-1)
     found = np.percentile(rate[:, 1] / rate[:, 0], [5, 50, 95])
-    np.testing.assert_allclose(found, [0.66, 1.03, 1.47], atol=0.055)
+    np.testing.assert_allclose(found, [0.66, 1.03, 1.47], rtol=0, atol=0.055)
     assert np.ptp(rate[:, 0]) < 1e-3 * rate[0, 0]

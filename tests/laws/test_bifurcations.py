@@ -105,7 +105,7 @@ def test_multipliers_are_where_the_kind_says(branch):
             upper = multipliers[(multipliers.imag > 1e-6) & (np.abs(np.abs(multipliers) - 1) < 1e-6)]
             assert np.min(np.abs(upper[:, None] - upper) + 9 * np.eye(upper.size)) < 1e-6
         else:  # one pair passes, and the others stay on the circle
-            np.testing.assert_allclose(np.abs(multipliers), 1, atol=1e-6)
+            np.testing.assert_allclose(np.abs(multipliers), 1, rtol=0, atol=1e-6)
 
 
 def test_bifurcations_repeat_themselves(branch):
@@ -117,6 +117,6 @@ def test_bifurcations_repeat_themselves(branch):
             motion.frame.attitude(float(time)).inv() * attitude
             for time, attitude in ((motion.state.time, motion.state.attitude), (end, over.attitude[0]))
         ]
-        assert (seen[0].inv() * seen[1]).magnitude() < 1e-9
+        assert (seen[0].inv() * seen[1]).magnitude() < 1e-12
         g = [np.ravel(x.angular_momentum_body) for x in (motion.state, over)]
-        np.testing.assert_allclose(g[1], g[0], atol=1e-9)
+        np.testing.assert_allclose(g[1], g[0], rtol=0, atol=1e-12)

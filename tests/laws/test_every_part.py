@@ -142,7 +142,7 @@ def test_angular_momentum_in_space_is_constant(part):
     motion = pt.propagate(system, start, np.linspace(0, 200, 21))
     G = motion.angular_momentum_space
     assert np.max(np.abs(G - G[0])) < 1e-14 * np.linalg.norm(G[0])
-    assert not np.allclose(motion.omega_body[-1], motion.omega_body[0])
+    assert not np.allclose(motion.omega_body[-1], motion.omega_body[0], rtol=0, atol=1e-3)
 
 
 @pytest.mark.parametrize("mover", [part for part in PARTS if part.moves_center_of_mass], ids=lambda p: type(p).__name__)

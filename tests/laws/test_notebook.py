@@ -108,7 +108,7 @@ def test_a_motion_is_drawn_with_its_proof():
     for i, points in enumerate(q):
         heights = (moved.quaternion[:, i] - low) / (high - low)
         up = (points[:, 1].max() - points[:, 1]) / np.ptp([y for each in q for y in each[:, 1]])
-        np.testing.assert_allclose(up - up[0], heights - heights[0], atol=2e-3)
+        np.testing.assert_allclose(up - up[0], heights - heights[0], rtol=0, atol=2e-3)
         assert np.all(np.diff(points[:, 0]) > 0)
     assert len(errors) == 1 + len(moved.drift)
     assert all(np.all(np.diff(points[:, 1]) <= 0) for points in errors)

@@ -352,7 +352,7 @@ def test_an_action_between_samples_leaves_the_torque_that_is_held(on_heyoka):
     for run in (lambda f, *a, **k: f(*a, **k), on_heyoka):
         kicked = run(pt.propagate, system, system.state(**START), times, events=[Kick(0.55, kick)])
         assert np.max(np.abs(values(kicked)[2:] - expected)) < 1e-14
-        assert np.max(np.abs(kicked.own["sampled"][2] - before.own["sampled"])) < 1e-15
+        assert np.max(np.abs(kicked.own["sampled"][2] - before.own["sampled"])) < 2e-15  # roundings of a torque near 1
 
 
 def test_a_motion_ends_at_a_terminal_event_between_samples(on_heyoka):

@@ -89,10 +89,10 @@ def test_a_scenario_is_what_python_says():
     start = found.state
     assert start.time == 60
     assert np.array_equal(start.position, (6, 1, 2))
-    assert np.allclose(start.momentum, np.array((-0.1, 0.6, 0.3)) * 1.5 / 3.5, rtol=4e-16)
-    assert np.allclose(start.primary.angular_momentum_body, (0, 0, 3 * np.radians(10)), rtol=4e-16)
+    assert np.allclose(start.momentum, np.array((-0.1, 0.6, 0.3)) * 1.5 / 3.5, rtol=4e-16, atol=0)
+    assert np.allclose(start.primary.angular_momentum_body, (0, 0, 3 * np.radians(10)), rtol=4e-16, atol=0)
     turn = Rotation.from_euler("ZXZ", (np.radians(10), 0.1, 0.2))
-    assert np.allclose(start.secondary.attitude.as_matrix(), turn.as_matrix(), atol=4e-16)
+    assert np.allclose(start.secondary.attitude.as_matrix(), turn.as_matrix(), rtol=0, atol=4e-16)
     assert np.allclose(start.secondary.angular_momentum_space, (0, 0.01, 0.1), rtol=0, atol=1e-16)
     motion: Any = pt.propagate(pt.System(pair, *found.system.forces), start, found.times)
     again: Any = found.propagate(progress=False)
@@ -148,7 +148,7 @@ def test_an_orbit_by_its_elements_and_attitudes_relative_to_it():
     normal, radial = h / np.linalg.norm(h), r / np.linalg.norm(r)
     axes = Rotation.from_matrix(np.column_stack([radial, np.cross(normal, radial), normal]))
     turned = axes * Rotation.from_euler("ZXZ", (np.radians(10), 0.1, 0.2))
-    assert np.allclose(found.state.secondary.attitude.as_matrix(), turned.as_matrix(), atol=1e-14)
+    assert np.allclose(found.state.secondary.attitude.as_matrix(), turned.as_matrix(), rtol=0, atol=1e-14)
     moments = pt.Body.from_ellipsoid(0.5, (0.9, 0.8, 0.7)).moments
     rate = turned.inv().apply(h / (r @ r))
     assert np.allclose(found.state.secondary.angular_momentum_body, moments * rate, rtol=0, atol=1e-15)
@@ -178,11 +178,11 @@ def test_attitudes_and_rates_relative_to_a_turntable():
         ("angular_momentum_space = [0, 0.01, 0.1]", "omega_body = [0, 0, 0]"),
     ).state
     rate = np.array((0, 0, np.pi / 30))
-    assert np.allclose(turned.position, (6, 1, 2))  # along the axes of space
+    assert np.allclose(turned.position, (6, 1, 2), rtol=0, atol=1e-14)  # along the axes of space
     axes = Rotation.from_rotvec(10 * rate) * Rotation.from_euler("ZXZ", (np.radians(10), 0.1, 0.2))
-    assert np.allclose(turned.secondary.attitude.as_matrix(), axes.as_matrix(), atol=1e-15)
+    assert np.allclose(turned.secondary.attitude.as_matrix(), axes.as_matrix(), rtol=0, atol=1e-15)
     moments = pt.Body.from_ellipsoid(0.5, (0.9, 0.8, 0.7)).moments
-    assert np.allclose(turned.secondary.angular_momentum_body, moments * axes.inv().apply(rate), rtol=0, atol=1e-17)
+    assert np.allclose(turned.secondary.angular_momentum_body, moments * axes.inv().apply(rate), rtol=0, atol=2e-17)
 
 
 def test_members_have_the_spread_that_is_said():
@@ -194,8 +194,12 @@ def test_members_have_the_spread_that_is_said():
     assert 2.9 <= masses[:, 0].min() < 2.901 < 3.099 < masses[:, 0].max() <= 3.1
     velocity = state.momentum / (masses[:, :1] * masses[:, 1:] / masses.sum(axis=1, keepdims=True))
     assert np.allclose(np.std(velocity, axis=0), (0.01, 0, 0.02), rtol=0.05, atol=1e-12)
-    assert np.allclose(np.std(state.primary.angular_momentum_body / (2, 2.5, 3), axis=0), np.radians(1), rtol=0.05)
-    assert np.allclose(np.mean(state.secondary.attitude.as_matrix(), axis=0), 0, atol=0.04)  # 5 of 1/sqrt(3 * 4000)
+    assert np.allclose(
+        np.std(state.primary.angular_momentum_body / (2, 2.5, 3), axis=0), np.radians(1), rtol=0.05, atol=0
+    )
+    assert np.allclose(
+        np.mean(state.secondary.attitude.as_matrix(), axis=0), 0, rtol=0, atol=0.04
+    )  # 5 of 1/sqrt(3 * 4000)
     assert np.std(found.system.forces[1].force.coefficient) == pytest.approx(1e-4, rel=0.05)
     assert np.ptp(state.primary.quaternion, axis=0).max() == 0
 

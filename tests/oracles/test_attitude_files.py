@@ -46,7 +46,7 @@ def matrix_of_the_standard(q1, q2, q3, qc):
 
 def check_quaternion(quaternion, t):
     found = matrix_of_the_standard(quaternion.q1, quaternion.q2, quaternion.q3, quaternion.qc)
-    np.testing.assert_allclose(found, space_to_body(t), atol=1e-14)
+    np.testing.assert_allclose(found, space_to_body(t), rtol=0, atol=1e-14)
 
 
 def instant(text):
@@ -55,7 +55,9 @@ def instant(text):
 
 def test_example_of_the_standard():
     """Annex F2.2: B is A turned by 90 degrees about z, so that the x axis of B is (0, 1, 0) in A."""
-    np.testing.assert_allclose(matrix_of_the_standard(0, 0, 0.5**0.5, 0.5**0.5) @ (1, 0, 0), (0, -1, 0), atol=1e-15)
+    np.testing.assert_allclose(
+        matrix_of_the_standard(0, 0, 0.5**0.5, 0.5**0.5) @ (1, 0, 0), (0, -1, 0), rtol=0, atol=1e-15
+    )
 
 
 def parsed(path):
@@ -77,12 +79,12 @@ def test_ephemeris_read_by_ccsds_ndm(tmp_path, version, ending):
         check_quaternion(row.quaternion, t)
         if version >= "2":
             rates = [row.ang_vel.angvel_x.value, row.ang_vel.angvel_y.value, row.ang_vel.angvel_z.value]
-            np.testing.assert_allclose(np.radians(rates), RATE * AXIS, atol=1e-14)
+            np.testing.assert_allclose(np.radians(rates), RATE * AXIS, rtol=0, atol=1e-14)
         else:
             q, dot = row.quaternion, row.quaternion_rate
             vector, change = np.array((q.q1, q.q2, q.q3)), [dot.q1_dot.value, dot.q2_dot.value, dot.q3_dot.value]
             expected = 0.5 * RATE * (q.qc * AXIS + np.cross(vector, AXIS))
-            np.testing.assert_allclose(change, expected, atol=1e-14)
+            np.testing.assert_allclose(change, expected, rtol=0, atol=1e-14)
             assert dot.qc_dot.value == pytest.approx(-0.5 * RATE * vector @ AXIS, abs=1e-14)
 
 
@@ -148,10 +150,10 @@ def test_ephemeris_read_by_orekit(tmp_path, version, ending, rates):
         state = states.get(i)
         assert state.getDate().durationFrom(first) == pytest.approx(t, abs=2e-9)
         matrix = np.array([list(row) for row in state.getRotation().getMatrix()])
-        np.testing.assert_allclose(matrix, space_to_body(t), atol=1e-14)
+        np.testing.assert_allclose(matrix, space_to_body(t), rtol=0, atol=1e-14)
         rate = state.getRotationRate()
         expected = RATE * AXIS if rates else np.zeros(3)
-        np.testing.assert_allclose([rate.getX(), rate.getY(), rate.getZ()], expected, atol=1e-14)
+        np.testing.assert_allclose([rate.getX(), rate.getY(), rate.getZ()], expected, rtol=0, atol=1e-14)
 
 
 HEAD = """CCSDS_AEM_VERS = {version}.0
@@ -205,10 +207,10 @@ def test_types_are_read_as_orekit_reads_them(tmp_path, frames, version, kind, mo
     message = ParserBuilder().buildAemParser().parseMessage(DataSource(File(str(path))))
     theirs = message.getSegments().get(0).getData().getAngularCoordinates().get(0)
     matrix = np.array([list(line) for line in theirs.getRotation().getMatrix()])
-    np.testing.assert_allclose(ours.attitude.as_matrix()[0].T, matrix, atol=1e-14)
+    np.testing.assert_allclose(ours.attitude.as_matrix()[0].T, matrix, rtol=0, atol=1e-14)
     rate = theirs.getRotationRate()
     if ours.omega_body is not None:
-        np.testing.assert_allclose(ours.omega_body[0], [rate.getX(), rate.getY(), rate.getZ()], atol=1e-14)
+        np.testing.assert_allclose(ours.omega_body[0], [rate.getX(), rate.getY(), rate.getZ()], rtol=0, atol=1e-14)
 
 
 # ------------------------------------------------------------------ parsers written here
@@ -223,8 +225,8 @@ def test_stk_file_by_another_parser(tmp_path):
     for t, line in zip(TIMES, text[begin:-1], strict=True):
         time, q1, q2, q3, q4, *rates = map(float, line.split())
         assert time == pytest.approx(t, abs=1e-10)
-        np.testing.assert_allclose(matrix_of_the_standard(q1, q2, q3, q4), space_to_body(t), atol=1e-14)
-        np.testing.assert_allclose(np.radians(rates), RATE * AXIS, atol=1e-14)
+        np.testing.assert_allclose(matrix_of_the_standard(q1, q2, q3, q4), space_to_body(t), rtol=0, atol=1e-14)
+        np.testing.assert_allclose(np.radians(rates), RATE * AXIS, rtol=0, atol=1e-14)
 
 
 def test_csv_by_numpy(tmp_path):
@@ -236,8 +238,8 @@ def test_csv_by_numpy(tmp_path):
     for row, t in zip(rows, TIMES, strict=True):
         assert row["t"] == t
         found = matrix_of_the_standard(row["q1"], row["q2"], row["q3"], row["q0"])
-        np.testing.assert_allclose(found, space_to_body(t), atol=1e-14)
-        np.testing.assert_allclose([row[f"omega_{i}"] for i in (1, 2, 3)], RATE * AXIS, atol=1e-15)
+        np.testing.assert_allclose(found, space_to_body(t), rtol=0, atol=1e-14)
+        np.testing.assert_allclose([row[f"omega_{i}"] for i in (1, 2, 3)], RATE * AXIS, rtol=0, atol=1e-15)
 
 
 def test_c_kernel_by_spice(tmp_path):
@@ -249,10 +251,10 @@ def test_c_kernel_by_spice(tmp_path):
         zero = 848491200.0 + 32.184  # TT of the epoch after 2000-01-01T12:00:00, TDB within two milliseconds
         for t in TIMES:
             matrix, rate, _ = spice.ckgpav(-42000, spice.sce2c(-42, zero + t), 5000.0, "J2000")
-            np.testing.assert_allclose(matrix, space_to_body(t), atol=2e-3 * RATE)
-            np.testing.assert_allclose(matrix @ rate, RATE * AXIS, atol=1e-7)
+            np.testing.assert_allclose(matrix, space_to_body(t), rtol=0, atol=2e-3 * RATE)
+            np.testing.assert_allclose(matrix @ rate, RATE * AXIS, rtol=0, atol=1e-15)
         ahead, behind = (spice.pxform("J2000", "SC_BODY_1", zero + t) for t in (6.5, 5.5))
     finally:
         spice.kclear()
     axis, angle = spice.raxisa(np.ascontiguousarray(behind @ ahead.T))
-    np.testing.assert_allclose(angle * axis, RATE * AXIS, atol=1e-6)
+    np.testing.assert_allclose(angle * axis, RATE * AXIS, rtol=0, atol=1e-9)

@@ -128,8 +128,9 @@ def test_branches_that_cross_or_double(hyperion, i):
     turns = 2 if found.kind == "doubling" else 1
     assert branch.values[0] == pytest.approx(found.value, abs=1e-15)
     np.testing.assert_allclose(branch.periods, turns * 2 * np.pi, rtol=1e-15)
-    assert np.sort(np.abs(np.linalg.eigvals(branch.motions[0].matrix) - 1))[1] < 1e-6
-    np.testing.assert_allclose(branch.motions[0].state.quaternion, found.motion.state.quaternion, atol=1e-12)
+    # A double root, the root of roundings: three times the worst of 21 shaken starts.
+    assert np.sort(np.abs(np.linalg.eigvals(branch.motions[0].matrix) - 1))[1] < 1.2e-6
+    np.testing.assert_allclose(branch.motions[0].state.quaternion, found.motion.state.quaternion, rtol=0, atol=1e-12)
     middle = branch.motions[len(branch.motions) // 2]
     parent = hyperion.motions[found.after].growth_rates.size
     lower, upper = parent, parent + found.change
@@ -142,7 +143,7 @@ def test_branches_that_cross_or_double(hyperion, i):
         )
         for over in (pt.propagate(middle.system, begin, [n / 2 * middle.period]) for n in (1, 2))
     )
-    assert np.max(np.abs(twice)) < 1e-9
+    assert np.max(np.abs(twice)) < 1e-12
     if turns == 2:
         assert np.max(np.abs(once)) > 1e-3
     else:  # the libration passes the periapsis with the angle 0, in the plane
@@ -166,7 +167,7 @@ def test_top_of_three_moments_turns_over_where_its_formula_says():
     assert [each.kind for each in branch.bifurcations] == ["branching"] * 2
     assert [each.change for each in branch.bifurcations] == [1, -1]
     values = [each.value for each in branch.bifurcations]
-    assert values == pytest.approx([1.0 + 0.5 / 16, 1.2 + 0.5 / 16], abs=1e-12)
+    assert values == pytest.approx([1.0 + 0.5 / 16, 1.2 + 0.5 / 16], abs=1e-14)
 
 
 def test_sleeping_top_wakes_where_lagrange_says():
@@ -176,4 +177,4 @@ def test_sleeping_top_wakes_where_lagrange_says():
     branch = pt.analysis.continue_motion(pt.analysis.periodic_motion(top, start, np.pi / 2), "weight", 1.5)
     (found,) = branch.bifurcations
     assert (found.kind, found.change) == ("collision", 2)
-    assert found.value == pytest.approx(1.0, abs=1e-9)
+    assert found.value == pytest.approx(1.0, abs=1e-12)

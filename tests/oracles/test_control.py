@@ -111,8 +111,8 @@ def test_a_sampled_slew_as_scipy_integrates_it_between_samples(formulation):
         state = coasted(state, torque, PERIOD)
     expected, torques = (np.array(each) for each in zip(*found[9::10], strict=True))
     # The other integrator's tolerance, over 70 pieces.
-    assert np.max(np.abs(np.column_stack([motion.quaternion, motion.omega_body]) - expected)) < 1e-11
-    assert np.max(np.abs(motion.own["sampled"] - torques)) < 1e-10
+    assert np.max(np.abs(np.column_stack([motion.quaternion, motion.omega_body]) - expected)) < 1e-14
+    assert np.max(np.abs(motion.own["sampled"] - torques)) < 1e-14
 
 
 def test_held_torques_on_a_linear_plant_have_a_closed_form():
@@ -123,7 +123,7 @@ def test_held_torques_on_a_linear_plant_have_a_closed_form():
     step = np.array([[1.0, period], [0.0, 1.0]]) - np.outer((0.5 * period**2, period), (0.5 * kp, kd)) / moment
     expected = [np.linalg.matrix_power(step, k) @ (small, 0.2 * small) for k in range(41)]
     found = np.stack([2 * motion.quaternion[:, 1], motion.omega_body[:, 0]], axis=-1)
-    assert np.max(np.abs(found - expected)) < 1e-7 * small  # sin x = x to 1e-14; the rest is rounding of q
+    assert np.max(np.abs(found - expected)) < 1e-14 * small  # sin x = x to 1e-14; the rest is rounding of q
     assert np.linalg.norm(expected[-1]) < 0.1 * small
 
 

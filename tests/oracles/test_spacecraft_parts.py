@@ -200,10 +200,10 @@ def test_a_pendulum_swings_by_newtons_equations(thrust):
     start = system.state(IDENTITY, omega_body=OMEGA, slosh_pendulum=part.at_angles(angles, swing, OMEGA))
     motion = pt.propagate(system, start, times)
     places = motion.attitude.apply(hanging + np.stack(list(part.displacement(motion.own["slosh_pendulum"].T)), axis=-1))
-    # The other integration keeps its rod's length to 1e-12 only: ten times that.
+    # The other integration keeps its rod's length to 1e-12 only, which leaves 6e-12: three times that.
     assert largest(motion.omega_body - y[:, 9:12]) < 1e-11
-    assert largest(places - y[:, 12:15]) < 1e-11
-    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-11
+    assert largest(places - y[:, 12:15]) < 2e-11
+    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 2e-11
 
 
 def test_a_mass_that_is_moved_takes_the_work_of_its_actuator():
@@ -234,9 +234,9 @@ def test_a_mass_that_is_moved_takes_the_work_of_its_actuator():
     system = pt.System(pt.Body.from_inertia(inertia), part)
     motion = pt.propagate(system, system.state(IDENTITY, omega_body=OMEGA), times)
     assert largest(motion.omega_body - y[:, 9:12]) < 1e-12
-    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-12
+    assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1.5e-12
     assert abs(motion.energy[-1] - motion.energy[0]) > 0.1
-    assert abs(motion.energy[-1] - motion.energy[0] - y[-1, 12]) < 1e-11
+    assert abs(motion.energy[-1] - motion.energy[0] - y[-1, 12]) < 3e-14
 
 
 def test_inertia_given_as_a_function_of_time_moves_by_eulers_equations():
@@ -353,8 +353,8 @@ def test_any_damper_brings_the_minor_axis_to_a_flat_spin(part):
     g = np.linalg.norm(start.angular_momentum_body)
     assert motion.energy[0] > 0.99 * g**2 / (2 * SPINNER[0])
     assert np.all(np.diff(motion.energy) < 1e-15)
-    assert abs(motion.energy[-1] - g**2 / (2 * SPINNER[2])) < 1e-6
-    assert abs(abs(motion.omega_body[-1, 2]) - g / SPINNER[2]) < 1e-3
+    assert abs(motion.energy[-1] - g**2 / (2 * SPINNER[2])) < 1e-12
+    assert abs(abs(motion.omega_body[-1, 2]) - g / SPINNER[2]) < 1e-9
 
 
 # ---------------------------------------------------------------------- gyrostats, closed forms

@@ -160,7 +160,7 @@ def test_the_rate_is_that_of_the_closed_form_from_a_guess_beside_it(turn):
     for equilibrium, distance in zip(found_near(EQUAL, beside, distances=distances), distances, strict=True):
         exact = EQUAL.doubly_synchronous(distance=distance)
         w = np.linalg.norm(exact.momentum) / EQUAL.reduced_mass / distance
-        assert equilibrium.distance == pytest.approx(distance, rel=1e-15)
+        assert equilibrium.distance == pytest.approx(distance, rel=1e-15, abs=0)
         assert abs(np.linalg.norm(equilibrium.rate) / w - 1) < 1e-12
         along = Rotation.from_quat(equilibrium.state.primary.quaternion, scalar_first=True).inv()
         assert np.allclose(np.abs(along.apply([1, 0, 0])), [1, 0, 0], rtol=0, atol=1e-11)

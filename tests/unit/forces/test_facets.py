@@ -98,7 +98,9 @@ def test_density_falls_by_e_with_each_scale_height():
     facets = Facets([1.0], [(0, 1, 0)], [(0.1, 0, 0)])
     air = ExponentialAtmosphere(0.7, 1.4, 0.6)
     here = torque(AtmosphericDrag(Passing(1.0, (0, 3.0, 0)), air, facets))
-    assert np.allclose(here, np.exp(-1) * torque(AtmosphericDrag(Passing(1.0, (0, 3.0, 0)), Still(0.7), facets)), 1e-15)
+    assert np.allclose(
+        here, np.exp(-1) * torque(AtmosphericDrag(Passing(1.0, (0, 3.0, 0)), Still(0.7), facets)), rtol=1e-14, atol=0
+    )
 
 
 # ---------------------------------------------------------------------- bodies
@@ -128,7 +130,9 @@ def test_normals_areas_and_centres_of_a_mesh():
     volume = np.sum(weighted * mesh.face_centers) / 3  # Gauss
     assert abs(volume / mesh.volume - 1) < 1e-13
     box = pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0)
-    assert np.allclose(np.bincount(np.argmax(abs(box.face_normals), axis=1), box.face_areas), (12, 6, 4))
+    assert np.allclose(
+        np.bincount(np.argmax(abs(box.face_normals), axis=1), box.face_areas), (12, 6, 4), rtol=1e-15, atol=0
+    )
 
 
 @pytest.mark.parametrize("turn", Rotation.random(3, np.random.default_rng(4)).as_quat(scalar_first=True))

@@ -36,13 +36,13 @@ def energy(body, force, turn=TURN, time=0.0):
 
 def test_uniform_gravity_is_weight_times_height():
     arm = np.array([0.3, -1.0, 0.6])
-    assert energy(BODY, pt.UniformGravity(0.5, arm)) == pytest.approx(0.5 * TURN.apply(arm)[2], rel=1e-14)
+    assert energy(BODY, pt.UniformGravity(0.5, arm)) == pytest.approx(0.5 * TURN.apply(arm)[2], rel=1e-14, abs=0)
 
 
 def test_uniform_gravity_is_least_with_the_centre_of_mass_below():
     force = pt.UniformGravity(0.5, (0, 0, 2.0))
     assert energy(BODY, force, Rotation.identity()) == 1.0
-    assert energy(BODY, force, Rotation.from_rotvec([np.pi, 0, 0])) == pytest.approx(-1.0, rel=1e-15)
+    assert energy(BODY, force, Rotation.from_rotvec([np.pi, 0, 0])) == pytest.approx(-1.0, rel=1e-15, abs=0)
 
 
 def test_torque_of_uniform_gravity_is_arm_cross_weight():
@@ -73,7 +73,7 @@ POINT = pt.orbits.FixedPosition(7.0, position=POSITION)
 def test_gravity_gradient_energy_and_torque(body, tensor):
     u = TURN.inv().apply(POSITION) / 13
     strength = 3 * 7.0 / 13**3
-    assert energy(body, pt.GravityGradient(POINT)) == pytest.approx(strength / 2 * (u @ tensor @ u), rel=1e-14)
+    assert energy(body, pt.GravityGradient(POINT)) == pytest.approx(strength / 2 * (u @ tensor @ u), rel=1e-14, abs=0)
     expected = strength * np.cross(u, tensor @ u)
     assert np.allclose(torque(body, pt.GravityGradient(POINT)), expected, rtol=0, atol=1e-16)
 
@@ -83,7 +83,7 @@ def test_gravity_gradient_follows_the_orbit(orbit):
         r = np.array(orbit.position_at(time), dtype=float)
         u = TURN.inv().apply(r) / np.linalg.norm(r)
         expected = 1.5 * 2.0 / np.linalg.norm(r) ** 3 * np.sum(np.array([1.25, 1.0, 0.75]) * u * u)
-        assert energy(BODY, pt.GravityGradient(orbit), time=time) == pytest.approx(expected, rel=1e-13)
+        assert energy(BODY, pt.GravityGradient(orbit), time=time) == pytest.approx(expected, rel=1e-13, abs=0)
 
 
 def test_gravity_gradient_is_the_attraction_of_far_point_masses():
@@ -148,12 +148,12 @@ def test_without_flattening_there_is_nothing():
 def test_only_the_line_of_the_pole_counts():
     expected = energy(BODY, oblate())
     for factor in (-1.0, 1e-3, 250.0):
-        assert energy(BODY, oblate(pole=factor * POLE)) == pytest.approx(expected, rel=1e-15)
+        assert energy(BODY, oblate(pole=factor * POLE)) == pytest.approx(expected, rel=2e-15, abs=0)
     assert abs(energy(BODY, oblate(pole=(0.3, 0.2, 0.9))) / expected - 1) > 1e-3
 
 
 def test_flattening_and_radius_come_together():
-    assert energy(BODY, oblate(1.6, 4.5)) == pytest.approx(energy(BODY, oblate(0.4, 9.0)), rel=1e-15)
+    assert energy(BODY, oblate(1.6, 4.5)) == pytest.approx(energy(BODY, oblate(0.4, 9.0)), rel=1e-15, abs=0)
 
 
 def test_members_with_their_own_flattening_and_pole():
@@ -226,7 +226,7 @@ def test_attractors_add(body, forces):
     state = body.state(TURN, omega_body=(0.1, 0.3, -0.2), time=0.9)
     together, alone = pt.System(body, *forces), [pt.System(body, force) for force in forces]
     energies = [system.potential_energy(state) for system in alone]
-    assert together.potential_energy(state) == pytest.approx(sum(energies), rel=1e-15)
+    assert together.potential_energy(state) == pytest.approx(sum(energies), rel=1e-15, abs=0)
     assert np.allclose(
         together.torque_body(state), sum(system.torque_body(state) for system in alone), rtol=1e-14, atol=1e-16
     )

@@ -32,8 +32,8 @@ def test_rotation_matrix_is_scipys(rng):
 
 def test_rotation_matrix_has_the_body_axes_in_space_as_columns():
     q = about((0, 0, 1), 0.3)
-    assert np.allclose(attitude.rotation_matrix(q)[:, 0], [np.cos(0.3), np.sin(0.3), 0], atol=1e-15)
-    assert np.allclose(attitude.rotation_matrix(q) @ [1, 2, 3], quat.rotate(q, [1.0, 2.0, 3.0]), atol=1e-15)
+    assert np.allclose(attitude.rotation_matrix(q)[:, 0], [np.cos(0.3), np.sin(0.3), 0], rtol=0, atol=1e-15)
+    assert np.allclose(attitude.rotation_matrix(q) @ [1, 2, 3], quat.rotate(q, [1.0, 2.0, 3.0]), rtol=0, atol=1.5e-15)
 
 
 def test_rotation_matrix_shapes():
@@ -42,7 +42,7 @@ def test_rotation_matrix_shapes():
 
 
 def test_rotation_matrix_off_the_sphere_is_scaled():
-    assert np.allclose(attitude.rotation_matrix([2.0, 0, 0, 0]), 4 * np.eye(3))
+    assert np.allclose(attitude.rotation_matrix([2.0, 0, 0, 0]), 4 * np.eye(3), rtol=0, atol=1e-15)
 
 
 def test_rotation_matrix_of_symbols():
@@ -65,7 +65,7 @@ def test_paper_matrix_is_the_transpose():
     assert np.array_equal(attitude.paper_matrix(q), attitude.rotation_matrix(q).T)
     assert attitude.paper_matrix(np.ones((7, 4)) / 2).shape == (7, 3, 3)
     x_space = np.array([0.3, -1.0, 2.0])
-    assert np.allclose(attitude.paper_matrix(q) @ x_space, quat.rotate(quat.conjugate(q), x_space), atol=1e-15)
+    assert np.allclose(attitude.paper_matrix(q) @ x_space, quat.rotate(quat.conjugate(q), x_space), rtol=0, atol=1e-15)
 
 
 # ---------------------------------------------------------------------- from a matrix
@@ -130,7 +130,7 @@ def test_unit_quaternion_does_not_share_memory():
 def test_rotation_is_body_to_space():
     q = about((0.6, 0, 0.8), 0.7)
     x = np.array([1.0, 2.0, 3.0])
-    assert np.allclose(attitude.rotation(q).apply(x), quat.rotate(q, x), atol=1e-15)
+    assert np.allclose(attitude.rotation(q).apply(x), quat.rotate(q, x), rtol=0, atol=1.5e-15)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-5, 0.3, 3.0, np.pi - 1e-9, np.pi])
@@ -176,8 +176,8 @@ def test_rates_are_those_of_the_matrix(time):
 def test_rates_of_a_turn_about_a_body_axis():
     q = about((0.6, 0, 0.8), 0.7)
     q_dot = 0.5 * quat.product(q, [0, 1.0, 2.0, 3.0])
-    assert np.allclose(attitude.omega_body(q, q_dot), [1, 2, 3], atol=1e-15)
-    assert np.allclose(attitude.omega_space(q, q_dot), quat.rotate(q, [1.0, 2.0, 3.0]), atol=1e-15)
+    assert np.allclose(attitude.omega_body(q, q_dot), [1, 2, 3], rtol=0, atol=3e-15)
+    assert np.allclose(attitude.omega_space(q, q_dot), quat.rotate(q, [1.0, 2.0, 3.0]), rtol=0, atol=1e-15)
 
 
 # ---------------------------------------------------------------------- what formulas see
@@ -187,15 +187,15 @@ def test_attitude_turns_vectors_both_ways():
     q = about((0.6, 0, 0.8), 0.7)
     seen = attitude.Attitude.from_quaternion(q)
     x = [1.0, 2.0, 3.0]
-    assert np.allclose(seen.to_space(x), quat.rotate(q, x), atol=1e-15)
-    assert np.allclose(seen.to_body(x), quat.rotate(quat.conjugate(q), x), atol=1e-15)
+    assert np.allclose(seen.to_space(x), quat.rotate(q, x), rtol=0, atol=1.5e-15)
+    assert np.allclose(seen.to_body(x), quat.rotate(quat.conjugate(q), x), rtol=0, atol=1.5e-15)
 
 
 def test_attitude_of_arrays_gives_arrays_of_components():
     q = np.stack([about((0, 0, 1), 0.2), about((0, 0, 1), 1.2)])
     seen = attitude.Attitude.from_quaternion(functions.Vector(q.T))
-    assert np.allclose(seen.to_space((1, 0, 0))[0], np.cos([0.2, 1.2]), atol=1e-15)
-    assert np.allclose(seen.to_body((1, 0, 0))[1], -np.sin([0.2, 1.2]), atol=1e-15)
+    assert np.allclose(seen.to_space((1, 0, 0))[0], np.cos([0.2, 1.2]), rtol=0, atol=1e-15)
+    assert np.allclose(seen.to_body((1, 0, 0))[1], -np.sin([0.2, 1.2]), rtol=0, atol=1e-15)
 
 
 def test_an_attitude_of_a_matrix_alone_has_no_quaternion():

@@ -44,7 +44,7 @@ def test_ellipsoid_against_an_integral_over_its_volume():
     across = r * np.sqrt(1 - u * u)
     weights = r**2 * wr[:, None, None] * wu[None, :, None]
     expected = integrated_moments(mass, a * across * np.cos(phi), b * across * np.sin(phi), c * r * u, weights)
-    assert np.allclose(pt.Body.from_ellipsoid(mass, (a, b, c)).moments, expected, rtol=1e-14)
+    assert np.allclose(pt.Body.from_ellipsoid(mass, (a, b, c)).moments, expected, rtol=1e-14, atol=0)
 
 
 def test_box_against_an_integral_over_its_volume():
@@ -52,7 +52,7 @@ def test_box_against_an_integral_over_its_volume():
     nodes, weights = zip(*(gauss(-s / 2, s / 2) for s in sides), strict=True)
     x, y, z = np.meshgrid(*nodes, indexing="ij")
     expected = integrated_moments(mass, x, y, z, np.einsum("i,j,k->ijk", *weights))
-    assert np.allclose(pt.Body.from_box(mass, sides).moments, expected, rtol=1e-14)
+    assert np.allclose(pt.Body.from_box(mass, sides).moments, expected, rtol=1e-14, atol=0)
 
 
 def test_cylinder_against_an_integral_over_its_volume():
@@ -62,7 +62,7 @@ def test_cylinder_against_an_integral_over_its_volume():
     r, z, phi = np.meshgrid(r, z, phi, indexing="ij")
     weights = r * wr[:, None, None] * wz[None, :, None]
     expected = integrated_moments(mass, r * np.cos(phi), r * np.sin(phi), z, weights)
-    assert np.allclose(pt.Body.from_cylinder(mass, radius, height).moments, expected, rtol=1e-14)
+    assert np.allclose(pt.Body.from_cylinder(mass, radius, height).moments, expected, rtol=1e-14, atol=0)
 
 
 def test_point_masses_about_their_centre_of_mass():
@@ -97,7 +97,7 @@ def test_from_stokes_gives_europa():
     """J2 = 435.5e-6, C22 = 131.5e-6, C/MR^2 = 0.346: A < B < C and (B - A)/C = 4 C22 / 0.346."""
     europa = pt.Body.from_stokes(-435.5e-6, 131.5e-6, 0.346)
     assert type(europa) is pt.Body
-    assert europa.moments == pytest.approx([0.3453015, 0.3458275, 0.346], rel=1e-15)
+    assert europa.moments == pytest.approx([0.3453015, 0.3458275, 0.346], rel=1e-15, abs=0)
     assert ratios_of(europa)["gamma"] == pytest.approx(1.52023e-3, rel=1e-5)
 
 
@@ -111,7 +111,7 @@ def test_from_stokes_of_a_homogeneous_ellipsoid():
         mass=mass,
         radius=radius,
     )
-    assert body.moments == pytest.approx(pt.Body.from_ellipsoid(mass, (a, b, c)).moments, rel=1e-14)
+    assert body.moments == pytest.approx(pt.Body.from_ellipsoid(mass, (a, b, c)).moments, rel=1e-14, abs=0)
     assert np.all(np.diff(body.moments) > 0)
 
 
@@ -127,12 +127,12 @@ def test_the_field_in_turned_axes_is_the_turned_body():
     body = pt.Body.from_stokes(-0.02, small * np.cos(2 * angle), 0.35, S22=small * np.sin(2 * angle))
     long_axis = body.principal_axes.as_matrix()[:, 0]
     assert np.allclose(long_axis, [np.cos(angle), np.sin(angle), 0], rtol=0, atol=1e-13)
-    assert body.moments == pytest.approx(pt.Body.from_stokes(-0.02, small, 0.35).moments, rel=1e-15)
+    assert body.moments == pytest.approx(pt.Body.from_stokes(-0.02, small, 0.35).moments, rel=1e-15, abs=0)
 
 
 def test_a_mean_moment_factor_becomes_a_polar_one():
     body = pt.Body.from_stokes(-0.02, 0.005, 0.35)
-    assert np.mean(body.moments) - 2 / 3 * -0.02 == pytest.approx(0.35, rel=1e-15)
+    assert np.mean(body.moments) - 2 / 3 * -0.02 == pytest.approx(0.35, rel=1e-15, abs=0)
 
 
 @pytest.mark.parametrize("names", PAIRS, ids="-".join)
@@ -141,7 +141,7 @@ def test_any_two_ratios_make_the_body(moments, names):
     """The first moments are those of Phobos over M R^2; the third is another order of the axes."""
     ratios = ratios_of(pt.Body(moments))
     made = pt.Body.from_ratios(**{name: ratios[name] for name in names}, polar_moment=moments[2])
-    assert made.moments == pytest.approx(moments, rel=1e-14)
+    assert made.moments == pytest.approx(moments, rel=1e-14, abs=0)
     assert ratios["beta"] * (1 + ratios["alpha"] * ratios["gamma"]) == pytest.approx(
         ratios["alpha"] + ratios["gamma"], abs=1e-15
     )
@@ -175,7 +175,7 @@ def test_ratios_of_flat_plates(names):
             pt.Body.from_ratios(alpha=1, beta=1)
     else:
         body = pt.Body.from_ratios(**{names[0]: 1.0}, gamma=0.2)
-        assert body.moments == pytest.approx([0.4, 0.6, 1.0], rel=1e-15)
+        assert body.moments == pytest.approx([0.4, 0.6, 1.0], rel=1e-15, abs=0)
 
 
 BAD_CONSTRUCTORS = {
@@ -238,7 +238,7 @@ def test_every_turned_flat_plate_is_a_body(rng):
     for turn in Rotation.random(200, rng=rng):
         a, b = rng.uniform(0.01, 3, 2)
         body, _ = oblique(turn, np.array([a, b, a + b]))
-        assert np.allclose(np.sort(body.moments), np.sort([a, b, a + b]), rtol=1e-13)
+        assert np.allclose(np.sort(body.moments), np.sort([a, b, a + b]), rtol=1e-13, atol=0)
 
 
 def test_members_are_checked_one_by_one():
@@ -266,24 +266,24 @@ def test_omega_angular_momentum_and_energy_of_principal_axes():
     body, omega = pt.Body(MOMENTS), np.array([0.5, -1.0, 2.0])
     assert body.angular_momentum(omega).tolist() == [1.0, -3.0, 8.0]
     assert body.omega([1.0, -3.0, 8.0]).tolist() == omega.tolist()
-    assert body.kinetic_energy([1.0, -3.0, 8.0]) == pytest.approx(0.5 * (2 * 0.25 + 3 * 1 + 4 * 4), rel=1e-15)
-    assert body.moment_about([0.6, 0, 0.8]) == pytest.approx(0.36 * 2 + 0.64 * 4, rel=1e-15)
+    assert body.kinetic_energy([1.0, -3.0, 8.0]) == pytest.approx(0.5 * (2 * 0.25 + 3 * 1 + 4 * 4), rel=1e-15, abs=0)
+    assert body.moment_about([0.6, 0, 0.8]) == pytest.approx(0.36 * 2 + 0.64 * 4, rel=1e-15, abs=0)
 
 
 def test_rates_of_batches():
     body, g = pt.Body(MOMENTS), np.arange(12.0).reshape(4, 3)
-    assert np.allclose(body.omega(g), g / MOMENTS, rtol=1e-15)
-    assert np.allclose(body.kinetic_energy(g), 0.5 * np.sum(g * g / MOMENTS, axis=-1), rtol=1e-15)
+    assert np.allclose(body.omega(g), g / MOMENTS, rtol=1e-15, atol=0)
+    assert np.allclose(body.kinetic_energy(g), 0.5 * np.sum(g * g / MOMENTS, axis=-1), rtol=1e-15, atol=0)
 
 
 def test_rates_of_an_oblique_body_are_those_of_its_tensor(rng):
     body, tensor = oblique()
     omega, u = rng.normal(size=(5, 3)), np.array([0.6, 0, 0.8])
     g = omega @ tensor
-    assert np.allclose(body.angular_momentum(omega), g, atol=1e-14)
-    assert np.allclose(body.omega(g), omega, atol=1e-14)
-    assert np.allclose(body.kinetic_energy(g), 0.5 * np.sum(g * omega, axis=-1), rtol=1e-14)
-    assert body.moment_about(u) == pytest.approx(u @ tensor @ u, rel=1e-14)
+    assert np.allclose(body.angular_momentum(omega), g, rtol=0, atol=1e-14)
+    assert np.allclose(body.omega(g), omega, rtol=0, atol=1e-14)
+    assert np.allclose(body.kinetic_energy(g), 0.5 * np.sum(g * omega, axis=-1), rtol=1e-14, atol=0)
+    assert body.moment_about(u) == pytest.approx(u @ tensor @ u, rel=1e-14, abs=0)
 
 
 def test_kinetic_energy_is_one_formula_for_every_scalar():
@@ -291,10 +291,10 @@ def test_kinetic_energy_is_one_formula_for_every_scalar():
     expected = body.kinetic_energy(g)
     symbols = sympy.symbols("g1:4")
     energy = body.kinetic_energy(functions.Vector(symbols))
-    assert float(energy.subs(dict(zip(symbols, g, strict=True)))) == pytest.approx(expected, rel=1e-15)
+    assert float(energy.subs(dict(zip(symbols, g, strict=True)))) == pytest.approx(expected, rel=1e-15, abs=0)
     variables = [hy.expression(f"g{i}") for i in range(3)]
     compiled = hy.cfunc([body.kinetic_energy(functions.Vector(variables))], vars=variables)
-    assert compiled(np.array(g))[0] == pytest.approx(expected, rel=1e-15)
+    assert compiled(np.array(g))[0] == pytest.approx(expected, rel=1e-15, abs=0)
 
 
 # ---------------------------------------------------------------------- axes
@@ -303,7 +303,7 @@ def test_kinetic_energy_is_one_formula_for_every_scalar():
 def test_from_inertia_keeps_the_users_axes():
     body, tensor = oblique()
     assert np.allclose(body.inertia, tensor, rtol=0, atol=1e-14)
-    assert np.allclose(body.angular_momentum([1.0, 0, 0]), tensor[:, 0], atol=1e-14)
+    assert np.allclose(body.angular_momentum([1.0, 0, 0]), tensor[:, 0], rtol=0, atol=1e-14)
 
 
 def test_from_inertia_of_a_diagonal_tensor_keeps_the_order():
@@ -322,7 +322,7 @@ def test_inertia_and_axes_of_principal_moments():
 def test_principal_axes_diagonalise_and_are_the_nearest_right_handed_ones(vector):
     body, tensor = oblique(Rotation.from_rotvec(vector))
     axes = body.principal_axes.as_matrix()
-    assert np.linalg.det(axes) == pytest.approx(1, rel=1e-14)
+    assert np.linalg.det(axes) == pytest.approx(1, rel=1e-14, abs=0)
     assert np.allclose(axes.T @ tensor @ axes, np.diag(body.moments), rtol=0, atol=1e-14)
     others = (
         axes[:, order] * signs
@@ -349,7 +349,7 @@ def test_principal_axes_of_a_sphere_are_the_given_ones(rng):
 def test_a_small_turn_keeps_the_order_of_the_moments():
     turn = Rotation.from_rotvec([0.1, 0.2, -0.1])
     body, _ = oblique(turn)
-    assert np.allclose(body.moments, MOMENTS, rtol=1e-14)
+    assert np.allclose(body.moments, MOMENTS, rtol=1e-14, atol=0)
     assert (turn.inv() * body.principal_axes).magnitude() < 1e-14
 
 
@@ -376,9 +376,9 @@ def test_state_from_each_of_the_four_vectors(kind, name):
     body = BODIES[kind]
     given = vectors(body)
     state = body.state(ATTITUDE, **{name: given[name]}, time=2.5)
-    assert np.allclose(state.angular_momentum_body, given["angular_momentum_body"], atol=1e-14)
-    assert np.allclose(state.angular_momentum_space, given["angular_momentum_space"], atol=1e-14)
-    assert np.allclose(state.quaternion, ATTITUDE.as_quat(scalar_first=True), atol=1e-16)
+    assert np.allclose(state.angular_momentum_body, given["angular_momentum_body"], rtol=0, atol=1e-14)
+    assert np.allclose(state.angular_momentum_space, given["angular_momentum_space"], rtol=0, atol=1e-14)
+    assert np.allclose(state.quaternion, ATTITUDE.as_quat(scalar_first=True), rtol=0, atol=1e-16)
     assert state.time == 2.5
 
 
@@ -386,7 +386,7 @@ def test_state_keeps_the_sign_of_a_given_quaternion():
     q = -ATTITUDE.as_quat(scalar_first=True)
     state = pt.Body(MOMENTS).state(q, omega_body=OMEGA)
     assert state.quaternion.tolist() == q.tolist()
-    assert np.allclose(state.angular_momentum_body, MOMENTS * OMEGA, atol=1e-15)
+    assert np.allclose(state.angular_momentum_body, MOMENTS * OMEGA, rtol=0, atol=1e-15)
 
 
 def test_state_at_rest():
@@ -397,7 +397,7 @@ def test_state_at_rest():
 def test_states_of_members():
     state = pt.Body(MOMENTS).state(ATTITUDE, omega_body=np.stack([OMEGA, 2 * OMEGA]))
     assert state.quaternion.shape == state.conjugate_momenta.shape == (2, 4)
-    assert np.allclose(state.angular_momentum_body[1], 2 * MOMENTS * OMEGA, atol=1e-15)
+    assert np.allclose(state.angular_momentum_body[1], 2 * MOMENTS * OMEGA, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", ["omega_body", "omega_space"])
@@ -411,4 +411,4 @@ def test_state_relative_to_a_frame(kind, name):
     expected = frame.attitude(time) * ATTITUDE
     assert (expected.inv() * state.attitude).magnitude() < 1e-15
     inertial = expected.apply(OMEGA) + np.array([0.3, -0.2, 0.5])
-    assert np.allclose(expected.apply(body.omega(state.angular_momentum_body)), inertial, atol=1e-14)
+    assert np.allclose(expected.apply(body.omega(state.angular_momentum_body)), inertial, rtol=0, atol=1e-14)

@@ -57,7 +57,7 @@ def test_barycentric_time_swings_by_less_than_two_milliseconds():
     days = tdb / 86400
     g = np.radians(357.53 + 0.98560028 * days)
     expected = 0.001657 * np.sin(g) + 0.000022 * np.sin(np.radians(246.11 + 0.90251792 * days))
-    np.testing.assert_allclose(tt - tdb, expected, atol=3e-5)
+    np.testing.assert_allclose(tt - tdb, expected, rtol=0, atol=3e-5)
 
 
 @given(
@@ -82,7 +82,7 @@ def test_decades_are_right_to_the_rounding_of_a_float():
 @pytest.mark.parametrize(("unit", "seconds"), [("s", 1), ("min", 60), ("h", 3600), ("d", 86400)])
 def test_units(unit, seconds):
     calendar = Calendar("2026-01-01", "TDB", unit)
-    assert calendar.time("2026-01-04T12:00:00 TDB") == pytest.approx(3.5 * 86400 / seconds, rel=1e-15)
+    assert calendar.time("2026-01-04T12:00:00 TDB") == pytest.approx(3.5 * 86400 / seconds, rel=1e-15, abs=0)
     assert calendar.date(86400 / seconds).isot == "2026-01-02T00:00:00.000"
 
 

@@ -168,7 +168,7 @@ def test_members_stop_each_at_every_knot(fitted):
     motion = pt.propagate(pt.System(BODY, pt.GravityGradient(fitted)), members, times)
     assert not motion.failures
     assert np.max(np.abs(motion.quaternion - expected.quaternion)) < 1e-10
-    assert np.allclose(motion.potential_energy, expected.potential_energy, rtol=1e-9)
+    assert np.allclose(motion.potential_energy, expected.potential_energy, rtol=1e-9, atol=0)
 
 
 def test_two_tables_with_different_knots(fitted, tabulated):
@@ -430,8 +430,8 @@ def test_metres_are_a_thousandth_of_kilometres():
     mars = pt.orbits.planet_orbit("mars", "sun", *day)
     long, times = pt.orbits.in_metres(mars), np.linspace(*mars.span, 7)
     for there, here in zip(long.position_at(times), mars.position_at(times), strict=True):
-        assert np.allclose(there, 1000 * np.asarray(here), rtol=1e-15)
-    assert np.allclose(long.velocity_at(times), 1000 * np.asarray(list(mars.velocity_at(times))), rtol=1e-15)
+        assert np.allclose(there, 1000 * np.asarray(here), rtol=3e-15, atol=0)
+    assert np.allclose(long.velocity_at(times), 1000 * np.asarray(list(mars.velocity_at(times))), rtol=3e-15, atol=0)
     assert (long.error, long.radius) == (1000 * mars.error, 1000 * mars.radius)
     assert (long.span, long.reference_frame, long.origin) == (mars.span, mars.reference_frame, mars.origin)
     assert np.isclose(np.sqrt(long.mu / 2.28e11**3), np.sqrt(mars.mu / 2.28e8**3), rtol=1e-15)  # the mean motion

@@ -95,21 +95,21 @@ def test_distance_of_the_apses():
     orbit = pt.KeplerOrbit(
         MU, semimajor_axis=A, eccentricity=0.3, inclination=0.4, node=1.1, argument_of_periapsis=-0.7
     )
-    assert np.linalg.norm(array(orbit.position_at(0.0))) == pytest.approx(A * 0.7, rel=1e-14)
-    assert np.linalg.norm(array(orbit.position_at(PERIOD / 2))) == pytest.approx(A * 1.3, rel=1e-14)
+    assert np.linalg.norm(array(orbit.position_at(0.0))) == pytest.approx(A * 0.7, rel=1e-14, abs=0)
+    assert np.linalg.norm(array(orbit.position_at(PERIOD / 2))) == pytest.approx(A * 1.3, rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize("name", ELEMENTS)
 def test_inverse_distance_is_that_of_the_position(name):
     for time in TIMES:
         distance = np.linalg.norm(array(ORBITS[name].position_at(time)))
-        assert float(ORBITS[name].inverse_distance_at(time)) * distance == pytest.approx(1, rel=1e-12)
+        assert float(ORBITS[name].inverse_distance_at(time)) * distance == pytest.approx(1, rel=1e-12, abs=0)
 
 
 def test_period_and_mean_motion():
     orbit = ORBITS["ellipse"]
-    assert orbit.period == pytest.approx(PERIOD, rel=1e-15)
-    assert orbit.mean_motion == pytest.approx(np.sqrt(MU / A**3), rel=1e-15)
+    assert orbit.period == pytest.approx(PERIOD, rel=1e-15, abs=0)
+    assert orbit.mean_motion == pytest.approx(np.sqrt(MU / A**3), rel=1e-15, abs=0)
     here, later = (array(orbit.position_at(t)) for t in (0.7, 0.7 + PERIOD))
     assert np.allclose(here, later, rtol=0, atol=1e-13)
 
@@ -118,7 +118,7 @@ def test_positions_at_many_times():
     times = np.linspace(0, 5, 7)
     x = np.stack(ORBITS["ellipse"].position_at(times))
     assert x.shape == (3, 7)
-    assert np.allclose(x[:, 3], array(ORBITS["ellipse"].position_at(times[3])), atol=1e-15)
+    assert np.allclose(x[:, 3], array(ORBITS["ellipse"].position_at(times[3])), rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("name", ELEMENTS)
@@ -130,7 +130,9 @@ def test_normal_is_along_r_cross_v(name):
 
 def test_uniform_rotation_of_a_circle_alone():
     assert ORBITS["ellipse"].uniform_rotation is None
-    assert np.allclose(ORBITS["circular"].uniform_rotation, np.sqrt(MU / A**3) * ORBITS["circular"].normal)
+    assert np.allclose(
+        ORBITS["circular"].uniform_rotation, np.sqrt(MU / A**3) * ORBITS["circular"].normal, rtol=1e-14, atol=1e-17
+    )
 
 
 def test_anomaly_and_epoch_are_zero_by_default():
@@ -138,8 +140,8 @@ def test_anomaly_and_epoch_are_zero_by_default():
         array(getattr(pt.KeplerOrbit(MU, semimajor_axis=A, eccentricity=0.3), name)(0.0))
         for name in ("position_at", "velocity_at")
     )
-    assert np.allclose(r, [0.7 * A, 0, 0], atol=1e-15)
-    assert np.allclose(v, [0, np.sqrt(MU / A * 1.3 / 0.7), 0], atol=1e-15)
+    assert np.allclose(r, [0.7 * A, 0, 0], rtol=0, atol=1e-15)
+    assert np.allclose(v, [0, np.sqrt(MU / A * 1.3 / 0.7), 0], rtol=0, atol=1e-15)
 
 
 # ---------------------------------------------------------------------- from vectors
@@ -167,7 +169,7 @@ def test_from_vectors_gives_the_elements_back(name):
         MU, position=array(orbit.position_at(EPOCH)), velocity=array(orbit.velocity_at(EPOCH)), epoch=EPOCH
     )
     stretch = 1 / (1 - ELEMENTS[name][0])
-    assert other.semimajor_axis == pytest.approx(A, rel=1e-14 * stretch)
+    assert other.semimajor_axis == pytest.approx(A, rel=1e-14 * stretch, abs=0)
     assert other.eccentricity == pytest.approx(ELEMENTS[name][0], abs=1e-14 * stretch)
     found = np.array([other.inclination, other.node, other.argument_of_periapsis, other.true_anomaly])
     difference = np.remainder(found - ELEMENTS[name][1:] + np.pi, 2 * np.pi) - np.pi
@@ -181,14 +183,14 @@ def test_from_vectors_of_an_exact_circle_in_the_equator(direction):
     assert (orbit.node, orbit.argument_of_periapsis) == (0, 0)
     assert orbit.inclination == (0 if direction == 1 else np.pi)
     assert orbit.semimajor_axis == 1
-    assert np.allclose(orbit.normal, [0, 0, direction], atol=2e-16)
+    assert np.allclose(orbit.normal, [0, 0, direction], rtol=0, atol=4e-16)
 
 
 def test_from_vectors_of_an_inclined_circle_has_its_periapsis_at_the_node():
     orbit = pt.KeplerOrbit.from_vectors(1.0, position=(0, 1, 0), velocity=(-0.6, 0, 0.8))
     assert orbit.eccentricity == pytest.approx(0, abs=1e-15)
     assert orbit.argument_of_periapsis == pytest.approx(0, abs=1e-15) or orbit.eccentricity > 0
-    assert np.allclose(array(orbit.position_at(0.0)), [0, 1, 0], atol=1e-15)
+    assert np.allclose(array(orbit.position_at(0.0)), [0, 1, 0], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("tilt", [1e-300, 1e-15, 1e-8, 1e-3])

@@ -27,13 +27,13 @@ def test_stems_residual_and_units():
     axes = pt.plot.spectrum(found, time="s", unit="kg m2 s-1", rate_unit="rad/s", title="momentum")
     lines: Any = axes.collections
     stems = lines[0].get_segments()
-    np.testing.assert_allclose([stem[:, 0] for stem in stems], [[1.2, 1.2], [-0.5, -0.5]])
-    np.testing.assert_allclose([stem[1, 1] for stem in stems], [2.0, 0.1])
+    np.testing.assert_allclose([stem[:, 0] for stem in stems], [[1.2, 1.2], [-0.5, -0.5]], rtol=1e-15)
+    np.testing.assert_allclose([stem[1, 1] for stem in stems], [2.0, 0.1], rtol=1e-15)
     ticks, level = axes.lines[0], axes.lines[1]
-    np.testing.assert_allclose(ticks.get_data(), [[1.2, -0.5], [2.0, 0.1]])
-    np.testing.assert_allclose(level.get_ydata(), 1e-3)
+    np.testing.assert_allclose(ticks.get_data(), [[1.2, -0.5], [2.0, 0.1]], rtol=1e-15)
+    np.testing.assert_allclose(level.get_ydata(), 1e-3, rtol=1e-15)
     bars = lines[1].get_segments()
-    np.testing.assert_allclose([np.ptp(bar[:, 0]) for bar in bars], [2e-4, 0.04])
+    np.testing.assert_allclose([np.ptp(bar[:, 0]) for bar in bars], [2e-4, 0.04], rtol=1e-12)
     assert axes.get_yscale() == "log"
     assert axes.get_xlabel() == "frequency [rad s⁻¹]"
     assert axes.get_ylabel() == "amplitude [kg m² s⁻¹]"

@@ -8,8 +8,8 @@ import poinsot as pt
 
 def test_solids_have_the_moments_that_bodies_of_that_name_have():
     ellipsoid, cylinder = pt.shapes.Ellipsoid((1, 2, 3), density=2.0), pt.shapes.Cylinder(1.5, 4.0, mass=3.0)
-    assert ellipsoid.mass == pytest.approx(16 * np.pi, rel=1e-15)
-    assert cylinder.volume == pytest.approx(9 * np.pi, rel=1e-15)
+    assert ellipsoid.mass == pytest.approx(16 * np.pi, rel=1e-15, abs=0)
+    assert cylinder.volume == pytest.approx(9 * np.pi, rel=1e-15, abs=0)
     np.testing.assert_array_equal(ellipsoid.inertia, pt.Body.from_ellipsoid(ellipsoid.mass, (1, 2, 3)).inertia)
     np.testing.assert_array_equal(cylinder.inertia, pt.Body.from_cylinder(3.0, 1.5, 4.0).inertia)
     assert ellipsoid.circumscribing_radius == 3
@@ -36,7 +36,7 @@ def test_two_half_boxes_are_a_box():
     parts = pt.shapes.Assembly([half.moved((0, 0, 0.75)), half.moved((0, 0, -0.75))])
     whole = pt.shapes.Mesh.from_box((1, 2, 3), mass=6.0)
     np.testing.assert_allclose(parts.inertia, whole.inertia, rtol=1e-15)
-    np.testing.assert_allclose(parts.field(8, 1.0).normalized, whole.field(8, 1.0).normalized, atol=1e-15)
+    np.testing.assert_allclose(parts.field(8, 1.0).normalized, whole.field(8, 1.0).normalized, rtol=0, atol=1e-15)
     points = np.array([(0.7, 0.3, 0.2), (2, 2, 2.0)])
     np.testing.assert_allclose(parts.potential(points), whole.potential(points), rtol=1e-14)
     assert parts.circumscribing_radius >= whole.circumscribing_radius
@@ -49,7 +49,7 @@ def test_an_assembly_of_a_moved_sphere_has_the_theorem_of_steiner():
     across = 2 * (2 / 5 * 5 + 5 * 4)
     np.testing.assert_allclose(pair.inertia, np.diag([across, across, 4.0]), rtol=1e-15)
     field = pair.field(4, radius=2.0)  # spheres pull as their centres
-    np.testing.assert_allclose(field.C[[2, 3, 4], 0], [1, 0, 1], atol=1e-15)
+    np.testing.assert_allclose(field.C[[2, 3, 4], 0], [1, 0, 1], rtol=0, atol=2e-15)
 
 
 def test_spheres_of_different_mass_pull_as_their_centres():
@@ -59,7 +59,7 @@ def test_spheres_of_different_mass_pull_as_their_centres():
     centres = pt.shapes.Mascons(masses, places)
     np.testing.assert_allclose(pair.potential(points), centres.potential(points), rtol=1e-15)
     np.testing.assert_allclose(pair.attraction(points), centres.attraction(points), rtol=1e-14)
-    np.testing.assert_allclose(pair.field(6, 3.0).normalized, centres.field(6, 3.0).normalized, atol=1e-16)
+    np.testing.assert_allclose(pair.field(6, 3.0).normalized, centres.field(6, 3.0).normalized, rtol=0, atol=1e-16)
 
 
 def test_a_cylinder_near_its_surface_is_refused_and_one_beside_it_is_not():

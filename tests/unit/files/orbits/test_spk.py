@@ -57,7 +57,7 @@ def test_written_orbit_comes_back(kernel):
     assert orbit.span == (BEGIN, BEGIN + DAY)
     assert (orbit.reference_frame, orbit.origin) == ("ICRF", "EARTH")
     assert orbit.calendar == pt.Calendar("2000-01-01T12:00:00", "TDB")
-    assert orbit.mu == pytest.approx(398600.435507, rel=1e-11)
+    assert orbit.mu == pytest.approx(398600.435507, rel=1e-11, abs=0)
 
 
 def test_dates_and_another_calendar(kernel):
@@ -66,7 +66,7 @@ def test_dates_and_another_calendar(kernel):
     date = "2000-01-04T12:30:00 TDB"
     passed = pt.Calendar("2000-01-04T12:00:00", "TDB").time(date)
     expected = np.stack(ORBIT.position_at(passed), axis=-1)
-    np.testing.assert_allclose(place(orbit, calendar.time(date))[0], expected, atol=1e-6)
+    np.testing.assert_allclose(place(orbit, calendar.time(date))[0], expected, rtol=0, atol=1e-6)
 
 
 def test_axes_of_the_ecliptic(kernel):
@@ -74,13 +74,13 @@ def test_axes_of_the_ecliptic(kernel):
     x, y, z = ORBIT.position_at(3000.0)
     tilt = np.radians(84381.448 / 3600)
     expected = (x, np.cos(tilt) * y + np.sin(tilt) * z, -np.sin(tilt) * y + np.cos(tilt) * z)
-    np.testing.assert_allclose(place(orbit, BEGIN + 3000)[0], expected, atol=1e-7)
+    np.testing.assert_allclose(place(orbit, BEGIN + 3000)[0], expected, rtol=0, atol=1e-7)
     assert orbit.reference_frame == "ECLIPJ2000"
 
 
 def test_other_way_round(kernel):
     orbit = pt.files.spice_orbit("EARTH", PROBE, BEGIN, BEGIN + 6000, [kernel], mu=1e-9)
-    np.testing.assert_allclose(place(orbit, BEGIN)[0], -np.stack(ORBIT.position_at(0.0), axis=-1), atol=1e-8)
+    np.testing.assert_allclose(place(orbit, BEGIN)[0], -np.stack(ORBIT.position_at(0.0), axis=-1), rtol=0, atol=1e-8)
     assert orbit.mu == 1e-9
 
 

@@ -1,0 +1,36 @@
+"""Comparisons say the whole of their bound."""
+
+import ast
+from pathlib import Path
+
+TESTS = Path(__file__).parents[1]
+SAID = {"assert_allclose": {"rtol"}, "allclose": {"rtol", "atol"}}
+"""What numpy else adds: 1e-7 or 1e-5 of the values, which is more than most bounds here, and 1e-8 that has no unit."""
+
+
+def unsaid(text):
+    """Yield the line of each comparison that leaves a part of its bound to numpy or pytest."""
+    for call in ast.walk(ast.parse(text)):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute | ast.Name):
+            name = call.func.attr if isinstance(call.func, ast.Attribute) else call.func.id
+            said = {keyword.arg: keyword.value for keyword in call.keywords}
+            absolute = name == "approx" and "abs" not in said and fine(said.get("rel"))
+            if absolute or SAID.get(name, set()) - said.keys():
+                yield call.lineno
+
+
+def fine(rel):
+    """Whether the 1e-12 that pytest allows besides may be more than a relative bound of what is not far from one."""
+    return rel is not None and not (isinstance(rel, ast.Constant) and rel.value >= 1e-6)
+
+
+def test_a_bound_that_is_left_to_others_is_seen():
+    calls = "allclose(a, b, atol=1)\nnp.allclose(a, b, rtol=1)\nassert_allclose(a, b, atol=1)\nassert_allclose(a, b)\n"
+    assert [*unsaid(calls + "approx(a, rel=1e-9)\npytest.approx(a, rel=4 * EPS)")] == [1, 2, 3, 4, 5, 6]
+    said = "np.allclose(a, b, rtol=0, atol=1)\nassert_allclose(a, b, rtol=1)\napprox(a, rel=1e-9, abs=0)"
+    assert [*unsaid(said + "\napprox(a)\napprox(a, abs=1e-9)\napprox(a, rel=0.1)")] == []
+
+
+def test_every_comparison_says_its_bound():
+    paths = sorted(TESTS.rglob("*.py"))
+    assert [f"{path.relative_to(TESTS)}:{line}" for path in paths for line in unsaid(path.read_text())] == []
