@@ -23,7 +23,7 @@ SLACK = 1e-12
 """How much |L| and |H| may exceed G, relative to it, by rounding."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Andoyer(Summarized):
     """Three angles and their conjugate momenta, of one state or of members.
 

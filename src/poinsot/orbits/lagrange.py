@@ -82,7 +82,7 @@ class RotatingPosition(HeldPosition):
         return functions.cos(angle), functions.sin(angle)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LagrangePointPath(CirclingPair[RotatingPosition]):
     """A libration point of two attractors on circles about each other, in the plane of the first two space axes.
 

@@ -29,7 +29,7 @@ __all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "re
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Scenario(Summarized):
     """A propagation that a file describes, ready to run.
 
