@@ -132,9 +132,11 @@ class Run:
         self._tasks = upload(tasks.view(np.int64).reshape(tasks.size, -1))
 
     def _field(self, name: str) -> Any:
-        """Return an integer of all tasks on the device."""
+        """Return the bits of a field of all tasks on the device, shape (n,) or (n, numbers)."""
         fields: Any = self._code.task.fields
-        return self._tasks[:, fields[name][1] // 8]
+        kind, place = fields[name]
+        first = place // 8
+        return self._tasks[:, first : first + kind.shape[0]] if kind.shape else self._tasks[:, first]
 
     def _launch(self) -> None:
         """Let tasks that are under way take steps, and find out which ones are not done."""
@@ -150,10 +152,10 @@ class Run:
 
     def note(self) -> NDArray[np.int64]:
         """Write how far tasks have come into them, and return the numbers of those under way."""
-        tasks, download, time = self._queue.tasks, self._cupy.asnumpy, self._code.variables + self._code.parameters
+        tasks, download = self._queue.tasks, self._cupy.asnumpy
         for name in ("status", "steps", "index"):
             tasks[name] = download(self._field(name))
-        tasks["time"] = download(self._tasks[:, time : time + 2]).view(float)
+        tasks["time"] = download(self._field("time")).view(float)
         return self._going
 
     def give_up(self, numbers: NDArray[np.int_]) -> None:

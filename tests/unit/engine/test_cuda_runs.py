@@ -138,6 +138,16 @@ def test_members_fail_as_on_the_processor():
     assert_same(here, there)
 
 
+def test_many_steps_are_not_steps_that_lead_nowhere(monkeypatch):
+    """Members are looked at every five steps."""
+    monkeypatch.setattr(looped_kernel, "BUDGET", 5)
+    monkeypatch.setattr(cuda_kernel, "BUDGET", 1)
+    monkeypatch.setattr(cuda_kernel, "BRISK", 0.0)
+    here, there = (pt.propagate(TOP, STARTS, TIMES, device=device) for device in ("cpu", "cuda"))
+    assert here.run.steps > 20 * COUNT
+    assert_same(here, there)
+
+
 def test_steps_that_lead_nowhere_are_given_up(monkeypatch):
     """A member turns so fast that it would not end; the other one is complete."""
     monkeypatch.setattr(looped_kernel, "BUDGET", 500)
