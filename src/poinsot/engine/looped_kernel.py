@@ -174,7 +174,7 @@ class Queue:
         if not (times.flags.c_contiguous and rows.flags.c_contiguous and times.itemsize == rows.itemsize == 8):
             raise ValueError("times and rows must be C-contiguous arrays of doubles, got others.")
         self.address = here = address_of(byte_of(memory))
-        self._record = np.ndarray(len(QUEUE), np.int64, memory)
+        self._record = np.ndarray(QUEUE.itemsize // 8, np.int64, memory)
         self._record[:] = 0, count, here + QUEUE.itemsize, here + first, _address(times), _address(rows)
 
     def close(self) -> None:
