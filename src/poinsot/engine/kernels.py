@@ -405,8 +405,8 @@ def _looped_constants(problem: Problem, variables: StateVector, largest: int) ->
     if variables.formulation.nearness(field.own) is not None:
         return None
     refuse_constant_events(problem.events, field.events, variables.formulation.name)
-    size = lowered(field.graph, field.rates, events=_events(problem, field)).decomposition.size
-    return Constants([*field.rates, *field.events], size) if size <= largest else None
+    program = _program(problem, field, ())
+    return Constants([*field.rates, *field.events], program) if program.decomposition.size <= largest else None
 
 
 def _events(problem: Problem, field: _Field) -> Events:
@@ -416,7 +416,10 @@ def _events(problem: Problem, field: _Field) -> Events:
 
 def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
     """Return the program for runs in which some of the constants are zero."""
-    field = _traced(problem, variables)
+    return _program(problem, _traced(problem, variables), zeros)
+
+
+def _program(problem: Problem, field: _Field, zeros: Iterable[int]) -> Program:
     program = simplified(field.graph, field.rates, zeros, _events(problem, field))
     stops = field.saltation.stops if field.saltation else ()
     stopping = replace(program, decomposition=replace(program.decomposition, stops=tuple(stops)))

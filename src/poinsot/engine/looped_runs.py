@@ -71,7 +71,9 @@ def constants_of(job: Job) -> Constants | None:
             zeros = _zeros(job, constants, kernels.numbers_of(smooth, job.variables))
         key = smooth.structure, job.variables.structure, zeros
         size = kernels.known(key, lambda: kernels.looped_program(smooth, job.variables, zeros).decomposition.size)
-        return constants if size <= LARGEST else None
+        if size > LARGEST:
+            constants.whole_program()  # which nothing needs
+            return None
     return constants
 
 
@@ -126,7 +128,8 @@ class LoopedRun(Run):
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
     def _made(self, smooth: Problem, zeros: tuple[int, ...], order: int, layout: Layout, lanes: int) -> Ready:
-        program = kernels.looped_program(smooth, self.job.variables, zeros)
+        whole = self._constants.whole_program()
+        program = whole if whole and not zeros else kernels.looped_program(smooth, self.job.variables, zeros)
         code = self.compiled(program, order, layout, lanes)
         return Ready(code, program.values(np.longdouble), StartRoots(program, self.job.variables.size))
 

@@ -147,28 +147,37 @@ class Program:
 class Constants:
     """The values of the constants that a variable meets in formulas, for the inputs of a run.
 
-    Of the formulas it keeps these constants alone, so that a great many may be known.
+    Of the formulas it keeps these constants alone, so that a great many may be known, and the program until it is
+    asked for.
 
     Parameters
     ----------
     rates : sequence of scalars
-    size : int
-        How many operations there are.
+    program : Program
+        For runs in which none of the constants is zero.
 
     Attributes
     ----------
+    size : int
+        How many operations there are.
     values : Replay
     switches : bool
         Whether a formula branches on the way.
     """
 
-    def __init__(self, rates: Sequence[Any], size: int) -> None:
-        self.size = size
+    def __init__(self, rates: Sequence[Any], program: Program) -> None:
+        self.size = program.decomposition.size
+        self._program: Program | None = program
         conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
         met = _constants_met(rates)
         self.values = Replay(met, np.longdouble)
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
         self.switches = bool(conditions_of(rates))
+
+    def whole_program(self) -> Program | None:
+        """Return the program when it is asked for first, and forget it with its formulas; None later."""
+        program, self._program = self._program, None
+        return program
 
     def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
         """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
