@@ -20,8 +20,8 @@ FULL = PI.scaled(4.0)
 LONG = np.longdouble
 LONG_FULL = LONG(FULL.hi) + LONG(FULL.lo)
 LONG_ENOUGH = 1e-18
-FEW_RADIANS = 1e3
-"""An angle that long doubles of 64 bits hold to 1e-16."""
+FEW_TURNS = 80
+"""Pairs of turns after which long doubles of 64 bits hold an angle to 1e-16."""
 
 
 def mean_motion_of(mu: Scalar, semimajor_axis: Scalar, beyond: Scalar = 0.0) -> Any:
@@ -66,9 +66,11 @@ class NearbyAngle:
         self._is_known = np.finfo(LONG).eps <= LONG_ENOUGH and _plain(start, epoch)
         if self._is_known:
             self._rate = np.sqrt(squared_rate(LONG))
-            period, self._fast = LONG_FULL / self._rate, _rounded(self._rate)
-            self._short = _few_bits(_rounded(period))
-            self._rest, self._slow = _rounded(period - self._short), _rounded(self._rate - self._fast)
+            period, fast, ahead = LONG_FULL / self._rate, _wide(self._rate), _wide(start / self._rate)
+            self._period, self._fast, self._few = _rounded(period), fast.hi, _few_bits(fast.hi)
+            self._short, self._slow = _few_bits(self._period), (fast.hi - self._few) + fast.lo
+            self._rest = _rounded(period - self._short)
+            self._zero = DoubleDouble.difference(epoch, ahead.hi) - ahead.lo  # when the angle is zero
 
     def at(self, time: Scalar) -> Any:
         """Return the angle at a time less whole pairs of turns; None where it is not known to rounding."""
@@ -76,24 +78,21 @@ class NearbyAngle:
             return None
         if np.result_type(np.float64, self._start, time) == LONG:
             angle = self._start + self._rate * (np.asarray(time, dtype=LONG) - self._epoch)
-            turns = _turns(np.asarray(angle, dtype=float))
-            return None if turns is None else angle - LONG_FULL * turns
-        since = DoubleDouble.difference(time, self._epoch)
-        turns = _turns(self._start + self._fast * since.hi)
-        return None if turns is None else self._reduced(since, turns)
+            turns = np.rint(_rounded(angle) / FULL.hi)
+            return angle - LONG_FULL * turns if _are_few(turns) else None
+        since = DoubleDouble.difference(time, self._zero.hi)
+        turns = np.rint(since.hi / self._period)
+        return self._reduced(since.hi, since.lo - self._zero.lo, turns) if _are_few(turns) else None
 
-    def _reduced(self, since: DoubleDouble, turns: Any) -> Any:
+    def _reduced(self, since: Any, below: Any, turns: Any) -> Any:
         """Return the angle modulo two turns: the product is that of the time modulo two periods."""
-        rest = since.hi - turns * self._short  # exact, as a few turns have few bits too
-        late = since.lo - turns * self._rest
-        angle = DoubleDouble.product(self._fast, rest)
-        whole = DoubleDouble.difference(angle.hi, -self._start)
-        return whole.hi + (whole.lo + (angle.lo + (self._fast * late + self._slow * rest)))
+        rest = since - turns * self._short  # exact, as a few turns have few bits too
+        late, most = below - turns * self._rest, _few_bits(rest)
+        return self._few * most + (self._fast * ((rest - most) + late) + self._slow * most)
 
 
-def _turns(angle: Any) -> Any:
-    """Return the pairs of turns in an angle, if it is of few radians; else None."""
-    return np.rint(angle / FULL.hi) if np.abs(angle).max(initial=0.0) < FEW_RADIANS else None
+def _are_few(turns: Any) -> bool:
+    return bool(np.abs(turns).max(initial=0.0) < FEW_TURNS)
 
 
 def _rounded(x: Any) -> Any:
