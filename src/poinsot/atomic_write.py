@@ -26,11 +26,14 @@ def new_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     Raises
     ------
     FileNotFoundError, FileExistsError, IsADirectoryError
-        If there is no such folder, a file of that name and no leave to overwrite it, or a folder of that name.
+        If there is no such folder, a file of that name and no leave to overwrite it, or something else of that name: a
+        folder, or a device or a pipe, which would be gone.
     """
     path = Path(path)
     if path.is_dir():
         raise IsADirectoryError(f"{path} must be the name of a file, got a folder.")
+    if path.exists() and not path.is_file():
+        raise FileExistsError(f"{path} must be the name of a file, got a device, a pipe or a socket.")
     with _part(path, overwrite) as part:
         yield part
         part.replace(path)

@@ -69,6 +69,17 @@ def test_a_disk_that_is_full_leaves_the_file_that_was_there(name, tmp_path):
     assert not list(tmp_path.glob(".*"))
 
 
+@pytest.mark.parametrize("name", WRITERS)
+def test_what_is_no_file_is_not_replaced(name, tmp_path):
+    """As root, /dev/null would be a text from then on."""
+    path = tmp_path / name
+    os.mkfifo(path)
+    with pytest.raises(FileExistsError, match="must be"):
+        WRITERS[name](MOTION, path, overwrite=True)
+    assert path.is_fifo()
+    assert list(tmp_path.iterdir()) == [path]
+
+
 DIES = """
 import os, sys
 from pathlib import Path
