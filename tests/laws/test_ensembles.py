@@ -413,8 +413,19 @@ def test_indicators_are_those_of_members_alone(way):
         assert np.all(np.isfinite(together.mean_megno[i]) == np.isfinite(one.mean_megno))
 
 
+@pytest.mark.parametrize("switch", ["none", "time", "members' times"])
+def test_units_of_indicators_are_those_of_members_alone(switch):
+    def call(*given):
+        return pt.analysis.chaos_indicators(*given, TIMES["forwards"], vectors=2)
+
+    together, found = both(functools.partial(system, switch, False), "together", call)
+    for i, (one, _) in enumerate(found):
+        assert one.momentum_unit == together.momentum_unit[i]
+        assert np.allclose(together.growth[i], one.growth, rtol=0, atol=1e-10)
+
+
 def test_spectra_do_not_depend_on_the_order_of_members():
-    """Alone they have other units, and other times of orthogonalisation."""
+    """Alone they have other times of orthogonalisation."""
     order = np.random.default_rng(0).permutation(9)
     one, other = (
         pt.analysis.lyapunov_spectrum(system("members' times", True, i), state("together", i), [1.0, 3.0, 7.0])

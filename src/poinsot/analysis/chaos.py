@@ -475,7 +475,7 @@ def _fastest(system: System, state: State) -> Array:
     """Return the rates of the fastest angle that motions need to be looked at along: the orbit's, else the body's."""
     if isinstance(system, PairSystem):
         return np.asarray(system.pace(state))
-    own = np.asarray(system.momentum_scale(state) / np.min(system.body.moments, axis=-1))
+    own = np.asarray(system.momentum_scale_of_members(state) / np.min(system.body.moments, axis=-1))
     each = [functions.norm(orbit.velocity_at(orbit.sample_time)) > 0 for orbit in system.orbits]
     moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)
     return np.where(moving, rates, own) if moving.ndim or not moving else rates

@@ -212,8 +212,14 @@ class System(Dynamics):
 
         The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
         """
+        return self._momentum_scale(state, self.torque_scale)
+
+    def momentum_scale_of_members(self, state: State) -> Any:
+        """Return the same for one body as for it among members: from the samples of torques that members have."""
+        return self._momentum_scale(state, self._scale(self._strongest_at_samples(_branches(Alike(self)))))
+
+    def _momentum_scale(self, state: State, largest: Any) -> Any:
         own = [state.own[part.name][..., place] for part in self.parts for place in part.momentum_places]
-        largest = self.torque_scale
         for momenta in (state.angular_momentum_body, *own):
             largest = np.maximum(largest, np.sqrt(np.vecdot(momenta, momenta)))
         return largest + (largest == 0)
@@ -254,13 +260,14 @@ class System(Dynamics):
     @cached_property
     def torque_scale(self) -> Any:
         """The angular momentum that differences of energies, and torques, at samples stand for; shape (...)."""
-        return np.sqrt(np.maximum.reduce(self.body.moments, axis=-1) * self._strongest)
-
-    @property
-    def _strongest(self) -> Any:
         branching = _branches(Alike(self))
-        if not branching and not self.members:
-            return self.sample_torque
+        one = not branching and not self.members
+        return self._scale(self.sample_torque if one else self._strongest_at_samples(branching))
+
+    def _scale(self, torque: Any) -> Any:
+        return np.sqrt(np.maximum.reduce(self.body.moments, axis=-1) * torque)
+
+    def _strongest_at_samples(self, branching: bool) -> Any:
         with np.errstate(all="ignore"):
             graph, sizes = self.traced_sizes()
             found = [graph.evaluated(sizes), *[on_branches(graph, sizes)] * branching]
