@@ -14,7 +14,7 @@ from poinsot.mechanics.attitude import rotation_angle
 from poinsot.propagation.arguments import ROUNDING
 
 TOLERANCES = {20: ROUNDING["double"], 19: 4e-16, 18: FORMULATIONS["lie_poisson"].tolerance, 17: 1.3e-14}
-STARTS, LONG_STARTS, SPREAD = 64, 16, 0.05
+STARTS, SPREAD = 64, 0.05
 ENDS = ((P2, 300.0), (P3, 5 * PERIOD))
 
 
@@ -40,18 +40,19 @@ def errors():
 
 
 def drifts():
-    """Return by spin and order the root mean square of the largest energy drifts of the top, and steps.
+    """Return by spin and order the rms of the largest energy drifts of the top, their mean at the end, and steps.
 
     The end is t = 2e4, and 4e3 where it spins ten times faster.
     """
     times, out = np.linspace(0.0, 2e4, 401), {}
     for spin in (1, 10):
-        states = starts(LONG_STARTS)
+        states = starts(STARTS)
         fast = pt.State(states.quaternion, spin * states.conjugate_momenta)
         for order, tolerance in TOLERANCES.items():
             motion = pt.propagate(P2.system, fast, times if spin == 1 else times / 5, tolerance=tolerance)
-            largest = np.max(np.abs(motion.drift["energy"]), axis=-1)
-            out[spin, order] = float(np.sqrt(np.mean(largest**2))), motion.run.steps // LONG_STARTS
+            drift = motion.drift["energy"]
+            largest = float(np.sqrt(np.mean(np.max(np.abs(drift), axis=-1) ** 2)))
+            out[spin, order] = largest, float(np.mean(drift[:, -1])), motion.run.steps // STARTS
     return out
 
 
@@ -71,8 +72,8 @@ def main():
     """Print all, one line each."""
     for (key, order), (median, largest) in errors().items():
         print(f"{key} order {order}: median error {median:.1e}, largest {largest:.1e} rad")
-    for (spin, order), (drift, steps) in drifts().items():
-        print(f"top, spin times {spin}, order {order}: energy drift {drift:.1e} after {steps} steps")
+    for (spin, order), (drift, mean, steps) in drifts().items():
+        print(f"top, spin times {spin}, order {order}: energy drift {drift:.1e}, mean {mean:.1e}, after {steps} steps")
     times = seconds()
     for (key, order), each in times.items():
         print(f"{key} order {order}: {times[key, 20] / each:.2f} times as fast as order 20")
