@@ -119,7 +119,7 @@ def test_the_model_is_asked_where_and_when_the_body_is(monkeypatch):
     longitudes, latitudes, heights = asked["places"]
     assert np.max(np.abs((longitudes - place.lon.deg + 180) % 360 - 180)) < 1e-7
     assert np.max(np.abs(latitudes - place.lat.deg)) < 1e-9
-    assert np.max(np.abs(heights - place.height.to_value("km"))) < 1e-6
+    assert np.max(np.abs(heights - place.height.to_value("km"))) < 1e-10
     assert asked["dates"][0] == np.datetime64("2026-11-21T06:30:00")
     assert asked["indices"][0][0] == 180.0
     assert asked["indices"][2].shape == (61, 7)

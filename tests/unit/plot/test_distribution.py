@@ -58,7 +58,7 @@ def test_the_turn_is_that_of_the_angular_momentum():
         [np.arccos(a @ b / np.linalg.norm(a) / np.linalg.norm(b)) for a, b in zip(one, other, strict=True)]
     )
     panel = pt.plot.histogram(motion, "turn")
-    assert float(np.ravel(panel.lines[2].get_xdata())[0]) == pytest.approx(np.median(angles), rel=1e-9, abs=0)
+    assert float(np.ravel(panel.lines[2].get_xdata())[0]) == pytest.approx(np.median(angles), rel=1e-13, abs=0)
     assert panel.get_xlabel().endswith("[deg]")
 
 

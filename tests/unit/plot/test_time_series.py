@@ -593,7 +593,7 @@ def test_the_difference_of_two_bodies_is_that_of_each():
     assert [text.get_text() for text in panel.get_legend().get_texts()] == ["primary", "secondary"]
     for drawn, one, two in zip(curves(panel), *(x.of_bodies.values() for x in (other, turned)), strict=True):
         expected = (one.attitude.inv() * two.attitude).magnitude()
-        assert np.allclose(drawn[1:], expected[1:], rtol=1e-6, atol=0)
+        assert np.allclose(drawn[1:], expected[1:], rtol=1e-10, atol=0)
     with pytest.raises(
         ValueError, match=r"^other must be of one body, got two bodies\. Take other\.primary or other\.s"
     ):

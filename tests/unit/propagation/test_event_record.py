@@ -122,7 +122,7 @@ def test_members_have_their_own_events():
     for k in (0, 20, 36):
         expected = np.sort([*(-quarters(rates[k], 20)), *quarters(rates[k], 50)])
         assert np.allclose(found.member(k).times, expected, rtol=0, atol=7e-14)
-        assert np.allclose(found.member(k).omega_body[:, 2], rates[k], rtol=1e-15, atol=0)
+        assert np.allclose(found.member(k).omega_body[:, 2], rates[k], rtol=1.2e-15, atol=0)
     assert len(found) == sum(quarters(r, 20).size + quarters(r, 50).size for r in rates)
 
 
@@ -157,7 +157,7 @@ def test_a_terminal_event_ends_the_motion_without_a_failure(members):
     if not members:
         motion = pt.propagate(FREE, spinning(0.7), times, events=[event, ACROSS])
         assert np.array_equal(motion.times, times[times < np.pi / 1.4])
-        assert np.allclose([e.times for e in motion.events], np.pi / 1.4, rtol=1e-15, atol=0)
+        assert np.allclose([e.times for e in motion.events], np.pi / 1.4, rtol=2e-15, atol=0)
         return
     motion = pt.propagate(FREE, spinning(rates), times, events=[event])
     assert motion.failures == {}
@@ -166,7 +166,7 @@ def test_a_terminal_event_ends_the_motion_without_a_failure(members):
         inside |= (times < 0) & (times > -np.pi / 2 / rate)
         assert np.array_equal(np.isfinite(motion.quaternion[k, :, 0]), inside)
         ends = motion.events[0].member(k).times
-        assert np.allclose(np.abs(ends), np.pi / 2 / rate, rtol=1e-15, atol=0)
+        assert np.allclose(np.abs(ends), np.pi / 2 / rate, rtol=2e-15, atol=0)
 
 
 @pytest.mark.parametrize("angle", [1e-2, 1e-5])
@@ -191,7 +191,7 @@ def test_an_impulse_changes_the_rate_and_nothing_else(ways):
     assert np.allclose(found.times, expected[: len(found)], rtol=1e-14, atol=0)
     assert expected[len(found)] > 29.1 - 1e-9
     assert np.allclose(found.omega_body[:, 2], rates[: len(found)], rtol=1e-14, atol=0)  # before it acts
-    assert np.allclose(motion.omega_body[:, 2], rates[np.searchsorted(expected, motion.times)], rtol=1e-14, atol=0)
+    assert np.allclose(motion.omega_body[:, 2], rates[np.searchsorted(expected, motion.times)], rtol=1.2e-14, atol=0)
     angle = np.interp(motion.times, [0, *expected], np.pi * np.arange(41))
     assert np.allclose(np.cos(2 * motion.attitude.as_rotvec()[:, 2]), np.cos(2 * angle), rtol=0, atol=1e-12)
     if "dense" in ways:
@@ -245,7 +245,7 @@ def test_a_zero_at_the_start_is_none_and_at_the_end_is_one():
     sine = pt.events.AxisCrossing((0, 1, 0), (1, 0, 0))  # -sin(rate t)
     for end in (4 * np.pi, -4 * np.pi):
         found = pt.propagate(FREE, spinning(1.0), [end], events=[sine]).events[0]
-        assert np.allclose(np.sort(np.abs(found.times)), np.pi * np.arange(1, 5), rtol=1e-15, atol=0)
+        assert np.allclose(np.sort(np.abs(found.times)), np.pi * np.arange(1, 5), rtol=2e-15, atol=0)
     members = pt.propagate(FREE, spinning([1.0, 0.5, 2.0]), [4 * np.pi], events=[sine]).events[0]
     assert [len(members.member(k)) for k in range(3)] == [4, 2, 8]
     motion = pt.propagate(

@@ -65,7 +65,7 @@ END Attitude
     table = read(text)
     turned = (table.attitude[0].inv() * table.attitude[1]).as_rotvec() / 10
     np.testing.assert_allclose(turned, table.omega_body[0], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(table.omega_body[0], (0, 0, np.pi / 30), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(table.omega_body[0], (0, 0, np.pi / 30), rtol=0, atol=1e-15)
     assert table.calendar.zero == "2002-06-01T12:00:00.000000000"
 
 

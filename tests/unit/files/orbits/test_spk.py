@@ -74,7 +74,7 @@ def test_axes_of_the_ecliptic(kernel):
     x, y, z = ORBIT.position_at(3000.0)
     tilt = np.radians(84381.448 / 3600)
     expected = (x, np.cos(tilt) * y + np.sin(tilt) * z, -np.sin(tilt) * y + np.cos(tilt) * z)
-    np.testing.assert_allclose(place(orbit, BEGIN + 3000)[0], expected, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(place(orbit, BEGIN + 3000)[0], expected, rtol=0, atol=1e-10)
     assert orbit.reference_frame == "ECLIPJ2000"
 
 

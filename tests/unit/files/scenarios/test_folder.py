@@ -232,7 +232,7 @@ def test_kernels(folder, tmp_path):
     rest = GRADIENT + 'type = "spice_orbit"\ntarget = "-77"\ncenter = "399"\nstart = -50\nstop = 200\n'
     scenario = read(folder, rest=rest + 'kernels = ["below/o.bsp"]\n')
     np.testing.assert_allclose(
-        scenario.system.forces[0].orbit.position_at(30.0), orbit.position_at(30.0), rtol=0, atol=1e-3
+        scenario.system.forces[0].orbit.position_at(30.0), orbit.position_at(30.0), rtol=0, atol=1e-9
     )
     assert_kept(scenario, folder, tmp_path)
     (folder / "below").mkdir(exist_ok=True)
