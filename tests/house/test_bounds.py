@@ -21,8 +21,9 @@ def unsaid(text):
 
 def fine(rel):
     """Whether the 1e-12 that pytest allows besides may be more than a relative bound of what is not far from one."""
-    coarse = isinstance(rel, ast.Constant) and isinstance(rel.value, int | float) and rel.value >= 1e-6
-    return rel is not None and not coarse
+    return rel is not None and not (
+        isinstance(rel, ast.Constant) and isinstance(rel.value, float) and rel.value >= 1e-6
+    )
 
 
 def test_a_bound_that_is_left_to_others_is_seen():
