@@ -82,7 +82,7 @@ def test_rotor_along_a_principal_axis(k, part, count):
     found = np.array([axes_of(e) for e in found_with(moments, h * np.eye(3)[k])])
     assert len(found) == len(expected) == count
     distances = np.max(np.abs(found[:, None] - expected), axis=(-1, -2))
-    assert np.max(np.min(distances, axis=0)) < 1e-9
+    assert np.max(np.min(distances, axis=0)) < 1e-12
 
 
 def test_boundaries_of_the_regions():
@@ -153,7 +153,7 @@ def test_none_is_missed(size):
     assert count == 40  # 16 on q.q = 0, which are never real
     assert len(found) == len(expected)
     nearest = np.max(np.abs(expected @ np.array([e.attitude for e in found]).T), axis=1)
-    assert np.max(1 - nearest) < 1e-8
+    assert np.max(1 - nearest) < 1e-14
 
 
 def index_of(axes, moments, rotors):
