@@ -109,6 +109,11 @@ class PairEquilibrium(Summarized):
             Of the largest component, which is at its maximum: radians of a rotation vector along the axes of a body, or
             a share of the distance.
 
+        Raises
+        ------
+        ValueError
+            If there is no such frequency.
+
         Examples
         --------
         >>> body = pt.Body.from_ellipsoid(1.0, (1.2, 1.0, 0.9))
@@ -120,6 +125,8 @@ class PairEquilibrium(Summarized):
         True
         """
         amplitude, number = float(real_array("amplitude", amplitude, ())), int(real_array("number", number, ()))
+        if number not in range(-(count := len(self.frequencies)), count):
+            raise ValueError(f"number must be a whole number from {-count} to {count - 1}, got {number}.")
         point, pace = PairPoint.of(self.state), float(np.linalg.norm(self.rate))
         units = units_of_pair(self.system, self.distance, pace)
         axes = [symmetry_axis(body) for body in self.system.rigid_bodies]

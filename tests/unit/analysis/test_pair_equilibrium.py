@@ -269,3 +269,17 @@ TRIAXIAL = pt.TwoBodies(pt.Body.from_ellipsoid(1.0, (1.1, 1.0, 0.8)), LONG, G=1.
 def test_what_is_refused(find, sentence):
     with pytest.raises((ValueError, TypeError), match=sentence):
         find()
+
+
+def test_a_frequency_that_there_is_not_is_refused():
+    body = pt.Body.from_ellipsoid(1.0, (1.2, 1.0, 0.9))
+    pair = pt.TwoBodies(body, body, G=1.0)
+    (rest,) = pt.analysis.pair_equilibria(
+        pt.System(pair, pt.forces.MutualGravity()), pair.doubly_synchronous(distance=9.0)
+    )
+    last = len(rest.frequencies) - 1
+    for wrong in (last + 1, -last - 2):
+        with pytest.raises(
+            ValueError, match=f"^number must be a whole number from {-last - 1} to {last}, got {wrong}.$"
+        ):
+            rest.displaced(wrong, 0.01)
