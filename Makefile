@@ -30,10 +30,10 @@ slow: $(READY)
 	$(BIN)/python -m pytest -m slow
 
 # The site, in docs/_build/html; a warning is an error. All pages are read anew, as only then the search has its index;
-# notebooks and examples that have not changed are not run again.
+# notebooks and examples that have not changed are not run again. Its tests are those that need it, or a browser.
 docs: .venv/.docs
 	$(BIN)/python -m sphinx --fresh-env --nitpicky --fail-on-warning --keep-going --quiet docs docs/_build/html
-	$(BIN)/python -m pytest -m docs
+	$(BIN)/python -m pytest -m "docs or browser"
 
 .venv/.docs: $(READY)
 	@echo "== setting up the tools of the site (once)"

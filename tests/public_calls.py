@@ -61,6 +61,7 @@ INTERNAL = {
         "given_parts",
         "attracted_moment",
         "momentum_scale",
+        "momentum_scale_of_members",
         "traced_sizes",
         "inertia",
         "internal_energy",
