@@ -23,6 +23,7 @@ __all__ = [
     "optional",
     "real_array",
     "real_numbers",
+    "reals_or_nan",
     "refuse_negative",
     "refuse_nonpositive",
     "refuse_other_length",
@@ -96,10 +97,7 @@ def member_array(name: str, value: Any, shape: tuple[int, ...], axes: str = "") 
 
 def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray[np.float64]:
     """Return `value` as finite floats of any shape; a quantity of time in a unit."""
-    array = array_of(name, value, time_unit)
-    if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.")
-    array = array.astype(float, copy=False)
+    array = reals_or_nan(name, value, time_unit)
     finite = np.isfinite(array)
     if np.count_nonzero(finite) < finite.size:  # in a fifth of the time of `all`
         where = tuple(int(i) for i in np.argwhere(~finite)[0])
@@ -108,16 +106,33 @@ def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray
     return array
 
 
+def reals_or_nan(name: str, value: Any, time_unit: str | None = None) -> NDArray[np.float64]:
+    """Return `value` as floats of any shape, finite or not; a quantity of time in a unit."""
+    array = array_of(name, value, time_unit)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.")
+    return array.astype(float, copy=False)
+
+
 def scalar(name: str, value: Any) -> Any:
     """Return a number, array or expression as a formula takes them, its kind kept; anything else is refused."""
     if value.__class__ in (np.ndarray, np.float64) and value.dtype == np.float64:
         return value
     value = plain(name, value)
     real = not isinstance(value, np.ndarray | np.generic) or value.dtype.kind in "ifuO"
-    each = value.flat if isinstance(value, np.ndarray) and value.dtype == object else (value,)
-    if real and all(hasattr(type(one), "__neg__") and not isinstance(one, int | complex) for one in each):
+    each: Any = (value,)
+    if isinstance(value, np.ndarray):
+        each = value.flat if value.dtype == object else ()
+    if real and all(isinstance(one, float | np.generic) or _is_symbolic(one) for one in each):
         return value
     return real_numbers(name, value)[()]
+
+
+def _is_symbolic(value: Any) -> bool:
+    """Whether formulas compute with a value that is no float: an expression, a number of mpmath, or a node."""
+    kind = type(value)
+    known = kind.__module__.partition(".")[0] in ("heyoka", "sympy", "mpmath", __name__.partition(".")[0])
+    return known and hasattr(kind, "__neg__") and not hasattr(kind, "__getitem__")
 
 
 def array_of(name: str, value: Any, time_unit: str | None = None) -> NDArray[Any]:

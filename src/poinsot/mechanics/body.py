@@ -452,7 +452,9 @@ def _settled(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray
 
 def _three(name: str, vectors: ArrayLike) -> Any:
     """Return vectors of numbers, shape (..., 3), checked; those of a formula as they are."""
-    if isinstance(vectors, functions.Vector) or (isinstance(vectors, np.ndarray) and vectors.dtype == object):
+    if isinstance(vectors, functions.Vector):
+        return vectors
+    if isinstance(vectors, np.ndarray) and vectors.dtype == object:
         return scalar(name, vectors)
     array = real_numbers(name, vectors)
     if array.shape[-1:] != (3,):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.errors import refuse_nonpositive, scalar
+from poinsot.errors import reals_or_nan, refuse_nonpositive
 from poinsot.html_text import Summarized, told
 from poinsot.orbits.from_cartesian import passages
 from poinsot.quantities import Real
@@ -89,7 +89,7 @@ def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -
     array([0.3, 0.3, 0.3, 0.3])
     """
     given = {"mu": mu, "position": position, "velocity": velocity}
-    parameter, place, speed = (np.asarray(scalar(name, value), dtype=float) for name, value in given.items())
+    parameter, place, speed = (reals_or_nan(name, value) for name, value in given.items())
     refuse_nonpositive("mu", parameter)
     for name, vectors in (("position", place), ("velocity", speed)):
         if vectors.shape[-1:] != (3,):

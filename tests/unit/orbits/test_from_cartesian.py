@@ -1,6 +1,7 @@
 """Orbits from positions and velocities, and from each of their anomalies."""
 
 import re
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -392,3 +393,10 @@ def test_wrong_input_gives_one_sentence(name):
 def test_only_ellipses_precess():
     with pytest.raises(TypeError, match=r"^orbit must be a KeplerOrbit, got EscapeOrbit\.$"):
         PrecessingOrbit(EscapeOrbit(1, periapsis_distance=1, eccentricity=1.5))
+
+
+@pytest.mark.parametrize("name", ["mu", "position", "velocity"])
+def test_numbers_of_other_packages_are_refused(name):
+    given = {"mu": 1.0, "position": (1.0, 0, 0), "velocity": (0, 1.0, 0)}
+    with pytest.raises(TypeError, match=rf"^{name} must be real numbers, got Decimal Decimal\('sNaN'\)\.$"):
+        pt.orbits.osculating_elements(**{**given, name: Decimal("sNaN")})
