@@ -13,7 +13,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import SimpleNamespace, UnionType
+from types import FunctionType, MethodType, SimpleNamespace, UnionType
 from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -121,8 +121,15 @@ def _shown(value: Any) -> str:
     if isinstance(value, type):
         return f"the class {value.__name__}"
     said = isinstance(value, str | bytes | float) or (isinstance(value, int) and abs(value) < 2**64)
-    text = f" {value!r}" if said else ""
+    text = f" {value!r}" if said else _signature(value)
     return f"{type(value).__name__}{text if len(text) <= 40 else ''}"
+
+
+def _signature(value: Any) -> str:
+    """Return how a function is called, behind its kind; nothing of other values."""
+    if isinstance(value, FunctionType | MethodType):
+        return f" {value.__name__}{inspect.signature(value)}"
+    return ""
 
 
 def _ways(hint: Any) -> tuple[Any, ...]:
@@ -155,7 +162,27 @@ def _rule_of(way: Any) -> Rule | None:
     if isinstance(way, type) and way.__module__.startswith("poinsot."):
         article = "an" if way.__name__[0] in "AEIO" else "a"
         return Rule(lambda value: isinstance(value, way), f"{article} {way.__name__}", True)
+    if outer is Callable and inner and isinstance(inner[0], list):
+        return _function_of(len(inner[0]))
     return SIMPLE.get(outer)
+
+
+def _function_of(count: int) -> Rule:
+    """Return the rule of functions that can be called with so many values."""
+    values = "one value" if count == 1 else f"{count} values"
+    return Rule(functools.partial(_takes, count), f"a function of {values}")
+
+
+def _takes(count: int, value: Any) -> bool:
+    if not callable(value):
+        return False
+    try:
+        inspect.signature(value).bind(*range(count))
+    except TypeError:
+        return False
+    except ValueError:  # a function of C may not say what it takes
+        return True
+    return True
 
 
 def _are(test: Callable[[Any], bool], count: int | None, value: Any) -> bool:
@@ -165,7 +192,9 @@ def _are(test: Callable[[Any], bool], count: int | None, value: Any) -> bool:
 
 
 def _is_whole(value: Any) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool) and abs(int(value)) < 2**63
+    if isinstance(value, bool | np.timedelta64):  # NumPy has durations among the integers
+        return False
+    return isinstance(value, int | np.integer) and abs(int(value)) < 2**63
 
 
 def _is_path(value: Any) -> bool:

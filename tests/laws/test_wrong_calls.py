@@ -6,12 +6,15 @@ import random
 import signal
 import traceback
 import warnings
+from decimal import Decimal
 from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 import pytest
+from astropy import units
 
 import poinsot as pt
 from public_calls import BODY, START, TOP, public_calls
@@ -75,12 +78,26 @@ WRONG = {
     "texts": lambda: ["a", "b"],
     "Nones": lambda: [None, None],
     "dates": lambda: np.array(["2026-11-21"], dtype="datetime64[s]"),
+    "duration": lambda: np.timedelta64(1, "s"),
+    "durations": lambda: np.array([1, 2], dtype="timedelta64[s]"),
+    "decimal": lambda: Decimal("0.5"),
+    "signalling nan": lambda: Decimal("sNaN"),
+    "series": lambda: pd.Series([1.0, 2.0]),
+    "frame of a table": lambda: pd.DataFrame({"a": [1.0, 2.0]}),
+    "timestamp": lambda: pd.Timestamp("2026-11-21"),
+    "missing": lambda: pd.NA,
+    "no time": lambda: pd.NaT,
+    "components": lambda: pt.functions.Vector((1.0, 2.0, 3.0)),
+    "unit": lambda: units.s,
+    "quantity": lambda: 3.0 * units.kg,
     "masked": lambda: np.ma.masked,
     "mapping": lambda: {"a": 1},
     "set": lambda: {1, 2},
     "generator": lambda: (x for x in (1.0, 2.0)),
     "class": lambda: pt.Body,
     "lambda": lambda: lambda *_: None,
+    "function of nothing": lambda: lambda: None,
+    "function of names": lambda: lambda *, name: name,
     "module": lambda: np,
     "body": lambda: BODY,
     "state": lambda: START,

@@ -281,7 +281,7 @@ def test_picture_changes_its_line_where_stability_changes(branch):
         pt.plot.branch(branch.motions[0], lambda motion: motion.period, ("a", "b"))
     with pytest.raises(ValueError, match=r"branch must be a Branch or several, got none\."):
         pt.plot.branch([], lambda motion: motion.period, ("a", "b"))
-    with pytest.raises(TypeError, match=r"quantity must be a function, got str 'period'\."):
+    with pytest.raises(TypeError, match=r"quantity must be a function of one value, got str 'period'\."):
         pt.plot.branch(branch, "period", ("a", "b"))
     with pytest.raises(ValueError, match=r"the quantity of a motion must have shape \(\), got shape \(6, 6\)\."):
         pt.plot.branch(branch, lambda motion: motion.matrix, ("a", "b"))
@@ -318,7 +318,7 @@ WRONG = {
     "parameter": (
         lambda: continue_motion(at_rest(), 3, 1.5),
         TypeError,
-        r"parameter must be a text or a function, got int 3\.",
+        r"parameter must be a text or a function of one value, got int 3\.",
     ),
     "no system": (
         lambda: continue_motion(at_rest(), lambda value: value, 1.5, start=1.0),
@@ -366,7 +366,7 @@ WRONG = {
     "period that is no function": (
         lambda: continue_motion(spinning(), "moments[0]", 1.1, period=5.0),
         TypeError,
-        r"period must be a function, got float 5\.0\.",
+        r"period must be a function of one value, got float 5\.0\.",
     ),
     "frame that stays": (
         lambda: continue_motion(at_rest(), "inclination", 0.5),

@@ -180,7 +180,7 @@ def test_wrong_arguments_are_refused_in_a_sentence():
         pt.analysis.section(motion, lambda points: (points.times, points.omega_body), 0)
     with pytest.raises(TypeError, match=r"event must be a whole number of at most 63 bits, got float 0\.0\."):
         pt.analysis.section(motion, time_and_rate, 0.0)
-    with pytest.raises(TypeError, match=r"coordinates must be a function, got str 'x'\."):
+    with pytest.raises(TypeError, match=r"coordinates must be a function of one value, got str 'x'\."):
         pt.analysis.section(motion, "x")
     with pytest.raises(TypeError, match=r"coordinates must return x and y, got NoneType\."):
         pt.analysis.section(motion, lambda _: None)

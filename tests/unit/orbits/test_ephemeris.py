@@ -1,5 +1,6 @@
 """Orbits from tables and functions: polynomials between knots, at each of which a kernel stops."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -435,3 +436,14 @@ def test_metres_are_a_thousandth_of_kilometres():
     assert (long.error, long.radius) == (1000 * mars.error, 1000 * mars.radius)
     assert (long.span, long.reference_frame, long.origin) == (mars.span, mars.reference_frame, mars.origin)
     assert np.isclose(np.sqrt(long.mu / 2.28e11**3), np.sqrt(mars.mu / 2.28e8**3), rtol=1e-15)  # the mean motion
+
+
+@pytest.mark.parametrize(
+    ("function", "given"),
+    [(lambda: None, "<lambda>()"), (lambda *, a: a, "<lambda>(*, a)"), (lambda a, b: a + b, "<lambda>(a, b)")],
+    ids=["of nothing", "of names", "of two values"],
+)
+def test_functions_that_take_something_else_are_refused(function, given):
+    rule = "position must be a function of one value"
+    with pytest.raises(TypeError, match=rf"^{re.escape(f'{rule}, got function {given}.')}$"):
+        pt.orbits.Ephemeris.from_function(1.0, position=function, start=0.0, stop=1.0)

@@ -407,7 +407,7 @@ WRONG = {
     "a number": ({"out": 5}, "out must be a path"),
     "no members": ({"out": "it.zarr", "chunk": 0}, "chunk must be a positive whole number of members, got 0."),
     "half a member": ({"out": "it.zarr", "chunk": 1.5}, "chunk must be a whole number of at most 63 bits"),
-    "no function": ({"reduce": "mean"}, "reduce must be a function"),
+    "no function": ({"reduce": "mean"}, "reduce must be a function of one value"),
     "one name": ({"out": "it.zarr", "variables": "quaternion"}, "variables must be a list, each a text"),
     "another name": ({"out": "it.zarr", "variables": ["spin"]}, "variables must be some of quaternion, conj"),
     "another kind": (
