@@ -354,6 +354,7 @@ class _Tasks:
                     break
             kernel.finish()
             stopped = self._jump() if self._noted is None else self._happen(kernel, self._noted)
+            self._without_end(np.flatnonzero(tasks["status"] == PAUSED))
             if self._hopeless:
                 tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
             waiting = [each for each in (stopped, self._between_legs(), self._rescaled()) if each.size]
@@ -406,20 +407,26 @@ class _Tasks:
 
     def _watch(self, kernel: Any, told: Callable[[float], None]) -> None:
         """Tell how far tasks are, and give up those whose steps lead nowhere."""
+        for k in self._without_end(kernel.note()):
+            kernel.give_up(np.array([k]))
+        self._tell(told)
+
+    def _without_end(self, numbers: NDArray[np.int_]) -> list[int]:
+        """Note which of some tasks take steps that lead nowhere, and return them."""
         tasks = self.queue.tasks
         if self._judged is None:
             self._judged = tasks["time"][:, 0].copy(), tasks["steps"].copy()
-        (times, counts), numbers = self._judged, kernel.note()
-        due = numbers[tasks["steps"][numbers] - counts[numbers] >= looped_kernel.BUDGET]
+        times, counts = self._judged
+        due, hopeless = numbers[tasks["steps"][numbers] - counts[numbers] >= looped_kernel.BUDGET], list[int]()
         for k in due.tolist():
             task, steps = tasks[k], int(tasks["steps"][k] - counts[k])
             time = float(task["time"][0])
             left, advance = abs(float(task["end"]) - time), abs(time - float(times[k]))
             if why := reason("step_limit", advance, time, left, steps):
                 self._hopeless[k] = why
-                kernel.give_up(np.array([k]))
+                hopeless.append(k)
         times[due], counts[due] = tasks["time"][due, 0], tasks["steps"][due]
-        self._tell(told)
+        return hopeless
 
     def _tell(self, told: Callable[[float], None]) -> None:
         if not self._run.job.progress:

@@ -117,3 +117,10 @@ def test_orbits_that_are_integrated_along():
 def test_covariances_are_checked(matrix, rule):
     with pytest.raises(ValueError, match=rule):
         pt.analysis.state_transition(SYSTEM, START, [1.0]).covariance(matrix)
+
+
+def test_a_state_transition_that_would_not_end_stops():
+    body = pt.Body((1.3, 1.0, 0.7))
+    start = body.state((1, 0, 0, 0), omega_body=(0.4, -0.6, 0.5))
+    with pytest.raises(pt.PropagationError, match=r"the steps became so short, [\d.]+, that it would not end\."):
+        pt.analysis.state_transition(pt.System(body), start, [2.0**53])
