@@ -80,12 +80,15 @@ def turned(frame: str, reference: str, ets: Array) -> Answer:
     check_inertial(reference)
     _known(frame)
     with _sentences(f"kernels must say the attitude of {frame!r} at all times"):
+        matrices, rates = np.empty((ets.size, 3, 3)), np.empty((ets.size, 3))
         try:
-            parts = [spice.xf2rav(spice.sxform(reference, frame, et)) for et in ets]
+            for i, et in enumerate(ets):
+                matrices[i], rates[i] = spice.xf2rav(spice.sxform(reference, frame, et))
         except spice.utils.exceptions.SpiceyError:
-            return None, [np.array([spice.pxform(reference, frame, et) for et in ets]).reshape(-1, 3, 3)]
-    matrices, rates = zip(*parts, strict=True) if parts else ((), ())
-    return None, [np.array(matrices).reshape(-1, 3, 3), np.array(rates).reshape(-1, 3)]
+            for i, et in enumerate(ets):
+                matrices[i] = spice.pxform(reference, frame, et)
+            return None, [matrices]
+    return None, [matrices, rates]
 
 
 def instants(path: str, own: str) -> Answer:

@@ -157,7 +157,7 @@ def test_limits_of_the_process(tmp_path):
     process.close()
     process = reader_process.ReaderProcess(module, "it: ")
     with pytest.raises(ValueError, match=r"^it: it takes too much processor time\.$"):
-        process.call("turned", "ECLIPJ2000", "J2000", arrays=[np.zeros(1_000_000)], seconds=-0.9)
+        process.call("turned", "ECLIPJ2000", "J2000", arrays=[np.zeros(200_000)], seconds=-0.9)
     process.close()
     (tmp_path / "it.tf").write_text("KPL/FK\n")
     process = reader_process.ReaderProcess(module, "it: ")

@@ -31,6 +31,9 @@ Array = NDArray[np.float64]
 MARGIN = 1e-3
 """Seconds by which a C-kernel reaches beyond the first and the last attitude."""
 
+BLOCK = 50_000
+"""Times that are asked for together: SPICE takes about a second for them, and its process little memory."""
+
 TICKS = 1_000_000
 """In a second of the clock of a C-kernel."""
 
@@ -124,7 +127,10 @@ def spice_attitude(
 
 
 def _table(spice: Kernels, frame: str, reference_frame: str, t: Array, calendar: Calendar) -> AttitudeTable:
-    matrices, *rates = spice.ask("turned", frame, reference_frame, times=ET.converted(t, calendar))[1]
+    ets = np.atleast_1d(ET.converted(t, calendar))
+    blocks = np.array_split(ets, max(-(-ets.size // BLOCK), 1))
+    answers = [spice.ask("turned", frame, reference_frame, times=block)[1] for block in blocks]
+    matrices, *rates = map(np.concatenate, zip(*answers, strict=False))  # rates if all blocks have them
     q = quaternion_from_matrix(np.swapaxes(matrices, -1, -2))
     omega = quat.rotate(quat.conjugate(q), rates[0]) * SECONDS[calendar.unit] if rates else None
     named = "ICRF" if reference_frame.upper() == "J2000" else reference_frame.upper()

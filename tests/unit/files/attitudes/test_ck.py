@@ -193,3 +193,14 @@ def test_what_is_missing_is_said(kernels):
         FileNotFoundError, match=r"m\.bc must have the kernels of its clock and its frame .* no m\.tf\."
     ):
         ck.read_ck(kernels[0])
+
+
+def test_blocks_of_times_give_the_same_as_all_together(kernels, monkeypatch):
+    def table():
+        return pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
+
+    whole = table()
+    monkeypatch.setattr(ck, "BLOCK", 3)
+    np.testing.assert_array_equal(table().quaternion, whole.quaternion)
+    np.testing.assert_array_equal(table().omega_body, whole.omega_body)
+    assert len(TIMES) > 2 * ck.BLOCK
