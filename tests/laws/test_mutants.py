@@ -168,7 +168,7 @@ def outcome(name, path):
         taken = time.process_time() - began
         gc.enable()
     assert said == "read" or " must " in said, said
-    assert "\n" not in said
+    assert said.isprintable()  # what a terminal obeys is escaped
     assert "Error" not in said.partition(" must ")[0], said
     assert taken < SECONDS
     assert 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak) < BYTES
@@ -210,6 +210,18 @@ def test_numbers_that_are_infinite_or_none(good, name, number):
     found = list(NUMBER.finditer(before))
     for one in found[:: len(found) // 40 + 1]:
         path.write_bytes(before[: one.start()] + number + before[one.end() :])
+        outcome(name, path)
+    path.write_bytes(before)
+
+
+@pytest.mark.parametrize("mark", [b"\x02", b"\x1b[31m", "\u202e".encode()])
+@pytest.mark.parametrize("name", sorted(set(READERS) - {*BINARY, "it.zarr"}))
+def test_sentences_have_nothing_that_a_terminal_obeys(good, name, mark):
+    path = good / name
+    before = path.read_bytes()
+    found = list(re.finditer(rb"(?<=[\w\"'.])(?=[\s,=<\"'])|(?<=[ =])(?=\w)", before))
+    for one in found[:: len(found) // 100 + 1]:
+        path.write_bytes(before[: one.start()] + mark + before[one.start() :])
         outcome(name, path)
     path.write_bytes(before)
 

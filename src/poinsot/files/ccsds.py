@@ -236,7 +236,7 @@ def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, b
     inertial = [name in FRAMES for name in names]
     turning = next((name for name in names if ROTATING.match(name) or ORBITAL.match(name)), None)
     if turning is not None or sum(inertial) != 1 or not all(re.fullmatch(r"[!-~]{1,80}", name) for name in names):
-        given = f"{turning[:40]}, which rotates" if turning else f"{first[:40]!r} and {second[:40]!r}"
+        given = f"{turning[:40]!r}, which rotates" if turning else f"{first[:40]!r} and {second[:40]!r}"
         known = ", ".join(FRAMES)
         raise ValueError(f"{place} must be the body and a frame that does not rotate ({known}), got {given}.")
     body, reference = names[::-1] if inertial[0] else names

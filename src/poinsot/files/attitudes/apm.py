@@ -221,7 +221,7 @@ def _number_angles(block: _Block, entries: list[Entry]) -> None:
     sequence = block.text("EULER_ROT_SEQ").upper().translate(TO_DIGITS)
     axes = "".join(entry.key[0] for entry in given).translate(TO_DIGITS)
     if given and axes != sequence:
-        raise ValueError(f"{block.place} must have its angles in the order {sequence[:20]}, got {axes[:20]}.")
+        raise ValueError(f"{block.place} must have its angles in the order {sequence[:20]!r}, got {axes[:20]!r}.")
     block.said.update({f"ANGLE_{i}": entry for i, entry in enumerate(given, start=1)})
 
 

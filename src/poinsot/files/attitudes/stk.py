@@ -129,7 +129,7 @@ def _read_rows(rows: Rows, lines: Iterator[tuple[int, str]]) -> None:
         raise ValueError(f"{rows.name} must have rows, got none.")
     said, found = rows.says.get("NUMBEROFATTITUDEPOINTS"), len(rows.numbers)
     if said != str(found) and not (said is None and whole):
-        end = "END Attitude" if said is None else f"NumberOfAttitudePoints = {said[:20]} rows"
+        end = "END Attitude" if said is None else f"NumberOfAttitudePoints rows, {said[:20]!r}"
         raise ValueError(f"{rows.name} must have {end}, got the end after {found} rows. The file is not whole.")
 
 

@@ -114,7 +114,7 @@ def _icgem(text: str) -> _Table:
             raise ValueError(f"the header must have {name}, got none.")
     norm = known.get("norm", "fully_normalized")
     if norm not in ("fully_normalized", "unnormalized"):
-        raise ValueError(f"norm must be fully_normalized or unnormalized, got {norm[:40]}.")
+        raise ValueError(f"norm must be fully_normalized or unnormalized, got {norm[:40]!r}.")
     degree = _whole(0, known["max_degree"])
     return _Table(_number(0, known["radius"]), degree, degree, norm == "fully_normalized", _static(head, body))
 
@@ -126,7 +126,7 @@ def _static(head: str, body: str) -> Iterator[tuple[int, list[str]]]:
         if not words:
             continue
         if words[0] != "gfc":
-            raise ValueError(f"the field must be static, lines of gfc, got {words[0][:40]} in line {before + k - 1}.")
+            raise ValueError(f"the field must be static, lines of gfc, got {words[0][:40]!r} in line {before + k - 1}.")
         yield before + k - 1, words[1:]
 
 

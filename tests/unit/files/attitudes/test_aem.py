@@ -260,9 +260,9 @@ HEAD = opening() + metadata("QUATERNION/ANGVEL")
         (WHOLE.replace("T00:00:05.0", "T00:61:05.0", 1), r"a\.aem, line 41: epoch must be a date"),
         (
             WHOLE.replace("EME2000", "ITRF2000"),
-            r"be the body and a frame that does not rotate .* ITRF2000, which rot",
+            r"be the body and a frame that does not rotate .* 'ITRF2000', which rot",
         ),
-        (WHOLE.replace("EME2000", "LVLH"), r"got LVLH, which rotates"),
+        (WHOLE.replace("EME2000", "LVLH"), r"got 'LVLH', which rotates"),
         (
             WHOLE.replace("EME2000", "FOO"),
             r"REF_FRAME_A and REF_FRAME_B in .*a\.aem must be the body .* 'FOO' and 'SC_BODY_1'",
@@ -409,7 +409,7 @@ def test_nothing_is_overwritten_or_left_half_written(tmp_path, monkeypatch):
         ({"object_name": "A\nB"}, r"^OBJECT_NAME must be printable characters"),
         (
             {"body_frame": "ITRF97"},
-            r"^reference_frame and body_frame must be the body and .* ITRF97, which rotates\.$",
+            r"^reference_frame and body_frame must be the body and .* 'ITRF97', which rotates\.$",
         ),
         ({"body_frame": "TEME"}, r"^reference_frame and body_frame must be the body .* 'ICRF' and 'TEME'\.$"),
         ({"originator": ""}, r"^originator must be printable characters"),

@@ -142,8 +142,8 @@ def changed(n, m, **new):
             icgem().replace("max_degree 4", "max_degree four"),
             "must be finite and below 1e100, got 'four' in the header",
         ),
-        (icgem(norm="norm Schmidt\n"), "norm must be fully_normalized or unnormalized, got Schmidt"),
-        (icgem().replace("gfc 2 0", "gfct 2 0"), "the field must be static, lines of gfc, got gfct in line 13"),
+        (icgem(norm="norm Schmidt\n"), "norm must be fully_normalized or unnormalized, got 'Schmidt'"),
+        (icgem().replace("gfc 2 0", "gfct 2 0"), "the field must be static, lines of gfc, got 'gfct' in line 13"),
     ],
 )
 def test_tables_that_contradict_themselves_end_in_one_sentence(text, sentence, tmp_path):
