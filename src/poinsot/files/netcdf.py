@@ -32,6 +32,7 @@ from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.propagation.chunks import saved_in_chunks
 from poinsot.propagation.dataset import read_parts, told_parts
 from poinsot.propagation.ensemble_store import EnsembleStore
+from poinsot.propagation.memory import available_memory
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.run_record import Method, Run
 from poinsot.propagation.selection import Chosen
@@ -272,7 +273,9 @@ def _check_magic(path: Path) -> None:
 
 
 def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    size = path.stat().st_size
+    size, left = path.stat().st_size, available_memory()
+    if size > left:  # also of a file with holes, which takes less on a disk
+        raise ValueError(f"it needs {size} bytes of memory, of which {left} are left")
     process = ReaderProcess("poinsot.files.netcdf_reader", "", memory=2 * size, files=1)
     with contextlib.closing(process):
         (attributes, told), arrays = process.call(

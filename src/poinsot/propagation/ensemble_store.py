@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.propagation.memory import available_memory
 from poinsot.propagation.zarr_group import (
     BLOCK,
     GROUP,
@@ -25,6 +26,7 @@ from poinsot.propagation.zarr_group import (
     StoredArray,
     StoreError,
     check_descriptions,
+    check_lengths,
     own_folder,
     plain_attributes,
     read_group,
@@ -50,6 +52,9 @@ CHUNKS = "chunks"
 
 FORMAT = 1
 """Of the folders and names in a store."""
+
+MOST_CHUNKS = 2**24
+"""In one store: each is at least a file."""
 
 Variables = Mapping[str, tuple[tuple[str, ...], NDArray[Any], Mapping[Any, Any]]]
 """Name -> dimensions, numbers and attributes."""
@@ -92,7 +97,10 @@ class EnsembleStore:
         for name, about in self.described.items():
             if about.chunk and (about.chunk, about.shape[0]) != (self.chunk, self.members):
                 raise StoreError(f"{name} has other chunks than the others")
+        check_lengths(self.described)
         count = -(-self.members // self.chunk) if self.chunk else 0
+        if count > MOST_CHUNKS:
+            raise StoreError(f"it has {count} chunks, more than {MOST_CHUNKS}")
         self.whole = np.zeros(count, dtype=bool)
         self._look()
 
@@ -135,7 +143,16 @@ class EnsembleStore:
         return sum(part.stop - part.start for part in members)
 
     def check_files(self) -> None:
-        """Refuse a store of which files are missing, or of other sizes than announced."""
+        """Refuse a store of which files are missing, of other sizes than announced, or larger than memory.
+
+        The size of a file with holes is not what it takes on a disk.
+        """
+        needed, left = (
+            sum(about.total_bytes for about in self.described.values() if not about.chunk),
+            available_memory(),
+        )
+        if needed > left:
+            raise StoreError(f"it needs {needed} bytes of memory, of which {left} are left")
         for array in self.arrays.values():
             for number in np.flatnonzero(self.whole).tolist() if array.about.chunk else [0]:
                 array.check_file(number)

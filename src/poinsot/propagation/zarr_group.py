@@ -31,6 +31,7 @@ __all__ = [
     "StoreError",
     "StoredArray",
     "check_descriptions",
+    "check_lengths",
     "own_folder",
     "plain",
     "plain_attributes",
@@ -101,6 +102,11 @@ class Described:
     def member_bytes(self) -> int:
         """The bytes of one place along its first axis."""
         return math.prod(self.shape[1:]) * self.dtype.itemsize
+
+    @property
+    def total_bytes(self) -> int:
+        """Those of all its numbers."""
+        return math.prod(self.shape) * self.dtype.itemsize
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -191,7 +197,7 @@ class Described:
     def size_of(self, members: int) -> int:
         """Return the bytes of the file of a shard with so many members, or of the whole array."""
         if not self.chunk:
-            return math.prod(self.shape) * self.dtype.itemsize + SIZE_OF_CHECKSUM
+            return self.total_bytes + SIZE_OF_CHECKSUM
         blocks = -(-members // self.block) * (self.block * self.member_bytes + SIZE_OF_CHECKSUM)
         return blocks + 16 * (self.chunk // self.block) + SIZE_OF_CHECKSUM
 
@@ -238,7 +244,7 @@ class StoredArray:
     def _whole_array(self) -> NDArray[Any]:
         if not math.prod(self.shape):
             return np.empty(self.shape, self.dtype)
-        content = self._content(0, 0, math.prod(self.shape) * self.about.dtype.itemsize)
+        content = self._content(0, 0, self.about.total_bytes)
         return np.frombuffer(content, self.about.dtype).reshape(self.shape).astype(self.dtype, copy=False)
 
     def _block(self, number: int, inside: int) -> NDArray[Any]:
@@ -356,6 +362,17 @@ def check_descriptions(folder: Path, described: Mapping[str, Described]) -> None
             raise StoreError(f"{name} is a link")
         if _json_in(folder / name) != about.metadata:
             raise StoreError(f"{name} is described in another way")
+
+
+def check_lengths(described: Mapping[str, Described]) -> None:
+    """Refuse arrays of other lengths along a dimension than others have, before any is read."""
+    lengths: dict[str, int] = {}
+    for name, about in described.items():
+        if len(about.dims) != len(about.shape):
+            raise StoreError(f"{name} has {len(about.dims)} dimensions and {len(about.shape)} lengths")
+        for dim, length in zip(about.dims, about.shape, strict=True):
+            if lengths.setdefault(dim, length) != length:
+                raise StoreError(f"{name} has another length along {dim} than the others")
 
 
 def read_group(folder: Path) -> tuple[dict[str, Described], dict[str, Any]]:

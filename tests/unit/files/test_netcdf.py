@@ -1,5 +1,6 @@
 """Results in files: back to the bit, run again to the bit, and refused where they are not whole."""
 
+import os
 import time
 from pathlib import Path
 from typing import Any
@@ -639,6 +640,14 @@ def test_a_file_that_announces_more_than_it_has_is_refused(motions, tmp_path):
         file.renameVariable("quaternion", "other")
         file.createVariable("quaternion", "f8", ("time", "parameter"), contiguous=True)
     with pytest.raises(ValueError, match=r"bytes cannot be the 64\d{9} that it announces"):
+        pt.load(path)
+
+
+def test_a_file_larger_than_memory_is_refused(motions, tmp_path):
+    """One with a hole at its end takes little on a disk."""
+    path = pt.save(motions["in orbit"], tmp_path / "it.nc")
+    os.truncate(path, 2**42)
+    with pytest.raises(ValueError, match=rf"it needs {2**42} bytes of memory, of which \d+ are left\.$"):
         pt.load(path)
 
 

@@ -274,6 +274,36 @@ def test_half_a_store_is_refused_and_mended(number, whole, tmp_path):
     assert contents(store) == contents(whole[0])
 
 
+@pytest.mark.parametrize("name", ["quaternion", "time", "initial_time"])
+def test_lengths_that_do_not_go_together_are_refused_before_memory_is_taken(name, whole, tmp_path):
+    """Metadata of a stranger, with its digest, and a file with a hole of the size that they announce."""
+    store = tmp_path / "it.zarr"
+    shutil.copytree(whole[0], store)
+    described, attributes = zarr_group.read_group(store)
+    about, many = described[name], 2**40
+    more = about.in_shards(many, about.chunk, about.block)
+    if about.chunk:
+        attributes["store"]["members"] = many
+        described |= {key: one.in_shards(many, one.chunk, one.block) for key, one in described.items() if one.chunk}
+    else:
+        os.truncate(store / name / about.key(), more.size_of(many))
+    zarr_group.write_group(store, described | {name: more}, attributes)
+    with pytest.raises(ValueError, match=r"got another: \w+ has another length along \w+ than the others\.$"):
+        pt.load(store)
+
+
+def test_a_store_larger_than_memory_is_refused(whole, monkeypatch):
+    monkeypatch.setattr(ensemble_store, "available_memory", lambda: 100)
+    with pytest.raises(ValueError, match=r"it needs \d{4} bytes of memory, of which 100 are left\.$"):
+        pt.load(whole[0])
+
+
+def test_more_chunks_than_a_store_has_are_refused(whole, monkeypatch):
+    monkeypatch.setattr(ensemble_store, "MOST_CHUNKS", 3)
+    with pytest.raises(ValueError, match=r"it has 4 chunks, more than 3\.$"):
+        pt.load(whole[0])
+
+
 def test_what_is_no_store_is_refused(whole, tmp_path):
     (tmp_path / "folder.zarr").mkdir()
     (tmp_path / "file.zarr").write_text("x")
