@@ -99,7 +99,8 @@ class _EngineRun(Run):
             for lane, member in enumerate(part.members.tolist() if any(part.failed) or any(part.events) else ()):
                 out.events += [(member, record) for record in part.events[lane]]
                 if part.failed[lane]:
-                    stop = Stop(part.failed[lane], float(part.reached[lane]), float(part.lasts[lane]), part.cause)
+                    why = self.reason(member, part.failed[lane])
+                    stop = Stop(why, float(part.reached[lane]), float(part.lasts[lane]), part.cause)
                     out.stops.setdefault(member, stop)
 
 

@@ -224,8 +224,7 @@ class LoopedRun(Run):
 
     def fast_first(self) -> NDArray[np.int_]:
         """Return the members, fast rotators first."""
-        speed = self.job.problem.system.speed(self.state)
-        return np.argsort(-np.broadcast_to(speed, self.origins.shape), kind="stable")
+        return np.argsort(-self.speeds, kind="stable")
 
     def _cut(self, order: NDArray[np.int_], threads: int) -> Iterator[NDArray[np.int_]]:
         """Yield members in slabs, fast rotators first and ever fewer, so that all threads end at the same time."""
@@ -471,7 +470,7 @@ class _Tasks:
             causes, numbers = self._noted.causes, np.arange(members.size)[chosen].tolist()
             report.events += [(int(members[k]), record) for k in numbers for record in self._noted.records[k]]
         for k in np.flatnonzero(stopped).tolist():
-            task, why = tasks[k], self._why(k, int(tasks["status"][k]))
+            task, why = tasks[k], self._run.reason(int(members[k]), self._why(k, int(tasks["status"][k])))
             stop = Stop(why, float(task["time"][0]), float(self.queue.output.ends[k]), causes.get(k))
             report.stops.setdefault(int(members[k]), stop)
 

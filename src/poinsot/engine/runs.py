@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from poinsot.engine.jumps import Clock
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import Progress
 from poinsot.engine.state_vector import StateVector
-from poinsot.engine.termination import INTERRUPTED
+from poinsot.engine.termination import INTERRUPTED, reason_of_speed
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
 from poinsot.lazy import cached_property
@@ -248,6 +249,16 @@ class Run(ABC):
     def interrupt(self) -> None:
         """Let the run stop after the chunks of steps that are under way, and keep what it has."""
         self.stop = self.report.interrupted = True
+
+    def reason(self, member: int, why: str) -> str:
+        """Return why a member stopped, by what a kernel says and how fast it turned at its start."""
+        return reason_of_speed(why, float(self.speeds[member]))
+
+    @functools.cached_property
+    def speeds(self) -> Array:
+        """How fast the members turn at their starts."""
+        with np.errstate(over="ignore"):
+            return np.broadcast_to(self.job.problem.system.speed(self.state), self.origins.shape)
 
     def on_threads(self, count: int, serve: Callable[[], None]) -> None:
         """Call a function on so many threads, and hear Ctrl-C until all of them have returned."""

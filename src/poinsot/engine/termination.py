@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["INTERRUPTED", "LONGEST", "TRIES", "HeldInterrupts", "reason"]
+__all__ = ["INTERRUPTED", "LONGEST", "TRIES", "HeldInterrupts", "reason", "reason_of_speed"]
 
 INTERRUPTED = "it was interrupted."
 
@@ -18,6 +18,9 @@ REASONS = {
     "switch": "the branches of a `where` lead back to its switch from both sides. Make the formula smooth there.",
     "angles": ("sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."),
 }
+
+FASTEST = float(np.finfo(float).max) ** (1 / 20)
+"""The rate whose power of the order, 20 at most in double precision, is the largest float."""
 
 HOPELESS = 1e9
 """Chunks of steps that a run may have ahead of it; at a microsecond a step, so many take most of a year."""
@@ -48,6 +51,14 @@ def reason(outcome: str, advance: float, reached: float, ahead: float, steps: in
             return f"the steps became so short, {advance / steps:.1g}, that it would not end. {why}."
         return ""
     return REASONS.get(outcome, outcome)
+
+
+def reason_of_speed(why: str, speed: float) -> str:
+    """Return why a body that turns so fast stopped: if powers of its rate overflow, no force is to blame."""
+    if why != REASONS["err_nf_state"] or speed <= FASTEST:
+        return why
+    rate = f"the body turns so fast, {speed:.1g}, that powers of its rate overflow."
+    return f"the state became non-finite: {rate} Count in a shorter unit of time."
 
 
 class HeldInterrupts:

@@ -11,7 +11,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
-from poinsot.engine import integration, kernels
+from poinsot.engine import integration, kernels, looped_kernel
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0.1, -0.2)))
@@ -245,3 +245,20 @@ def test_members_that_start_within_rounding_of_a_time(nudges):
     motion = pt.propagate(SATELLITE, batch, TIMES)
     for i in range(3):
         assert_member(motion, i, pt.propagate(SATELLITE, member(batch, i), TIMES))
+
+
+@pytest.mark.parametrize("looped", [True, False], ids=["looped kernel", "heyoka"])
+def test_no_force_is_blamed_where_powers_of_a_rate_overflow(looped, monkeypatch):
+    if not looped:
+        monkeypatch.setattr(looped_kernel, "available", lambda: False)
+    body = pt.Body((1.0, 2.0, 3.0))
+    start = body.state((1, 0, 0, 0), omega_body=(1e50, 1e49, 1e50))
+    why = "the state became non-finite: the body turns so fast, 1e+50, that powers of its rate overflow."
+    sentence = f"propagation stopped at t = 0 of 1: {why} Count in a shorter unit of time."
+    with pytest.raises(pt.PropagationError, match=f"^{re.escape(sentence)}$"):
+        pt.propagate(pt.System(body), start, [1.0])
+    pair = body.state([(1, 0, 0, 0)] * 2, omega_body=[(1e50, 1e49, 1e50), (0, 0.1, 0)])
+    motion = pt.propagate(pt.System(body), pair, [1.0])
+    assert motion.failures == {0: sentence}
+    if not looped:
+        assert motion.run.kernel == "heyoka"
