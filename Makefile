@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+# Kept bytecode lets the child processes of tests start faster.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test verify slow face docs package clean
 
