@@ -23,6 +23,7 @@ from typer.core import TyperCommand, TyperGroup
 from typing_extensions import override
 
 from poinsot.engine.progress import later
+from poinsot.html_text import shown
 
 __all__ = [
     "DIFFERS",
@@ -53,7 +54,6 @@ __all__ = [
     "one_of",
     "opened",
     "say",
-    "shown",
     "tell",
     "writing",
 ]
@@ -107,11 +107,6 @@ def exit_statuses(own: dict[int, str]) -> str:
 
 
 # ------------------------------------------------------------------ words
-
-
-def shown(text: str) -> str:
-    """Return a text on one line without what a terminal obeys: control characters, and marks that turn the writing."""
-    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
 
 
 def say(sentence: str) -> None:

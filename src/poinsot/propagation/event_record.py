@@ -14,7 +14,7 @@ from poinsot.checked import checked
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
 from poinsot.functions import Scalar
-from poinsot.html_text import Summarized, rounded, told
+from poinsot.html_text import Summarized, rounded, shown, told
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.state import Phase, State, changed, state_of
@@ -109,7 +109,7 @@ class StoredEvent(Event):
 
     @override
     def __repr__(self) -> str:
-        return self.said
+        return shown(self.said, kept="\n")
 
     @property
     @override

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot.html_text import shown
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
@@ -75,7 +76,7 @@ class StoredSystem:
         self.units, self.rigid_bodies = self._free.units, self._free.rigid_bodies
 
     def __repr__(self) -> str:
-        return self._written
+        return shown(self._written, kept="\n")
 
     @property
     def pair(self) -> Any:
@@ -206,11 +207,16 @@ class StoredTrajectory(Trajectory):
     @property
     @override
     def summary(self) -> dict[str, Any]:
-        return super().summary if self.store is not None else dict(self._record.summary) or super().summary
+        return super().summary if self.store is not None else self._recorded_summary or super().summary
 
     @override
     def _summary_with(self, errors: Mapping[str, Array]) -> dict[str, Any]:
-        return dict(self._record.summary) or super()._summary_with(errors)
+        return self._recorded_summary or super()._summary_with(errors)
+
+    @property
+    def _recorded_summary(self) -> dict[str, Any]:
+        """What the file says, which has no wall time."""
+        return self._told_run | dict(self._record.summary) if self._record.summary else {}
 
 
 class StoredPairTrajectory(StoredTrajectory, PairTrajectory):

@@ -1,5 +1,6 @@
 """Results in files: back to the bit, run again to the bit, and refused where they are not whole."""
 
+import json
 import os
 import time
 from pathlib import Path
@@ -704,6 +705,28 @@ def test_stores_that_are_not_whole_end_in_a_sentence_or_are_right(motions, name,
         except ValueError:
             refused += 1
     assert refused > 5
+
+
+OBEYED = "\x1b[31m\x1b]0;owned\x07\x9b2J\r\x08\u202e"
+"""A colour, the title of a window, control characters, and a mark that turns the writing."""
+
+
+@pytest.mark.parametrize("name", ["in orbit", "two bodies"])
+def test_no_text_of_a_file_moves_a_terminal(motions, name):
+    """Whatever its attributes say, a motion shows itself, its system and its events in printable letters."""
+    data = motions[name].dataset
+    events = [{"name": f"a{OBEYED}", "said": f"a{OBEYED}", "terminal": False}]
+    said = {key: f"{value}{OBEYED}" for key, value in data.attrs.items() if isinstance(value, str)}
+    texts = []
+    for key, value in (said | {"system": "", "events": json.dumps(events), "not_rerunnable": OBEYED}).items():
+        try:
+            motion = pt.load(data.assign_attrs({key: value}))
+        except ValueError as error:
+            texts.append(str(error))
+        else:
+            texts += map(repr, (motion, motion.system, *motion.events))
+    assert sum(text.startswith("Trajectory") for text in texts) > 5
+    assert [text for text in texts if not text.replace("\n", "").isprintable()] == []
 
 
 def test_a_changed_number_is_noticed(motions, tmp_path):
