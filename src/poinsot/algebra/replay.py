@@ -96,7 +96,10 @@ class Replay:
         return self._sweeps[changed]
 
     def _written(self, changed: int) -> _Sweep:
-        """Return it as a function of Python with a line for each step: a loop over them takes five times as long."""
+        """Return it as a function of Python with a line for each step: a loop over them takes five times as long.
+
+        The text has places and names of known operations alone, no number and no name that anybody gives.
+        """
         lines, new = ["def sweep(given, known):"], set[int]()
         for number, place in self._given.items():
             if changed >> number & 1:  # to convert a scalar takes as long as four products
