@@ -81,7 +81,7 @@ def real_array(
 ) -> NDArray[np.float64]:
     """Return `value` as finite floats of the given shape; `None` in the shape is any length."""
     array = real_numbers(name, value, time_unit)
-    if len(array.shape) != len(shape) or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
+    if array.ndim != len(shape) or not all([n is None or n == m for n, m in zip(shape, array.shape, strict=True)]):
         raise ValueError(f"{name} must have shape {_written(shape)}, got shape {array.shape}.")
     return array
 

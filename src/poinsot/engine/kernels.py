@@ -166,7 +166,7 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     parts, ratios = factors_of_parts(system, state), system.momentum_ratios(state)
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
-        if set(comoving.views) == {0} and _pool.known(smooth.structure, lambda: _can_be_comoving(smooth, comoving)):
+        if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):
             return comoving
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
     return StateVector(formulation, scale, parts, orbits, views, ratios=ratios)

@@ -13,7 +13,7 @@ from poinsot.mechanics.system import System
 
 __all__ = ["Problem"]
 
-SHARED = ("structure", "numbers", "members", "orbits", "knots", "span")
+SHARED = ("structure", "alike", "numbers", "members", "orbits", "knots", "span")
 """What a problem without events has from its system, which keeps it for the next run."""
 
 

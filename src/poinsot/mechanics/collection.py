@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Self
 
 import numpy as np
@@ -14,7 +15,7 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 
-__all__ = ["Alike", "Collection"]
+__all__ = ["Collection"]
 
 SAME_KNOT = 64
 """Roundings of a time by which two tables may miss each other's knots."""
@@ -36,6 +37,18 @@ class Collection(ABC):
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number."""
         return tuple(record.structure for record in self.records)
+
+    @cached_property
+    def alike(self) -> Answers:
+        """What is known of all collections of the same structure: their formulas are one."""
+        return answers_of(self.structure)
+
+    def known(self, question: Callable[..., Any], *given: Any) -> Any:
+        """Return the answer to a question about the formulas, whatever the numbers: it is asked once of a structure."""
+        answers = self.alike
+        if question not in answers:
+            answers[question] = question(self, *given)
+        return answers[question]
 
     @cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
@@ -68,7 +81,8 @@ class Collection(ABC):
     def span(self) -> tuple[float, float]:
         """The first and the last time at which all its orbits, fields and tables are known."""
         first, last = -np.inf, np.inf
-        for begin, end in self._said("span"):
+        for part in self._dated:
+            begin, end = part.span
             first, last = max(first, begin), min(last, end)
         return first, last
 
@@ -131,24 +145,18 @@ class Collection(ABC):
                 raise ValueError(f"the orbits of a system must have one {what}, got {first} and {second}.{hint}")
 
 
-class Alike:
-    """A collection, equal to another of the same structure: their formulas are one. What is found for it is kept.
+class Answers(dict[Callable[..., Any], Any]):
+    """Answers to questions about a structure; another process asks anew."""
 
-    Parameters
-    ----------
-    collection : Collection
-    """
+    def __init__(self, structure: tuple[Any, ...]) -> None:
+        super().__init__()
+        self.structure = structure
 
-    def __init__(self, collection: Any) -> None:
-        self.structure, self._collection = collection.structure, collection
+    def __reduce__(self) -> tuple[Any, ...]:
+        return answers_of, (self.structure,)
 
-    def taken(self) -> Any:
-        """Return the collection, which is forgotten."""
-        collection, self._collection = self._collection, None
-        return collection
 
-    def __hash__(self) -> int:
-        return hash(self.structure)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Alike) and self.structure == other.structure
+@functools.lru_cache(1024)
+def answers_of(structure: tuple[Any, ...]) -> Answers:
+    """Return the answers about a structure, the same for all collections that have it."""
+    return Answers(structure)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -14,7 +13,6 @@ from poinsot.algebra.replay import Replay
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.collection import Alike
 from poinsot.mechanics.dynamics import Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
@@ -45,7 +43,7 @@ def sample_torque(system: Dynamics) -> float:
     """
     first = [number.item(0) for number in system.numbers]
     times = [sample_time(orbits_of(force)) + 0.25 for force in system.forces]
-    traced = _traced_samples(Alike(system))
+    traced = system.known(_traced_samples)
     with np.errstate(all="ignore"):
         found = traced([*first, *times]) if traced else [*_samples(system.with_numbers(map(np.float64, first)), times)]
         each = np.reshape(np.array(found, dtype=float), (-1, 5)).tolist()
@@ -57,11 +55,9 @@ def _size_of(*sample: float) -> float:
     return max(filter(math.isfinite, (math.hypot(*torque), abs(there - here))), default=0.0)
 
 
-@functools.lru_cache(1024)
-def _traced_samples(alike: Alike) -> Replay | None:
+def _traced_samples(system: Dynamics) -> Replay | None:
     """Try the formulas of a structure, and return what gives their samples; None if they do not run on symbols."""
-    system, graph = alike.taken(), Graph()
-    body = on_pairs(system)
+    graph, body = Graph(), on_pairs(system)
     for force in system.forces:
         _try_force(force, body)
     inputs = [graph.input(place) for place in range(len(system.numbers) + len(system.forces))]

@@ -242,7 +242,7 @@ def same(a: Parametric, b: Parametric) -> bool:
 
 def union_of_knots(records: Iterable[Parametric]) -> NDArray[np.float64]:
     """Return the knots of all records, ascending."""
-    some = [record.knots for record in records if record.knots.size]
+    some = [knots for record in records if (knots := record.knots).size]
     return functools.reduce(np.union1d, some) if some else NO_KNOTS
 
 

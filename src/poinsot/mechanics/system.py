@@ -18,7 +18,6 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body, started
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
-from poinsot.mechanics.collection import Alike
 from poinsot.mechanics.dynamics import Dynamics, scalars
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
@@ -216,7 +215,7 @@ class System(Dynamics):
 
     def momentum_scale_of_members(self, state: State) -> Any:
         """Return the same for one body as for it among members: from the samples of torques that members have."""
-        return self._momentum_scale(state, self._scale(self._strongest_at_samples(_branches(Alike(self)))))
+        return self._momentum_scale(state, self._scale(self._strongest_at_samples(self.known(_branches))))
 
     def _momentum_scale(self, state: State, largest: Any) -> Any:
         own = [state.own[part.name][..., place] for part in self.parts for place in part.momentum_places]
@@ -260,7 +259,7 @@ class System(Dynamics):
     @cached_property
     def torque_scale(self) -> Any:
         """The angular momentum that differences of energies, and torques, at samples stand for; shape (...)."""
-        branching = _branches(Alike(self))
+        branching = self.known(_branches)
         one = not branching and not self.members
         return self._scale(self.sample_torque if one else self._strongest_at_samples(branching))
 
@@ -312,7 +311,6 @@ def _size(force: Any, instant: Instant) -> Any:
     return functions.norm(force.torque(instant))
 
 
-@functools.lru_cache(1024)
-def _branches(alike: Alike) -> bool:
+def _branches(system: System) -> bool:
     """Whether the formula of a force has a condition on the time or an orbit."""
-    return bool(conditions(alike.taken().traced_sizes()[1]))
+    return bool(conditions(system.traced_sizes()[1]))

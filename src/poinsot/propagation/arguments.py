@@ -41,11 +41,11 @@ def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.
     t = checked_time("times", times, system, (None,))
     if t.size == 0:
         raise ValueError("times must not be empty, got shape (0,).")
-    steps = t[1:] - t[:-1]
-    onward = steps > 0 if t.size > 1 and t[1] > t[0] else steps < 0
+    before, after = t[:-1], t[1:]
+    onward = after > before if t.size > 1 and t[1] > t[0] else after < before
     if np.count_nonzero(onward) < onward.size:
         i = int(np.argmin(onward))
-        relation = f"= times[{i + 1}] = {t[i]}" if steps[i] == 0 else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
+        relation = f"= times[{i + 1}] = {t[i]}" if t[i] == t[i + 1] else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
         raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
     return t
 
