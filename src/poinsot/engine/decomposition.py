@@ -7,6 +7,7 @@ of a value, the recurrences are, for n > 0,
     product     u_n = sum_{j=0..n} a_j b_{n-j}
     quotient    u_n = (a_n - sum_{j=1..n} b_j u_{n-j}) / b_0
     select      u_n = a_n or b_n
+    integral    u_n = 0
     function    n u_n = sum_i sum_{j=1..n} j (a_i)_j (w_i)_{n-j}, as u' = sum_i w_i a_i'
 
 Slopes w_i may come after their function: order n of the function needs order n - 1 of its slopes.
@@ -22,6 +23,7 @@ __all__ = [
     "Crossing",
     "Decomposition",
     "Function",
+    "Integral",
     "Operation",
     "Product",
     "Quotient",
@@ -90,6 +92,12 @@ class Select(NamedTuple):
     second: Coefficient | int
 
 
+class Integral(NamedTuple):
+    """The sum of the squares of operations, which does not change along the motion."""
+
+    roots: tuple[int, ...]
+
+
 class Crossing(NamedTuple):
     """What is done at the zeros of a value that is watched.
 
@@ -105,7 +113,7 @@ class Crossing(NamedTuple):
     stops: bool
 
 
-Operation = State | Time | Sum | Product | Quotient | Function | Select
+Operation = State | Time | Sum | Product | Quotient | Function | Select | Integral
 
 
 @dataclass(frozen=True)

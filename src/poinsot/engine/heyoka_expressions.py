@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
     Function,
+    Integral,
     Operation,
     Product,
     Quotient,
@@ -70,10 +72,10 @@ class Expressions:
                 return self._of(numerator) / self._of(denominator)
             case Select(condition, first, second):
                 return hy.select(hy.par[condition], *self.of((first, second)))
-            case Function("pow", (base, power)):
-                return self._of(base) ** self._of(power)
             case Function(name, arguments):
-                return getattr(functions, name)(*self.of(arguments))
+                return (operator.pow if name == "pow" else getattr(functions, name))(*self.of(arguments))
+            case Integral(roots):
+                return hy.sum([self._made[root] ** 2 for root in roots])
             case _:
                 return hy.time
 
@@ -92,5 +94,5 @@ class Expressions:
 def _times(coefficient: Coefficient, expression: Any) -> Any:
     """Return the size of a coefficient times an expression."""
     if coefficient.parameter is not None:
-        return hy.par[coefficient.parameter] * expression
+        expression = hy.par[coefficient.parameter] * expression
     return expression if abs(coefficient.number) == 1 else abs(coefficient.number) * expression

@@ -26,6 +26,7 @@ from poinsot.engine.decomposition import (
     Crossing,
     Decomposition,
     Function,
+    Integral,
     Operation,
     Product,
     Quotient,
@@ -34,6 +35,7 @@ from poinsot.engine.decomposition import (
     Sum,
     Time,
 )
+from poinsot.engine.integrals import without_squares
 from poinsot.engine.jumps import Jumps, Update
 
 __all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "lowered", "simplified"]
@@ -219,8 +221,11 @@ def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
 
 
 def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = (), events: Events = NO_EVENTS) -> Program:
-    """Return the program of the time derivatives of the state variables, of other functions behind them and events."""
-    return _Lowering(graph, rates, others, events).program()
+    """Return the program of the time derivatives of the state variables, of other functions behind them and events.
+
+    The engine's own kernels would compute integrals of the motion as often as squares.
+    """
+    return _Lowering(graph, rates, others, events).program(lambda drafts, _: drafts)
 
 
 def simplified(graph: Graph, rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:
@@ -228,7 +233,8 @@ def simplified(graph: Graph, rates: Sequence[Any], zeros: Iterable[int], events:
     formulas, count = [*rates, *events.values], len(rates)
     constants = _constants_met(formulas)
     left = replaced(formulas, {constants[number]: 0.0 for number in zeros})
-    program = lowered(graph, left[:count], events=events._replace(values=left[count:]))
+    events = events._replace(values=left[count:])
+    program = _Lowering(graph, left[:count], (), events).program(without_squares)
     return replace(program, given=constants)
 
 
@@ -248,7 +254,8 @@ class _Lowering:
         self._conditions: dict[int, int] = {}
         self._roots: list[tuple[Node, int]] = []
 
-    def program(self) -> Program:
+    def program(self, reduced: Callable[[Sequence[Any], Sequence[Any]], Sequence[Any]]) -> Program:
+        """Return the program, whose drafts and rates are reduced to fewer drafts."""
         groups = (self._rates, self._others, [*self._watched.values(), *self._events.values])
         nodes = self._with_slopes(groups)
         self._uses = Counter(x.place for node in nodes for x in node.nodes)
@@ -259,7 +266,7 @@ class _Lowering:
         for node, _ in self._roots:
             self._value(node.operands[0])
         by_function: dict[int, Any] = {place: tuple(map(self._value, each)) for place, each in self._slopes.items()}
-        final = Assembly(self._drafts, by_function)
+        final = Assembly(reduced(self._drafts, outputs[0]), by_function)
         rates, others, watched = ([final.value(x) for x in group] for group in outputs)
         roots = [
             Root(node.operands[0], final.value(self._value(node.operands[0])), parameter)
@@ -498,6 +505,8 @@ def _with_operands(draft: Any, value: Callable[[Any], Any]) -> Operation:
         return Quotient(value(draft.numerator), value(draft.denominator))
     if isinstance(draft, Select):
         return Select(draft.condition, value(draft.first), value(draft.second))
+    if isinstance(draft, Integral):
+        return Integral(tuple(map(value, draft.roots)))
     if isinstance(draft, Function):
         return draft._replace(arguments=tuple(map(value, draft.arguments)))
     operation: Operation = draft

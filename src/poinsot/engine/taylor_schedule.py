@@ -6,6 +6,7 @@ all operations come first, in loops over j that share what they load; the rest o
 
 from __future__ import annotations
 
+import functools
 import heapq
 import itertools
 from collections import defaultdict
@@ -16,6 +17,7 @@ from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
     Function,
+    Integral,
     Operation,
     Product,
     Quotient,
@@ -29,6 +31,10 @@ __all__ = ["HigherOrder", "InnerSum", "Row", "Schedule", "ZerothOrder"]
 
 GROUP = 24
 """How many inner sums one loop has at most: with their operands they fill 32 registers."""
+
+NOTHING = Coefficient(0.0)
+
+_Values = Callable[[Coefficient | int], Any]
 
 _Load = tuple[int, "Row"]
 """What a loop loads: rows as first operands (0) and as second ones (1)."""
@@ -162,70 +168,74 @@ class Schedule:
 
     def zeroth_order(self, arithmetic: ZerothOrder) -> list[Any]:
         """Write the values of all operations, and return those of the outputs."""
-        values: list[Any] = []
-
-        def value(of: Coefficient | int) -> Any:
-            return values[of] if isinstance(of, int) else arithmetic.coefficient(of)
-
-        for k, operation in enumerate(self.operations):
-            match operation:
-                case Sum(terms, constants):
-                    result = _linear(arithmetic, terms, constants, values)
-                case Product(first, second):
-                    result = values[first] * values[second]
-                case Quotient(numerator, denominator):
-                    result = value(numerator) / values[denominator]
-                case Function():
-                    result = arithmetic.function(operation, [value(argument) for argument in operation.arguments])
-                case _:
-                    result = _without_products(arithmetic, operation, value)
-            values.append(result)
-            arithmetic.keep(k, result)
-        return [value(output) for output in self.outputs]
+        return self._written(arithmetic, self._at_zero, arithmetic.coefficient)
 
     def higher_order(self, arithmetic: HigherOrder) -> list[Any]:
         """Write the coefficients of an order n > 0 of all operations, and return those of the outputs."""
+        return self._written(arithmetic, self._above, lambda _: arithmetic.coefficient(NOTHING))
+
+    def _written(self, arithmetic: Any, one: Callable[..., Any], constant: Callable[[Coefficient], Any]) -> list[Any]:
         values: list[Any] = []
 
         def value(of: Coefficient | int) -> Any:
-            return values[of] if isinstance(of, int) else arithmetic.coefficient(Coefficient(0.0))
+            return values[of] if isinstance(of, int) else constant(of)
 
         for k, operation in enumerate(self.operations):
-            match operation:
-                case Sum(terms, _):
-                    result = _linear(arithmetic, terms, (), values)
-                case Product():
-                    result = self._product(arithmetic, k, operation, values)
-                case Quotient():
-                    result = self._quotient(arithmetic, k, operation, values)
-                case Function():
-                    result = self._function(arithmetic, k, operation, values)
-                case _:
-                    result = _without_products(arithmetic, operation, value)
-            values.append(result)
-            arithmetic.keep(k, result)
+            values.append(one(arithmetic, k, operation, value))
+            arithmetic.keep(k, values[k])
         return [value(output) for output in self.outputs]
 
-    def _product(self, arithmetic: HigherOrder, k: int, product: Product, values: list[Any]) -> Any:
+    @staticmethod
+    def _at_zero(arithmetic: ZerothOrder, _: int, operation: Operation, value: _Values) -> Any:
+        match operation:
+            case Sum(terms, constants):
+                return _linear(arithmetic, terms, constants, value)
+            case Product(first, second):
+                return value(first) * value(second)
+            case Quotient(numerator, denominator):
+                return value(numerator) / value(denominator)
+            case Function():
+                return arithmetic.function(operation, list(map(value, operation.arguments)))
+            case Integral((first, *others)):
+                start = value(first) * value(first)
+                return functools.reduce(lambda total, root: value(root).fma(value(root), total), others, start)
+        return _without_products(arithmetic, operation, value)
+
+    def _above(self, arithmetic: HigherOrder, k: int, operation: Operation, value: _Values) -> Any:
+        match operation:
+            case Sum(terms, _):
+                changing = [(c, x) for c, x in terms if not isinstance(self.operations[x], Integral)]
+                return _linear(arithmetic, changing, (), value)
+            case Product():
+                return self._product(arithmetic, k, operation, value)
+            case Quotient():
+                return self._quotient(arithmetic, k, operation, value)
+            case Function():
+                return self._function(arithmetic, k, operation, value)
+            case Integral():
+                return arithmetic.coefficient(NOTHING)
+        return _without_products(arithmetic, operation, value)
+
+    def _product(self, arithmetic: HigherOrder, k: int, product: Product, value: _Values) -> Any:
         inner = arithmetic.inner_sum(self._of[k, 0])
         early, late = sorted(product)  # the last step waits for the operand that is known last
         if early == late:
-            return (2.0 * arithmetic.zero(early)).fma(values[early], inner)
-        return arithmetic.zero(early).fma(values[late], arithmetic.zero(late).fma(values[early], inner))
+            return (2.0 * arithmetic.zero(early)).fma(value(early), inner)
+        return arithmetic.zero(early).fma(value(late), arithmetic.zero(late).fma(value(early), inner))
 
-    def _quotient(self, arithmetic: HigherOrder, k: int, quotient: Quotient, values: list[Any]) -> Any:
+    def _quotient(self, arithmetic: HigherOrder, k: int, quotient: Quotient, value: _Values) -> Any:
         below = quotient.denominator
-        result = -arithmetic.zero(k).fma(values[below], arithmetic.inner_sum(self._of[k, 0]))
+        result = -arithmetic.zero(k).fma(value(below), arithmetic.inner_sum(self._of[k, 0]))
         if isinstance(quotient.numerator, int):
-            result = values[quotient.numerator] + result
+            result = value(quotient.numerator) + result
         return result * arithmetic.reciprocal(below)
 
-    def _function(self, arithmetic: HigherOrder, k: int, function: Function, values: list[Any]) -> Any:
+    def _function(self, arithmetic: HigherOrder, k: int, function: Function, value: _Values) -> Any:
         inner = [arithmetic.inner_sum(self._of[k, i]) for i in range(len(function.arguments)) if (k, i) in self._of]
-        result = arithmetic.over_order(sum(inner[1:], inner[0])) if inner else arithmetic.coefficient(Coefficient(0.0))
+        result = arithmetic.over_order(sum(inner[1:], inner[0])) if inner else arithmetic.coefficient(NOTHING)
         for _, argument, slope in _varying(function):
             factor = arithmetic.zero(slope) if isinstance(slope, int) else arithmetic.coefficient(slope)
-            result = factor.fma(values[argument], result)
+            result = factor.fma(value(argument), result)
         return result
 
 
@@ -251,7 +261,7 @@ def _varying(function: Function) -> list[tuple[int, int, Coefficient | int]]:
     return [(i, argument, slope) for i, (argument, slope) in enumerate(pairs) if isinstance(argument, int)]
 
 
-def _without_products(arithmetic: ZerothOrder, operation: Operation, value: Callable[[Coefficient | int], Any]) -> Any:
+def _without_products(arithmetic: ZerothOrder, operation: Operation, value: _Values) -> Any:
     """Return a state variable, the time, or one of two values."""
     match operation:
         case State(place):
@@ -268,7 +278,7 @@ def _linear(
     arithmetic: ZerothOrder,
     terms: Sequence[tuple[Coefficient, int]],
     constants: Sequence[Coefficient],
-    values: Sequence[Any],
+    value: _Values,
 ) -> Any:
     """Return a linear sum; terms with one factor share it, and what is known last comes last."""
     shared: dict[Coefficient, list[tuple[int, bool]]] = {}
@@ -281,22 +291,22 @@ def _linear(
         total = number if total is None else total + number
     for size, members in sorted(shared.items(), key=lambda item: item[1][-1]):
         if size == Coefficient(1.0):
-            total = _signed(total, members, values)
+            total = _signed(total, members, value)
             continue
         negative = members[0][1]
-        inner = _signed(None, [(k, minus != negative) for k, minus in members], values)
+        inner = _signed(None, [(k, minus != negative) for k, minus in members], value)
         factor = arithmetic.coefficient(size._replace(number=-size.number) if negative else size)
         total = factor * inner if total is None else factor.fma(inner, total)
-    return arithmetic.coefficient(Coefficient(0.0)) if total is None else total
+    return arithmetic.coefficient(NOTHING) if total is None else total
 
 
-def _signed(total: Any, members: Sequence[tuple[int, bool]], values: Sequence[Any]) -> Any:
+def _signed(total: Any, members: Sequence[tuple[int, bool]], value: _Values) -> Any:
     """Return a total and some values more or, where marked, less."""
     if total is None:
         (first, minus), *members = sorted(members, key=lambda member: member[1])
-        total = -values[first] if minus else values[first]
+        total = -value(first) if minus else value(first)
     for k, minus in members:
-        total = total - values[k] if minus else total + values[k]
+        total = total - value(k) if minus else total + value(k)
     return total
 
 

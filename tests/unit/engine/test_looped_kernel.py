@@ -14,6 +14,7 @@ from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
     Function,
+    Integral,
     Product,
     Quotient,
     Select,
@@ -244,6 +245,23 @@ def test_any_number_of_lanes_and_both_layouts_give_the_same_bits(name):
     assert np.all(np.isfinite(found[0]))
     for other in found[1:]:
         np.testing.assert_array_equal(other, found[0])
+
+
+def gravity_with_an_integral(q, _):
+    q0, q1, q2, q3 = q
+    norm = q0.of(Integral(tuple(x.place for x in q)))
+    return [0.0 * q0, 0.5 * (norm - 2.0 * (q1**2 + q2**2)), -1.0 * (q0 * q1 + q2 * q3)]
+
+
+def test_an_integral_is_a_sum_of_squares_that_does_not_change():
+    """A quaternion of another norm, whose square the rates need."""
+    own = decomposed(7, rigid_body((1.25, 1.0, 0.75), gravity_with_an_integral))
+    states, end = starts("top", 9) * ([1.3] * 4 + [1.0] * 3), SYSTEMS["top"][1]
+    expected = integrated(compiled(DECOMPOSITIONS["top"], ORDER, 8, "batch"), states, [end])[0]
+    wide = integrated(compiled(own, ORDER, 8, "batch"), states, [end])[0]
+    np.testing.assert_allclose(wide, expected, rtol=0, atol=6e-13)
+    for lanes, layout in [(2, "batch"), (1, "single")]:
+        np.testing.assert_array_equal(integrated(compiled(own, ORDER, lanes, layout), states, [end])[0], wide)
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

@@ -108,7 +108,10 @@ KINEMATICS = 12 + 3
 """Products in q (0, omega) / 2, each of four by each of three, and in g x omega, whose terms go together."""
 
 ROW, MATRIX = 4, 6
-"""Products of two components of q in one row of a rotation matrix, and in all; squares are four."""
+"""Products of two components of q in one row of a rotation matrix, and in all."""
+
+OF_ROW, OF_MATRIX = 2, 3
+"""Squares of components: their sum does not change, so that a row needs two and the whole matrix three."""
 
 PAIRS = 3
 """Products u_i u_j in a torque u x I u: the two terms of each component go together."""
@@ -121,25 +124,31 @@ ZONAL = pt.GravityField(2, 1.1, 0.8, SQUARE.tolist(), (SQUARE * [(0, 1, 1)]).tol
 
 BY_HAND = {
     "no force": ((), KINEMATICS, 0, 0, 0),
-    "uniform gravity": ((pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),), KINEMATICS + ROW, 4, 0, 0),
+    "uniform gravity": ((pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),), KINEMATICS + ROW, OF_ROW, 0, 0),
     # c^3, c = 1 + e cos f, and c^3 u, u2 (c^3 u1), u3 (c^3 u1), u3 (c^3 u2); f' is proportional to c^2
-    "gravity gradient on an orbit": ((pt.GravityGradient(ORBIT),), KINEMATICS + ROW + 1 + 2 + PAIRS, 5, 0, 2),
-    "gravity gradient at rest": ((pt.GravityGradient(AT_REST),), KINEMATICS + MATRIX + PAIRS, 4, 0, 0),
+    "gravity gradient on an orbit": ((pt.GravityGradient(ORBIT),), KINEMATICS + ROW + 1 + 2 + PAIRS, OF_ROW + 1, 0, 2),
+    "gravity gradient at rest": ((pt.GravityGradient(AT_REST),), KINEMATICS + MATRIX + PAIRS, OF_MATRIX, 0, 0),
     # two vectors, n and k - 5 s n, that are constant in space
     "oblateness at rest": (
         (pt.forces.Oblateness(AT_REST, 0.3, 0.7, (0.4, -0.3, 0.8)),),
         KINEMATICS + MATRIX + 2 * PAIRS,
-        4,
+        OF_MATRIX,
         0,
         0,
     ),
     # n x slope, all six products of second degree; three of them are squares
-    "harmonics of degree 2 at rest": ((pt.forces.HarmonicGravity(AT_REST, ZONAL),), KINEMATICS + MATRIX + 6, 4, 0, 0),
+    "harmonics of degree 2 at rest": (
+        (pt.forces.HarmonicGravity(AT_REST, ZONAL),),
+        KINEMATICS + MATRIX + 6,
+        OF_MATRIX,
+        0,
+        0,
+    ),
     # each point: root, 1 / root, x / (1 + root), and the slope by two products and a square; n x (sum m_i slope_i x_i)
     "three points at rest": (
         (pt.forces.MasconGravity(AT_REST, (0.6, 0.7, 0.5), POINTS),),
         KINEMATICS + MATRIX + 6 + 3 * 2,
-        4 + 3,
+        OF_MATRIX + 3,
         3 * 2,
         3,
     ),
@@ -172,8 +181,8 @@ and cos. A velocity takes two products more."""
 TURN = 9
 """Products that turn a vector of space to body axes, beside those of the matrix."""
 
-WHOLE = KINEMATICS + MATRIX + 4
-IN_AXES_OF_THE_ORBIT = KINEMATICS + ROW + 4 + 1
+WHOLE = KINEMATICS + MATRIX + OF_MATRIX
+IN_AXES_OF_THE_ORBIT = KINEMATICS + ROW + OF_ROW + 1
 """With c^2, c = 1 + e cos f, to which the rate of the anomaly is proportional."""
 
 PLANET = 4 + 1
@@ -189,7 +198,7 @@ CROSS = 6
 
 ON_A_PATH = (PATH[1], PATH[2])
 SHIPPED = {
-    "UniformGravity": (KINEMATICS + ROW + 4, 0, 0),
+    "UniformGravity": (KINEMATICS + ROW + OF_ROW, 0, 0),
     "GravityGradient KeplerOrbit": (IN_AXES_OF_THE_ORBIT + 1 + 2 + PAIRS, 0, 2),
     "GravityGradient FixedPosition": (WHOLE + PAIRS, 0, 0),
     # u in the plane; s^2, w = k - 5 s u, both turned; r^-2, r^-4, r^-5
@@ -202,8 +211,8 @@ SHIPPED = {
     # squares of n; three steps of Laguerre, the first from 1; 1 / l^2, 1 / l^3, its root; three sums; slopes, n x slope
     "EllipsoidGravity FixedPosition": (WHOLE + 3 + (1 + 5 + 5) + 3 + 3 + 3 + CROSS, 3 + 1 + 4 + 12, 4 + 12),
     "LinearDamping": (KINEMATICS, 0, 0),
-    # r, v and omega x r along the body axes; r x (v - omega x r); r^-8
-    "TidalTorque KeplerOrbit": (IN_AXES_OF_THE_ORBIT + 2 + 3 + 6 + CROSS + CROSS + 2 + 3, 1, 2),
+    # r, v and omega x r along the body axes, by two rows; r x (v - omega x r); r^-8
+    "TidalTorque KeplerOrbit": (IN_AXES_OF_THE_ORBIT + 1 + 2 + 3 + 6 + CROSS + CROSS + 2 + 3, 1, 2),
     "MagneticMoment TiltedDipole": (WHOLE + DIPOLE_FIELD, 2, 10),
     "MagneticMoment MagneticHarmonics": (WHOLE + HARMONICS_FIELD, 3, 10),
     "MagneticMoment SecularHarmonics": (WHOLE + HARMONICS_FIELD + 3, 3, 10),
