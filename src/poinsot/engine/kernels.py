@@ -396,7 +396,7 @@ class Kernel:
 def looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:
     """Return the constants of a looped kernel; None if its variables have a singularity, or if it is larger."""
     key = problem.structure, variables.structure, largest
-    constants: Constants | None = known(key, lambda: _looped_constants(problem, variables, largest))
+    constants: Constants | None = _pool.known(key, lambda: _looped_constants(problem, variables, largest))
     return constants
 
 
@@ -406,7 +406,9 @@ def _looped_constants(problem: Problem, variables: StateVector, largest: int) ->
         return None
     refuse_constant_events(problem.events, field.events, variables.formulation.name)
     program = _program(problem, field, ())
-    return Constants([*field.rates, *field.events], program) if program.decomposition.size <= largest else None
+    if program.decomposition.size > largest:
+        return None
+    return Constants([*field.rates, *field.events], program, field.saltation is not None)
 
 
 def _events(problem: Problem, field: _Field) -> Events:

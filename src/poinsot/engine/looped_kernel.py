@@ -309,6 +309,7 @@ def available() -> bool:
     return platform.machine().lower() in ("arm64", "aarch64") or host_features().get("fma", False)
 
 
+@functools.lru_cache(CACHED)
 def order_of(tolerance: float) -> int:
     """Return the order of the Taylor polynomials for a tolerance (Jorba, Zou), as heyoka's."""
     return max(2, math.ceil(1.0 - 0.5 * math.log(tolerance)))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.algebra.replay import Replay
+from poinsot.algebra.replay import Replay, wide
 from poinsot.engine import kernels, looped_kernel
 from poinsot.engine.dense_output import DenseOutput, KeptSteps
 from poinsot.engine.kernel_layouts import Layout
@@ -19,7 +19,6 @@ from poinsot.engine.legs import Legs
 from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Status
 from poinsot.engine.lowering import Constants, Program
 from poinsot.engine.noted_events import NotedEvents
-from poinsot.engine.problem import Problem
 from poinsot.engine.progress import bar
 from poinsot.engine.roots import StartRoots
 from poinsot.engine.runs import BOTH_WAYS, Job, Rows, Run, Stop
@@ -45,6 +44,8 @@ LARGEST_WITH_ZEROS = 2 * LARGEST
 
 NONE = np.empty(0, dtype=int)
 
+EPSILON = float(np.finfo(float).eps)
+
 UNDER_WAY, DONE, PAUSED, ENDED = map(int, (Status.UNDER_WAY, Status.DONE, Status.PAUSED, Status.ENDED))
 
 Array = NDArray[Any]
@@ -67,8 +68,9 @@ def constants_of(job: Job) -> Constants | None:
     ):
         return None
     if constants.size > LARGEST:
+        numbers = kernels.numbers_of(smooth, job.variables)
         with np.errstate(all="ignore"):
-            zeros = _zeros(job, constants, kernels.numbers_of(smooth, job.variables))
+            zeros = _zeros(job, constants, numbers, constants.values(numbers))
         key = smooth.structure, job.variables.structure, zeros
         size = kernels.known(key, lambda: kernels.looped_program(smooth, job.variables, zeros).decomposition.size)
         if size > LARGEST:
@@ -77,19 +79,20 @@ def constants_of(job: Job) -> Constants | None:
     return constants
 
 
-def _zeros(
-    job: Job, constants: Constants, numbers: Sequence[Any], values: Sequence[Any] | None = None
-) -> tuple[int, ...]:
+def _zeros(job: Job, constants: Constants, numbers: Sequence[Any], values: Sequence[Any]) -> tuple[int, ...]:
     """Return which constants are zero throughout: none that may change at knots, or where tangent vectors may jump."""
-    kept = job.problem.knots.size or kernels.saltation_of(job.problem, job.variables)
-    return () if kept else constants.zeros(constants.values(numbers) if values is None else values, numbers)
+    return () if constants.jumps or job.problem.knots.size else constants.zeros(values, numbers)
 
 
 class Ready(NamedTuple):
-    """A kernel, and what gives its parameters from constants and numbers, and from starts."""
+    """A kernel for runs in which some constants are zero, and what gives its parameters.
 
+    These are behind the constants in what a replay gives for numbers; those of roots depend on starts.
+    """
+
+    zeros: tuple[int, ...]
     code: Code
-    parameters: Replay
+    values: Replay
     roots: StartRoots
 
 
@@ -109,29 +112,35 @@ class LoopedRun(Run):
 
     def __init__(self, constants: Constants, *given: Any) -> None:
         super().__init__(*given)
-        job, self._lock = self.job, Lock()
+        job, self._lock, self._constants = self.job, Lock(), constants
         self.one = not self.state.time.ndim
-        order = looped_kernel.order_of(job.tolerance or float(np.finfo(float).eps))
-        layout: Layout = "single" if self.origins.size == 1 else "batch"
-        lanes = 1 if layout == "single" else kernels.LANES
-        smooth = job.problem.between_knots()
-        self._numbers, self._constants = kernels.numbers_of(smooth, job.variables), constants
-        with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
-            values = constants.values(self._numbers)
-            zeros = _zeros(job, constants, self._numbers, values)
-            kind = constants, job.device, zeros, order, layout, lanes
-            self.ready: Ready = kernels.known(kind, lambda: self._made(smooth, zeros, order, layout, lanes))
-            self.parameters = self._table(self.ready.parameters([*values, *self._numbers]), self._numbers)
+        self._numbers = kernels.numbers_of(job.problem.between_knots(), job.variables)
+        self.ready, self.parameters = self._with_parameters()
         self.code = self.ready.code
         self.push = np.asarray(job.problem.system.torque_scale * job.variables.scale).reshape(-1)
-        self.report.order, self.report.tolerance = order, job.tolerance
+        self.report.order, self.report.tolerance = self.code.order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
-    def _made(self, smooth: Problem, zeros: tuple[int, ...], order: int, layout: Layout, lanes: int) -> Ready:
-        whole = self._constants.whole_program()
-        program = whole if whole and not zeros else kernels.looped_program(smooth, self.job.variables, zeros)
-        code = self.compiled(program, order, layout, lanes)
-        return Ready(code, program.values(np.longdouble), StartRoots(program, self.job.variables.size))
+    @np.errstate(all="ignore")  # a constant that is not finite stops the run with a sentence
+    def _with_parameters(self) -> tuple[Ready, Array]:
+        """Return the kernel, which depends on which constants are zero, and the parameters of members."""
+        job, constants, numbers = self.job, self._constants, self._numbers
+        layout: Layout = "single" if self.origins.size == 1 else "batch"
+        kind = job.device, looped_kernel.order_of(job.tolerance or EPSILON), layout
+        ready: Ready | None = constants.latest.get(kind)
+        values = constants.values(numbers) if ready is None else ready.values(numbers)
+        zeros = _zeros(job, constants, numbers, values)
+        if ready is None or ready.zeros != zeros:
+            ready = kernels.known((constants, zeros, *kind), lambda: self._made(zeros, *kind[1:]))
+            constants.latest[kind], values = ready, ready.values(numbers)
+        return ready, self._table(ready, values, numbers)
+
+    def _made(self, zeros: tuple[int, ...], order: int, layout: Layout) -> Ready:
+        whole, job = self._constants.whole_program(), self.job
+        smooth = job.problem.between_knots()
+        program = whole if whole and not zeros else kernels.looped_program(smooth, job.variables, zeros)
+        code = self.compiled(program, order, layout, 1 if layout == "single" else kernels.LANES)
+        return Ready(zeros, code, program.values(wide), StartRoots(program, job.variables.size))
 
     def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
         """Return the kernel of a program."""
@@ -143,16 +152,17 @@ class LoopedRun(Run):
         places = np.arange(variables.size)[variables.momenta].tolist()
         return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS)
 
-    def _table(self, columns: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
-        """Return the parameters of members at their start, shape (n, parameters), from their values."""
-        starts, origins = self.starts[members], self.origins[members]
+    def _table(self, ready: Ready, values: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
+        """Return the parameters of members at their start, shape (n, parameters), from what the replay gives."""
+        starts, origins, columns = self.starts[members], self.origins[members], values[self._constants.count :]
         table = np.empty((origins.size, len(columns)))
-        if self.one and isinstance(members, slice):
-            table[0] = columns
-        else:
+        if np.ndarray in map(type, columns):
             for place, column in enumerate(columns):
                 table[:, place] = column
-        self.ready.roots.set(table, numbers, starts, origins, self.job.variables.momenta)
+        else:
+            table[:] = [*map(float, columns)]
+        if ready.roots.places:
+            ready.roots.set(table, numbers, starts, origins, self.job.variables.momenta)
         return table
 
     def numbers_around(self, times: Array, members: NDArray[np.int_]) -> list[Any]:
@@ -171,7 +181,7 @@ class LoopedRun(Run):
         """Return the parameters of members, shape (n, parameters), between the knots around times."""
         own = self.numbers_around(times, members)
         with np.errstate(all="ignore"):
-            return self._table(self.ready.parameters([*self._constants.values(own), *own]), own, members)
+            return self._table(self.ready, self.ready.values(own), own, members)
 
     @override
     def go(self) -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra.program import Graph, Node, ordered, partials, replaced
-from poinsot.algebra.replay import HELD, Replay
+from poinsot.algebra.replay import HELD, Replay, wide
 from poinsot.engine.decomposition import (
     Coefficient,
     Crossing,
@@ -106,7 +106,7 @@ class Program:
         The place of a condition in the graph to the parameter that holds it.
     roots : list of Root
     given : sequence of Node
-        What is computed before the parameters; the values of these nodes lead the inputs of a run.
+        The `Constants` of runs in which none of them is zero, if some may be.
     jumps : Jumps, optional
         What is done at samples.
     """
@@ -129,8 +129,8 @@ class Program:
         return replace(self, decomposition=decomposition, parameters=[*self.parameters, *constants], jumps=jumps)
 
     def values(self, typed: Callable[[Any], Any]) -> Replay:
-        """Return what gives the values of the parameters for the inputs of a run; 0 for those that are held."""
-        return Replay(self.parameters, typed, self.given)
+        """Return what gives the values of `given` and of the parameters for the inputs of a run, 0 for those held."""
+        return Replay([*self.given, *self.parameters], typed)
 
     @functools.cached_property
     def powers(self) -> NDArray[np.int_]:
@@ -157,22 +157,28 @@ class Constants:
     rates : sequence of scalars
     program : Program
         For runs in which none of the constants is zero.
+    jumps : bool
+        Whether tangent vectors may jump on the way.
 
     Attributes
     ----------
     size : int
         How many operations there are.
+    count : int
+        How many constants.
     values : Replay
     switches : bool
         Whether a formula branches on the way.
+    latest : dict
+        What was found last for the zeros of a run, by what else that depends on.
     """
 
-    def __init__(self, rates: Sequence[Any], program: Program) -> None:
-        self.size = program.decomposition.size
+    def __init__(self, rates: Sequence[Any], program: Program, jumps: bool) -> None:
+        self.size, self.jumps, self.latest = program.decomposition.size, jumps, dict[Any, Any]()
         self._program: Program | None = program
         conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
         met = _constants_met(rates)
-        self.values = Replay(met, np.longdouble)
+        self.count, self.values = len(met), Replay(met, wide)
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
         self.switches = bool(conditions_of(rates))
 
@@ -184,11 +190,11 @@ class Constants:
     def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
         """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
 
-        Those on which a formula branches are not among them, nor those that other numbers of members would change:
-        no member depends on who else is in its ensemble.
+        Further values may follow those of the constants. Those on which a formula branches are not among them, nor
+        those that other numbers of members would change: no member depends on who else is in its ensemble.
         """
-        arrays = np.ndarray in set(map(type, numbers))
-        total = sum([value for value in values if value.__class__ is not np.ndarray] if arrays else values)
+        arrays = np.ndarray in map(type, numbers)
+        total = sum([float(value) for value in values[: self.count] if value.__class__ is not np.ndarray])
         if total - total:
             return ()
         if not arrays:

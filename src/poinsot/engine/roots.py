@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.replay import Replay
+from poinsot.algebra.replay import Replay, wide
 from poinsot.engine.discontinuities import lane_of
 from poinsot.engine.heyoka_expressions import Expressions
 from poinsot.engine.lowering import TIME, Program
@@ -87,11 +87,9 @@ class StartRoots:
         momenta: slice | list[int],
     ) -> None:
         """Set the parameters of members, shape (members, parameters), for their starts, shape (members, size)."""
-        if not self.places:
-            return
         moving = starts.copy()
         moving[:, momenta] += SMALL
-        wide = [*map(np.longdouble, numbers)]
-        resting, turning = (self._under([*rows.T, times, *wide]) for rows in (starts, moving))
+        given = [*map(wide, numbers)]
+        resting, turning = (self._under([*rows.T, times, *given]) for rows in (starts, moving))
         for place, here, there in zip(self.places, resting, turning, strict=True):
             table[:, place] = np.where((here == 0) & (there > 0), NEGLIGIBLE**2 * there, 0.0)
