@@ -76,7 +76,9 @@ def test_any_table_comes_back(tmp_path_factory, way, table):
     unit = {"s": 1, "h": 3600, "d": 86400}[table.calendar.unit]
     np.testing.assert_allclose(back.times * unit, table.times[:count] * unit, rtol=1e-15, atol=2e-9)
     np.testing.assert_allclose(back.quaternion, table.quaternion[:count], rtol=0, atol=7e-16)
-    np.testing.assert_allclose(back.omega_body / unit, table.omega_body[:count] / unit, rtol=1e-14, atol=1e-13)
+    # An APM goes by way of the momenta along principal axes: 1.1e-15 of the rate in 3,000 rows.
+    allowed = 16 * np.finfo(float).eps * np.linalg.norm(table.omega_body, axis=1, keepdims=True)[:count]
+    assert np.all(np.abs(back.omega_body - table.omega_body[:count]) <= allowed)
 
 
 # ------------------------------------------------------------------ any text
