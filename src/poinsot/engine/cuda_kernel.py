@@ -106,6 +106,10 @@ class Run:
         self._tasks: Any = None
         self._rows: Any = None
 
+    def queue(self, *given: Any) -> Queue:
+        """Return a queue."""
+        return Queue(self._code, *given)
+
     def start(self, queue: Queue) -> None:
         """Turn to a queue, and forget what was before."""
         self._queue, self._budget, self._tasks, self._rows = queue, BUDGET, None, None

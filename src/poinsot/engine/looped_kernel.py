@@ -12,6 +12,7 @@ import functools
 import importlib.util
 import math
 import platform
+import struct
 import warnings
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -51,6 +52,7 @@ address_of, byte_of = ctypes.addressof, ctypes.c_char.from_buffer
 
 Doubles = NDArray[np.float64]
 NO_MOMENTA = Momenta()
+RECORD = struct.Struct(f"{QUEUE.itemsize // 8}q")
 
 
 class Code:
@@ -90,7 +92,7 @@ class Code:
             return Run(self)
 
     def keep(self, run: Run) -> None:
-        """Take the memory of a run that is over."""
+        """Take the memory of a run that is over, without its rows."""
         run.forget()
         self.idle.append(run)
 
@@ -160,22 +162,30 @@ class Queue:
     """
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
-        count, parts = output.members.size, times if times.ndim > 1 else times[:, None]
-        size = len(code.blank)
-        first = -(-(QUEUE.itemsize + 8 * count) // size) * size  # what waits lies in front: one address
-        memory = bytearray(code.blank) * (first // size + count)
-        tasks = self.tasks = np.ndarray(count, code.task, memory, first)
+        count, size = output.members.size, len(code.blank)
+        self._first = first = -(-(QUEUE.itemsize + 8 * count) // size) * size  # what waits lies in front: one address
+        self._blank, self._memory = code.blank, bytearray(first + count * size)
+        self.tasks = np.ndarray(count, code.task, self._memory, first)
+        self._record = np.ndarray(QUEUE.itemsize // 8, np.int64, self._memory)
+        self._numbers = np.ndarray(count, np.int64, self._memory, QUEUE.itemsize)
+        self._numbers[:] = np.arange(count)
+        self.address = address_of(byte_of(self._memory))
+        self.fill(states, times, parameters, output)
+
+    def fill(self, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
+        """Put other tasks, as many, in the place of those that are done."""
+        count, tasks = self.tasks.size, self.tasks
+        self._memory[self._first :] = self._blank * count
         tasks["state"], tasks["parameters"] = states, parameters
+        parts = times if times.ndim > 1 else times[:, None]
         tasks["time"][:, : parts.shape[1]] = parts
         output.into(tasks)
-        self._waiting = np.ndarray(count, np.int64, memory, QUEUE.itemsize)
-        self._waiting[:] = np.arange(count)
-        self.output, times, rows = output, output.times, output.rows
+        self._waiting, self.output, times, rows = self._numbers, output, output.times, output.rows
         if not (times.flags.c_contiguous and rows.flags.c_contiguous and times.itemsize == rows.itemsize == 8):
             raise ValueError("times and rows must be C-contiguous arrays of doubles, got others.")
-        self.address = here = address_of(byte_of(memory))
-        self._record = np.ndarray(QUEUE.itemsize // 8, np.int64, memory)
-        self._record[:] = 0, count, here + QUEUE.itemsize, here + first, _address(times), _address(rows)
+        here = self.address
+        places = here + QUEUE.itemsize, here + self._first, _address(times), _address(rows)
+        RECORD.pack_into(self._memory, 0, 0, count, *places)
 
     def close(self) -> None:
         """Forget the tasks that wait."""
@@ -220,8 +230,17 @@ class Run:
             self._block = np.empty(NOTES + code.lanes, code.note)
             self._noted[:] = _address(self._block), NOTES, 0
         self._numbers[2], self._blocks = FOREVER, list[NDArray[Any]]()
+        self._queue: Any = None
         if keeps_steps:
             self._keep(STEPS_KEPT)
+
+    def queue(self, *given: Any) -> Queue:
+        """Return a queue, in the memory of the last one where that has as many tasks."""
+        queue: Queue = self._queue
+        if queue is None or queue.tasks.size != given[-1].members.size:
+            return Queue(self._code, *given)
+        queue.fill(*given)
+        return queue
 
     def start(self, queue: Queue) -> None:
         """Turn to a queue, and forget what was before."""
@@ -241,8 +260,8 @@ class Run:
             self._noted[2] = 0
 
     def forget(self) -> None:
-        """Let go of the queue."""
-        del self._queue
+        """Let go of times and rows."""
+        del self._queue.output
 
     def _keep(self, count: int) -> None:
         block = np.empty(count, self._code.step)

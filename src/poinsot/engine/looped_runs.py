@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from threading import Lock
 from typing import Any, NamedTuple
@@ -16,7 +17,7 @@ from poinsot.engine import kernels, looped_kernel
 from poinsot.engine.dense_output import DenseOutput, KeptSteps
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.legs import Legs
-from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Status
+from poinsot.engine.looped_kernel import Code, Momenta, Output, Status
 from poinsot.engine.lowering import Constants, Program
 from poinsot.engine.noted_events import NotedEvents
 from poinsot.engine.progress import bar
@@ -46,7 +47,9 @@ NONE = np.empty(0, dtype=int)
 
 EPSILON = float(np.finfo(float).eps)
 
-UNDER_WAY, DONE, PAUSED, ENDED = map(int, (Status.UNDER_WAY, Status.DONE, Status.PAUSED, Status.ENDED))
+UNDER_WAY, DONE, PAUSED, EVENT, ENDED = map(
+    int, (Status.UNDER_WAY, Status.DONE, Status.PAUSED, Status.EVENT, Status.ENDED)
+)
 
 Array = NDArray[Any]
 
@@ -197,12 +200,12 @@ class LoopedRun(Run):
     def _go_on_one_body(self) -> None:
         """Integrate; what is computed before Ctrl-C or a failure is kept."""
         job, origin = self.job, float(self.origins[0])
-        rows = np.empty((1, self.rising.size, job.variables.size))
-        tasks = _Tasks(self, kernels.FIRST, rows)
-        ends = (origin, float(self.times[0]), float(self.times[-1]))
+        rows = np.empty((1, self.rising.size, self.code.variables))
         kernel = looped_kernel.Run(self.code, keeps_steps=True) if job.dense else self.code.idle_run()
+        tasks = _Tasks(self, kernel, kernels.FIRST, rows)
+        ends = (origin, float(self.times[0]), float(self.times[-1]))
         with bar("time", max(ends) - min(ends), job.progress) as told:
-            tasks.run(kernel, told)
+            tasks.run(told)
         chosen = tasks.reached
         times = self.rising[chosen][self.turn]
         self.sink.take(kernels.FIRST, times, Rows(job.variables, times, rows[0, chosen][self.turn]))
@@ -212,13 +215,13 @@ class LoopedRun(Run):
             kept = kernel.kept
             parts: dict[bool, list[Any]] = {way: [kept[0][:0]] for way in BOTH_WAYS}
             for block in kept:
-                for k, way in enumerate(tasks.forwards.tolist()):
+                for k, way in enumerate(tasks.forwards):
                     own = block["task"] == k
                     parts[way].append(block if own.all() else block[own])
             dense.parts = {way: KeptSteps(blocks) for way, blocks in parts.items()}
             if self.clock is not None and tasks.queue.tasks.size:
                 dense.last = tasks.queue.tasks["state"][0].copy()
-            dense.reached = dict(zip(tasks.forwards.tolist(), tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
+            dense.reached = dict(zip(tasks.forwards, tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
         else:
             self.code.keep(kernel)
 
@@ -270,8 +273,8 @@ class LoopedRun(Run):
     ) -> tuple[NDArray[np.int_], Array]:
         """Integrate some members; return those that are finished, and their rows at the rising times."""
         rows = np.full((members.size, self.times.size, self.job.variables.size), np.nan)
-        tasks = _Tasks(self, members, rows)
-        tasks.run(kernel, told)
+        tasks = _Tasks(self, kernel, members, rows)
+        tasks.run(told)
         kept = tasks.finished
         with self._lock:
             self.report.finished += int(kept.sum())
@@ -294,26 +297,27 @@ class _Tasks:
     Parameters
     ----------
     run : LoopedRun
+    kernel : Run
+        Its memory.
     members : array (n,)
     rows : array (n, times, size)
         Where rows go, at the rising times.
     """
 
-    def __init__(self, run: LoopedRun, members: NDArray[np.int_], rows: Array) -> None:
-        self._run, self._members, self._told = run, members, 0.0
-        self._rows, self._hopeless = rows, dict[int, str]()
+    def __init__(self, run: LoopedRun, kernel: Any, members: NDArray[np.int_], rows: Array) -> None:
+        self._run, self._kernel, self._members, self._told = run, kernel, members, 0.0
+        self._rows = rows
         self._judged: tuple[Array, Array] | None = None
+        self._hopeless: dict[int, str] = {}
         self.own, first, count, stride = self._of_one() if run.one else self._of_many()
-        self.forwards = stride > 0
         output = Output(run.rising, rows, self.own, first, count, stride)
         chosen = slice(None) if run.one else members[self.own]
-        self.queue = Queue(run.code, run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
+        self.queue = kernel.queue(run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
         self.queue.tasks["push"] = run.push if run.push.size == 1 else run.push[chosen]
         if run.clock is not None:
             run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
         self._legs = self._legs_of(members[self.own], stride) if run.job.problem.knots.size else None
         self._noted = self._noted_of(members[self.own]) if run.job.problem.events else None
-        self._saltation = kernels.saltation_of(run.job.problem, run.job.variables)
 
     def _noted_of(self, members: NDArray[np.int_]) -> NotedEvents:
         run, job = self._run, self._run.job
@@ -340,84 +344,94 @@ class _Tasks:
         return chosen.T.copy()
 
     def _of_one(self) -> NDArray[np.int64]:
-        """Return the same for one body, where lists are faster."""
-        run, rising, ways = self._run, self._run.rising, self._run.ways
-        place = first = int(rising.searchsorted(run.origins[0]))
+        """Return the same for one body, where plain numbers are faster."""
+        run, rising, ways, tasks = self._run, self._run.rising, self._run.ways, []
+        place = first = bisect_left(rising, run.origins[0])
         if True in ways and run.clock is None and place < rising.size and rising[place] == run.origins[0]:
             self._rows[0, place], first = run.starts[0], place + 1
-        self._place, self._first = place, first
-        tasks = [(0, first, rising.size - first, 1)] * (True in ways) + [(0, place - 1, place, -1)] * (False in ways)
-        columns = [*zip(*[task for task in tasks if task[2]], strict=True)]
-        return np.array(columns, dtype=np.int64).reshape(4, -1)
+        if True in ways and first < rising.size:
+            tasks.append((0, first, rising.size - first, 1))
+        if False in ways and place:
+            tasks.append((0, place - 1, place, -1))
+        self._place, self._first, self.forwards = place, first, [stride > 0 for *_, stride in tasks]
+        table: NDArray[np.int64] = np.array(tasks, dtype=np.int64).reshape(-1, 4).T
+        return table
 
-    def run(self, kernel: Any, told: Callable[[float], None]) -> None:
+    def run(self, told: Callable[[float], None]) -> None:
         """Take steps until all is done or the run is to stop."""
-        variations, tasks = self._run.job.variables.variations, self.queue.tasks
+        variations, tasks, kernel = self._run.job.variables.variations, self.queue.tasks, self._kernel
         kernel.start(self.queue)
         if variations is not None:
             tasks["pause"] = STEPS_AT_A_TIME[variations.order] // 10
         while True:
             while kernel.advance():
-                self._watch(kernel, told)
+                self._watch(told)
                 if self._run.stop:
                     break
             kernel.finish()
-            stopped = self._jump() if self._noted is None else self._happen(kernel, self._noted)
-            self._without_end(np.flatnonzero(tasks["status"] == PAUSED))
-            if self._hopeless:
-                tasks["status"][list(self._hopeless)] = Status.GIVEN_UP
-            waiting = [each for each in (stopped, self._between_legs(), self._rescaled()) if each.size]
+            waiting = self._waiting()
             self._tell(told)
             if self._run.stop or not waiting:
                 return
             self.queue.put(np.concatenate(waiting))
 
-    def _happen(self, kernel: Any, noted: NotedEvents) -> NDArray[np.int_]:
+    def _waiting(self) -> list[NDArray[np.int_]]:
+        """Do what is due where tasks have left their lanes, and return those that go on."""
+        status, waiting = self.queue.tasks["status"], []
+        found = set(status.tolist())
+        if self._noted is not None:
+            waiting.append(self._happen(self._noted))
+        elif EVENT in found:
+            waiting.append(self._jump(np.flatnonzero(status == EVENT)))
+        if PAUSED in found:
+            self._without_end(np.flatnonzero(status == PAUSED))
+        if self._hopeless:
+            status[list(self._hopeless)] = Status.GIVEN_UP
+        if self._legs is not None:
+            waiting.append(self._legs.go_on(self._run.stop))
+        if PAUSED in found:
+            waiting.append(self._rescaled(np.flatnonzero(status == PAUSED)))
+        return [tasks for tasks in waiting if tasks.size]
+
+    def _happen(self, noted: NotedEvents) -> NDArray[np.int_]:
         """Let happen what the kernel has noted of events; return the tasks that go on behind one."""
-        stopped = noted.take(kernel.happened())
+        stopped = noted.take(self._kernel.happened())
         self._hopeless |= noted.failed
         return np.setdiff1d(stopped, list(noted.failed)) if noted.failed else stopped
 
-    def _jump(self) -> NDArray[np.int_]:
+    def _jump(self, stopped: NDArray[np.int_]) -> NDArray[np.int_]:
         """Let tangent vectors jump where formulas have switched, and return the tasks that go on behind that."""
-        if self._saltation is None:
-            return NONE
-        tasks, places = self.queue.tasks, list(self._run.code.conditions)
-        stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)
+        job, tasks, places = self._run.job, self.queue.tasks, list(self._run.code.conditions)
+        saltation: Any = kernels.saltation_of(job.problem, job.variables)
         for k in stopped.tolist():
             task, time = tasks[k], tasks["time"][k, :1]
             inputs = self._run.numbers_around(time, self._members[self.own[[k]]])
             numbers = [float(np.ravel(number)[0]) for number in inputs]
-            jump = Jump(self._saltation, task["state"], time[0], numbers, float(task["near"]))
+            jump = Jump(saltation, task["state"], time[0], numbers, float(task["near"]))
             before, behind = task["branches"].copy()
             task["branches"][0], task["parameters"][places] = behind, behind
-            task["below"][self._run.job.variables.tangent_vectors] = 0.0
+            task["below"][job.variables.tangent_vectors] = 0.0
             try:
-                task["state"][self._run.job.variables.tangent_vectors] = jump.across(before, behind)
+                task["state"][job.variables.tangent_vectors] = jump.across(before, behind)
             except NoDerivative as error:
                 self._hopeless[k] = str(error)
         return np.setdiff1d(stopped, list(self._hopeless))
 
-    def _between_legs(self) -> NDArray[np.int_]:
-        """Return the tasks that have come to a knot, with the parameters behind it."""
-        return NONE if self._legs is None else self._legs.go_on(self._run.stop)
-
-    def _rescaled(self) -> NDArray[np.int_]:
-        """Return the tasks that have paused, with vectors of tangents rescaled."""
-        job, tasks = self._run.job, self.queue.tasks
-        paused = NONE if job.variables.variations is None else np.flatnonzero(tasks["status"] == PAUSED)
-        if job.variables.variations is None or not paused.size or self._run.stop:
+    def _rescaled(self, paused: NDArray[np.int_]) -> NDArray[np.int_]:
+        """Rescale the vectors of tangents of tasks that have paused, and return these."""
+        variables, tasks = self._run.job.variables, self.queue.tasks
+        if variables.variations is None or not paused.size or self._run.stop:
             return NONE
         states = tasks["state"][paused]
-        job.variables.variations.rescale(states[:, job.variables.tangent_vectors])
+        variables.variations.rescale(states[:, variables.tangent_vectors])
         tasks["state"][paused], tasks["below"][paused] = states, 0.0
-        tasks["pause"][paused] += STEPS_AT_A_TIME[job.variables.variations.order]
+        tasks["pause"][paused] += STEPS_AT_A_TIME[variables.variations.order]
         return paused
 
-    def _watch(self, kernel: Any, told: Callable[[float], None]) -> None:
+    def _watch(self, told: Callable[[float], None]) -> None:
         """Tell how far tasks are, and give up those whose steps lead nowhere."""
-        for k in self._without_end(kernel.note()):
-            kernel.give_up(np.array([k]))
+        for k in self._without_end(self._kernel.note()):
+            self._kernel.give_up(np.array([k]))
         self._tell(told)
 
     def _without_end(self, numbers: NDArray[np.int_]) -> list[int]:
@@ -462,27 +476,27 @@ class _Tasks:
     @property
     def reached(self) -> slice:
         """Which of the rising times one body has reached."""
-        rows = dict(zip(self.forwards.tolist(), self.queue.tasks["index"].tolist(), strict=True))
+        rows = dict(zip(self.forwards, self.queue.tasks["index"].tolist(), strict=True))
         return slice(self._place - rows.get(False, 0), self._first + rows.get(True, 0))
 
     def book(self) -> None:
         """Note what happened to members that are finished, and to one body in any case."""
-        report, tasks, members = self._run.report, self.queue.tasks, self._members[self.own]
-        status, causes = tasks["status"], dict[int, BaseException]()
-        stopped = (status != DONE) & (status != ENDED)
+        report, tasks, noted = self._run.report, self.queue.tasks, self._noted
         if self._run.one:  # `add.at` is slow to begin
-            chosen, report.steps[0] = slice(None), sum(tasks["steps"].tolist())
+            chosen, report.steps[0] = [*range(tasks.size)], sum(tasks["steps"].tolist())
         else:
-            chosen = self.finished[self.own]
-            np.add.at(report.steps, members[chosen], tasks["steps"][chosen])
-            stopped &= chosen
-        if self._noted is not None:
-            causes, numbers = self._noted.causes, np.arange(members.size)[chosen].tolist()
-            report.events += [(int(members[k]), record) for k in numbers for record in self._noted.records[k]]
-        for k in np.flatnonzero(stopped).tolist():
-            task, why = tasks[k], self._run.reason(int(members[k]), self._why(k, int(tasks["status"][k])))
-            stop = Stop(why, float(task["time"][0]), float(self.queue.output.ends[k]), causes.get(k))
-            report.stops.setdefault(int(members[k]), stop)
+            chosen = np.flatnonzero(self.finished[self.own]).tolist()
+            np.add.at(report.steps, self._members[self.own[chosen]], tasks["steps"][chosen])
+        if noted is not None:
+            report.events += [(self._member(k), record) for k in chosen for record in noted.records[k]]
+        status = tasks["status"].tolist()
+        for k in [k for k in chosen if status[k] not in (DONE, ENDED)]:
+            why, time = self._run.reason(self._member(k), self._why(k, status[k])), float(tasks["time"][k, 0])
+            stop = Stop(why, time, float(self.queue.output.ends[k]), noted.causes.get(k) if noted else None)
+            report.stops.setdefault(self._member(k), stop)
+
+    def _member(self, k: int) -> int:
+        return int(self._members[self.own[k]])
 
     def _why(self, k: int, status: int) -> str:
         """Return why a task stopped before its end."""
