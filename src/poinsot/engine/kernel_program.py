@@ -89,9 +89,10 @@ class _ZerothOrder:
         number, parameter = coefficient
         if parameter is None:
             return self._work.address.function.constant(self._kind, number)
-        if number == 1.0:
-            return self._work.array("parameters", self._kind)[parameter]
-        return self._work.array("multiples", self._kind)[self._kernel.multiples.index(coefficient)]
+        value = self._work.array("parameters", self._kind)[parameter]
+        if abs(number) != 1.0:
+            value = value * abs(number)
+        return value if number > 0 else -value
 
     def state(self, place: int) -> Value:
         return self._states[place]
@@ -171,7 +172,6 @@ class KernelProgram:
         lanes = self.lanes = self.layout.lanes
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
         self.zeros, self.reciprocals = sorted(self.schedule.zeros), sorted(self.schedule.reciprocals)
-        self.multiples = self.schedule.multiples
         self.watch, self.sampling = Watch(self, decomposition), Sampling(self, jumps)
         # What happens at the end is seen in one step more.
         self._arrives = bool(self.watch.events or self.sampling.count)
@@ -198,7 +198,6 @@ class KernelProgram:
             "row": (2 * self.variables, lanes),
             "below": (self.variables, lanes),
             "parameters": (self.parameters, lanes),
-            "multiples": (len(self.multiples), lanes),
             "zeros": (len(self.zeros), lanes),
             "reciprocals": (len(self.reciprocals), lanes),
             "time": (2, lanes),
@@ -515,7 +514,6 @@ class KernelProgram:
                 self._scale_states(work, lane, work.array("bits", INTEGER)[lane])
                 self._scale_parameters(work, task, lane)
                 lines.run("fit", address, lane)
-            self._multiply(work, lane)
 
     def _leave(self, address: Value, lane: Value) -> None:
         """Let a lane leave its task and take another one, or rescale its momenta."""
@@ -543,20 +541,6 @@ class KernelProgram:
             with lines.when(status.is_("eq", 0)):
                 lines.run("fit", address, lane)
 
-    def _multiply(self, work: Record, lane: Value) -> None:
-        """Write the multiples of parameters that linear sums have."""
-        lines, source, out = work.address.function, work.array("parameters"), work.array("multiples")
-        places = [int(parameter or 0) - i for i, (_, parameter) in enumerate(self.multiples)]
-        for first, count, (number, shift) in _runs(
-            [(m.number, x) for m, x in zip(self.multiples, places, strict=True)]
-        ):
-
-            def multiply(i: Value, first: int = first, number: float = number, shift: int = shift) -> None:
-                place = i + first
-                out[place * self.lanes + lane] = source[(place + shift) * self.lanes + lane] * number
-
-            lines.count(count, multiply)
-
     def _scale_states(self, work: Record, lane: Value, bits: Value) -> None:
         """Multiply what goes with the scale of momenta by a power of two."""
         states, factor = self.layout.states(work.address, 0).of(DOUBLE), _power_of_two(bits)
@@ -579,7 +563,6 @@ class KernelProgram:
 
             if power:
                 lane.function.count(count, scale)
-        self._multiply(work, lane)
         work.array("outward")[lane] = _power_of_two(0 - bits)
         # No other scale is better at the ends of its range, or where forces give a body at rest as much.
         pushed = (task.array("push")[0] * _power_of_two(bits)).is_("ge", least)

@@ -111,8 +111,6 @@ class Schedule:
     groups : list of lists of InnerSum
     rows : list of Row
         What inner sums read.
-    multiples : list of Coefficient
-        The numbers times parameters that occur.
     zeros, reciprocals : sets of int
         The operations of which order 0, or one over it, is needed in higher orders.
     """
@@ -131,15 +129,6 @@ class Schedule:
         self.sums = len(sums)
         self.rows = list(dict.fromkeys(row for inner in sums for row in (inner.first, inner.second)))
         self.groups = _grouped(sums)
-        self.multiples = list(
-            dict.fromkeys(
-                coefficient
-                for operation in (*self.operations, *self.outputs)
-                for given in _coefficients(operation)
-                for coefficient in (given, given._replace(number=-given.number))
-                if coefficient.parameter is not None and coefficient.number != 1.0
-            )
-        )
 
     def state_of(self, row: Row) -> int | None:
         """Return the place of the state variable whose coefficients a row has, if it has one's."""
@@ -239,22 +228,6 @@ class Schedule:
         return result
 
 
-def _coefficients(of: Operation | Coefficient | int) -> list[Coefficient]:
-    """Return the coefficients that occur in an operation, or the coefficient itself."""
-    match of:
-        case Coefficient():
-            return [of]
-        case Sum(terms, constants):
-            return [*(coefficient for coefficient, _ in terms), *constants]
-        case Quotient(numerator, _):
-            return [numerator] if isinstance(numerator, Coefficient) else []
-        case Function(_, arguments, slopes):
-            return [given for given in (*arguments, *slopes) if isinstance(given, Coefficient)]
-        case Select(_, first, second):
-            return [given for given in (first, second) if isinstance(given, Coefficient)]
-    return []
-
-
 def _varying(function: Function) -> list[tuple[int, int, Coefficient | int]]:
     """Return the numbers of the arguments that are operations, these and their slopes."""
     pairs = zip(function.arguments, function.slopes, strict=True)
@@ -295,8 +268,11 @@ def _linear(
             continue
         negative = members[0][1]
         inner = _signed(None, [(k, minus != negative) for k, minus in members], value)
-        factor = arithmetic.coefficient(size._replace(number=-size.number) if negative else size)
-        total = factor * inner if total is None else factor.fma(inner, total)
+        factor = arithmetic.coefficient(size)
+        if total is None:
+            total = -(factor * inner) if negative else factor * inner
+        else:
+            total = (-factor if negative else factor).fma(inner, total)
     return arithmetic.coefficient(NOTHING) if total is None else total
 
 
