@@ -29,7 +29,7 @@ face: $(READY)
 	$(BIN)/python -m tools.face
 
 slow: $(READY)
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow --numprocesses auto --dist worksteal --durations 25
 
 # The site, in docs/_build/html; a warning is an error. All pages are read anew, as only then the search has its index;
 # notebooks and examples that have not changed are not run again. Its tests are those that need it, or a browser.

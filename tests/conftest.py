@@ -10,7 +10,7 @@ import pytest
 import poinsot as pt
 from poinsot.engine import looped_kernel
 
-pytest_plugins = ["kept_code", "margins"]
+pytest_plugins = ["default_share", "kept_code", "margins"]
 
 # Workers inherit it: matrices here are small, and BLAS threads beside a worker on each core only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
