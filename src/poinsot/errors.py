@@ -81,7 +81,8 @@ def real_array(
 ) -> NDArray[np.float64]:
     """Return `value` as finite floats of the given shape; `None` in the shape is any length."""
     array = real_numbers(name, value, time_unit)
-    if array.ndim != len(shape) or not all([n is None or n == m for n, m in zip(shape, array.shape, strict=True)]):
+    others = [n for n, m in zip(shape, array.shape, strict=False) if n not in (None, m)]
+    if others or array.ndim != len(shape):
         raise ValueError(f"{name} must have shape {_written(shape)}, got shape {array.shape}.")
     return array
 

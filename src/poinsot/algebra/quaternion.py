@@ -19,6 +19,7 @@ __all__ = [
     "component_product",
     "conjugate",
     "dot",
+    "hamilton",
     "imaginary",
     "norm",
     "product",
@@ -35,7 +36,7 @@ def components(array: ArrayLike) -> tuple[Scalar, ...]:
         if isinstance(array, functions.Vector):
             return tuple(array)
         array = np.asarray(array)
-    return tuple(array) if array.ndim == 1 else tuple(array[..., i] for i in range(array.shape[-1]))
+    return tuple(array) if array.ndim == 1 else tuple([array[..., i] for i in range(array.shape[-1])])
 
 
 def assemble(scalars: Sequence[Scalar], *sources: ArrayLike) -> Array:
@@ -55,16 +56,17 @@ def assemble(scalars: Sequence[Scalar], *sources: ArrayLike) -> Array:
 
 def product(p: ArrayLike, q: ArrayLike) -> Array:
     """Return the Hamilton product p q; shapes (..., 4) broadcast."""
-    (p0, p1, p2, p3), (q0, q1, q2, q3) = components(p), components(q)
-    return assemble(
-        (
-            p0 * q0 - p1 * q1 - p2 * q2 - p3 * q3,
-            p0 * q1 + q0 * p1 + p2 * q3 - p3 * q2,
-            p0 * q2 + q0 * p2 + p3 * q1 - p1 * q3,
-            p0 * q3 + q0 * p3 + p1 * q2 - p2 * q1,
-        ),
-        p,
-        q,
+    return assemble(hamilton(components(p), components(q)), p, q)
+
+
+def hamilton(p: Sequence[Scalar], q: Sequence[Scalar]) -> tuple[Scalar, ...]:
+    """Return the four components of the Hamilton product, from those of the factors."""
+    (p0, p1, p2, p3), (q0, q1, q2, q3) = p, q
+    return (
+        p0 * q0 - p1 * q1 - p2 * q2 - p3 * q3,
+        p0 * q1 + q0 * p1 + p2 * q3 - p3 * q2,
+        p0 * q2 + q0 * p2 + p3 * q1 - p1 * q3,
+        p0 * q3 + q0 * p3 + p1 * q2 - p2 * q1,
     )
 
 

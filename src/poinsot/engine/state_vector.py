@@ -225,23 +225,16 @@ class StateVector:
 
     def from_state(self, state: State) -> Array:
         """Return the variables of a state; shape (..., size)."""
-        own = self._from_state(state)
-        if self.variations is None:
-            return own
-        start = self.variations.start()
-        return np.concatenate([own, np.broadcast_to(start, (*own.shape[:-1], start.shape[-1]))], axis=-1)
-
-    def _from_state(self, state: State) -> Array:
-        if not self.orbits:
+        if not self.orbits and not self.variations:
             return self._packed(state)
-        starts = [block.start_in_two_parts(state.time) for block in self.orbits]
-        own = self._packed(state, starts[0][2] if self.comoving else None)
-        out = np.empty((*own.shape[:-1], self.along_orbits.stop), own.dtype)
-        place = own.shape[-1]
-        out[..., :place] = own
-        for high, low, _ in starts:
-            first, place = place, place + high.shape[-1]
-            out[..., first:place] = high.astype(own.dtype) + low.astype(own.dtype)
+        orbits = [block.start_in_two_parts(state.time) for block in self.orbits]
+        own = self._packed(state, orbits[0][2] if self.comoving else None)
+        starts = [high.astype(own.dtype) + low.astype(own.dtype) for high, low, _ in orbits]
+        out = np.empty((*own.shape[:-1], self.size), own.dtype)
+        place = 0
+        for each in (own, *starts, *([self.variations.start()] if self.variations else ())):
+            first, place = place, place + each.shape[-1]
+            out[..., first:place] = each
         return out
 
     def with_state(self, row: Array, state: State, time: Array) -> Array:
@@ -257,8 +250,10 @@ class StateVector:
         chart, bodies = self.formulation, []
         for each, scale in zip(state.of_bodies.values(), self.scales(self.scale), strict=True):
             body = chart.from_state(each)
-            body[..., chart.momenta] *= np.asarray(scale, dtype=body.dtype)[..., None]
-            self._turn(body, turn)
+            momenta = body.T[chart.momenta]
+            momenta *= np.asarray(scale, dtype=body.dtype)
+            if turn is not None:
+                self._turn(body, turn)
             chart.check_variables(body)
             bodies.append(body)
         rigid = np.concatenate(bodies, axis=-1) if len(bodies) > 1 else bodies[0]
@@ -272,10 +267,9 @@ class StateVector:
             columns += self.slots[name].scaled(np.moveaxis(np.asarray(own[name]), -1, 0), self.scale)
         return np.concatenate([rigid, np.stack(columns, axis=-1).astype(rigid.dtype)], axis=-1) if columns else rigid
 
-    def _turn(self, rigid: Array, turn: Array | None) -> None:
-        if turn is not None:
-            for place in self.formulation.quaternions:
-                turn_rows(turn, rigid[..., place])
+    def _turn(self, rigid: Array, turn: Array) -> None:
+        for place in self.formulation.quaternions:
+            turn_rows(turn, rigid[..., place])
 
     def to_phase(self, times: Array, variables: Array) -> Phase:
         """Return q, the momenta and the variables of parts along the times; shapes (..., n, 4) and so on."""
@@ -297,7 +291,8 @@ class StateVector:
             rigid, scale = rows[..., place], np.asarray(scale)[..., None]
             for i in range(self.formulation.size)[self.formulation.momenta]:  # a column at a time: rows are short
                 rigid[..., i] /= scale
-            self._turn(rigid, turn)
+            if turn is not None:
+                self._turn(rigid, turn)
         for name in self.parts:
             for i, factor in enumerate(self.slots[name].factors, self.slots[name].place.start):
                 rows[..., i] *= 1 / np.asarray(self.scale if factor is None else factor)[..., None]

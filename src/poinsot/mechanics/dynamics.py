@@ -70,7 +70,7 @@ class Dynamics(Collection):
     @property
     def inner_blocks(self) -> tuple[Block, ...]:
         """What is integrated along of the bodies: parts with variables."""
-        return tuple([part for part in self.parts if part.size])
+        return tuple([part for part in self.parts if part.size]) if self.parts else ()
 
     @cached_property
     def parts(self) -> tuple[Part, ...]:
@@ -80,7 +80,7 @@ class Dynamics(Collection):
     @property
     def jumping(self) -> tuple[Part, ...]:
         """The parts whose variables get new values at samples, in the order in which they do at one time."""
-        return tuple([part for part in self.parts if part.jump is not None])
+        return tuple([part for part in self.parts if part.jump is not None]) if self.parts else ()
 
     # ------------------------------------------------------------------ energy
 

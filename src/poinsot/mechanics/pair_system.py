@@ -57,6 +57,7 @@ class PairSystem(System, of=TwoBodies):
     """
 
     measures: ClassVar[tuple[str, ...]] = ("time", "inertia", "length")
+    body_names: ClassVar[tuple[str, ...]] = BODIES
     body: Any
 
     # ------------------------------------------------------------------ what it is made of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -76,6 +76,9 @@ class State(Summarized):
     >>> state.angular_momentum_body
     array([0.5, 0. , 1.5])
     """
+
+    body_names: ClassVar[tuple[str, ...]] = ("",)
+    """What the names of its rigid bodies begin with in a phase."""
 
     def __init__(
         self,
@@ -225,6 +228,8 @@ class PairState(State):
     array([0. , 0. , 0.5])
     """
 
+    body_names: ClassVar[tuple[str, ...]] = ("primary", "secondary")
+
     @checked
     def __init__(self, position: ArrayLike, momentum: ArrayLike, primary: State, secondary: State) -> None:
         position, momentum = member_array("position", position, (3,)), member_array("momentum", momentum, (3,))
@@ -275,7 +280,7 @@ class PairState(State):
             body: state_of(
                 {name: x for name in OF_ONE if (x := self.phase.get(named(body, name))) is not None}, self.time
             )
-            for body in ("primary", "secondary")
+            for body in self.body_names
         }
 
     @property

@@ -69,6 +69,8 @@ class System(Dynamics):
 
     measures: ClassVar[tuple[str, ...]] = ("time", "inertia")
     """What its numbers have units of."""
+    body_names: ClassVar[tuple[str, ...]] = ("",)
+    """What the names of its rigid bodies begin with in a phase."""
     moves_alone: ClassVar[bool] = True
     """Whether its forces are all that moves it."""
 
@@ -218,8 +220,10 @@ class System(Dynamics):
         return self._momentum_scale(state, self._scale(self._strongest_at_samples(self.known(_branches))))
 
     def _momentum_scale(self, state: State, largest: Any) -> Any:
-        own = [state.own[part.name][..., place] for part in self.parts for place in part.momentum_places]
-        for momenta in (state.angular_momentum_body, *own):
+        each = [state.angular_momentum_body]
+        for part in self.parts:
+            each += [state.own[part.name][..., place] for place in part.momentum_places]
+        for momenta in each:
             largest = np.maximum(largest, np.sqrt(np.vecdot(momenta, momenta)))
         return largest + (largest == 0)
 

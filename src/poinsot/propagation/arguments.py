@@ -9,7 +9,7 @@ from poinsot.engine import kernels
 from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
 from poinsot.engine.problem import Problem
 from poinsot.engine.runs import allowed_threads
-from poinsot.errors import real_array
+from poinsot.errors import real_array, real_numbers
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.state import State, changed, state_of
@@ -38,24 +38,31 @@ OWN_TIME = " Give the state its own: body.state(..., time=...)."
 
 def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.float64]:
     """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
-    t = checked_time("times", times, system, (None,))
-    if t.size == 0:
+    t = real_numbers("times", *_in_unit(times, system))
+    if t.ndim != 1 or t.size == 0:
+        real_array("times", t, (None,))
         raise ValueError("times must not be empty, got shape (0,).")
     before, after = t[:-1], t[1:]
     onward = after > before if t.size > 1 and t[1] > t[0] else after < before
-    if np.count_nonzero(onward) < onward.size:
+    if False in onward:
         i = int(np.argmin(onward))
         relation = f"= times[{i + 1}] = {t[i]}" if t[i] == t[i + 1] else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
         raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
     return t
 
 
-def checked_time(
-    name: str, time: ArrayLike, system: System | None = None, shape: tuple[int | None, ...] = ()
-) -> NDArray[np.float64]:
-    """Return a time, or times, as numbers: those of a system also from dates and quantities."""
-    calendar, unit = (None, None) if system is None else (system.calendar, system.units["time"])
-    return real_array(name, calendar.time(time) if calendar and holds_dates(time) else time, shape, unit)
+def checked_time(name: str, time: ArrayLike, system: System) -> NDArray[np.float64]:
+    """Return a time of a system as a number, also from a date or a quantity."""
+    number, unit = _in_unit(time, system)
+    return real_array(name, number, (), unit)
+
+
+def _in_unit(time: ArrayLike, system: System | None) -> tuple[ArrayLike, str | None]:
+    """Return times, those of a system also from dates, and the unit of time."""
+    if system is None:
+        return time, None
+    calendar = system.calendar
+    return calendar.time(time) if calendar and holds_dates(time) else time, system.units["time"]
 
 
 def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> None:
@@ -74,7 +81,7 @@ def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> 
 
 def check_starts(problem: Problem, state: State) -> None:
     """Let each part and each event refuse a start."""
-    if problem.events or any(part.checks_start for part in problem.system.parts):
+    if problem.events or [part for part in problem.system.parts if part.checks_start]:
         twin = problem.beside(state.shape)
         instant = twin.system.at(state)
         for part in twin.system.parts:
@@ -90,7 +97,7 @@ def check_bodies(system: System, state: State) -> None:
             f"system must be that of both bodies, got {system!r} as one of two, which does not move alone. Take "
             "motion.system of the pair."
         )
-    needed, given = len(system.rigid_bodies), len(state.of_bodies)
+    needed, given = len(system.body_names), len(state.body_names)
     if given != needed:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
         words = {1: "one body", 2: "two bodies"}
@@ -99,7 +106,7 @@ def check_bodies(system: System, state: State) -> None:
 
 def members_of(system: Collection, state: State) -> tuple[int, ...]:
     """Return () for one body, (members,) for an ensemble."""
-    shapes = {shape for shape in (state.shape, state.time.shape, system.members) if shape}
+    shapes = {state.shape, state.time.shape, system.members} - {()}
     if len(shapes) > 1:
         counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
         raise ValueError(f"state and system must have equally many members, got {counts}.")
@@ -153,9 +160,9 @@ def checked_tolerance(
     """
     if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
         raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {precision!r}.")
-    if not kernels.available(precision):
+    if precision != "double" and not kernels.available(precision):
         raise ValueError(f"precision must be one that the engine has on this machine, got {precision!r}. Use 'double'.")
-    coarse = precision == "double" and (system is None or len(system.rigid_bodies) == 1)
+    coarse = precision == "double" and (system is None or len(system.body_names) == 1)
     default = formulation.tolerance if coarse else ROUNDING[precision]
     if tolerance is None:
         return default

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from typing import Any
 
 import numpy as np
@@ -63,25 +62,23 @@ class Integrator(Driver):
 
     def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
         """Return the motion of rows that a sink has kept."""
-        problem, many = self.problem, bool(state.time.ndim)
+        problem, variables, many = self.problem, self.variables, bool(state.time.ndim)
         method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR
-        return trajectory_class(self.system)(
-            self.system,
+        return trajectory_class(problem.system)(
+            problem.system,
             state,
             kept.times,
             lambda: kept.phase,
-            Run.of(report, method, self.formulation.name, self.precision),
+            Run.of(report, method, variables.formulation.name, self.precision),
             (report.dense, *report.dense.ends) if report.dense else None,
             report.failures if many else {},
-            functools.partial(self.variables.environment, problem, kept.times, kept.rows["orbits"])
-            if self._of_orbits
-            else None,
+            (lambda: variables.environment(problem, kept.times, kept.rows["orbits"])) if self._of_orbits else None,
         )
 
     @property
     def _of_orbits(self) -> dict[str, tuple[int]]:
         """The shape of the variables of orbits that a motion has; none where no orbit is integrated in any axes."""
-        if not any(orbit.integrated for orbit in self.problem.orbits):
+        if not [orbit for orbit in self.problem.orbits if orbit.integrated]:
             return {}
         along = self.variables.along_orbits
         return {"orbits": (along.stop - along.start,)}

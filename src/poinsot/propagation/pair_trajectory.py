@@ -247,4 +247,4 @@ def of_one_body(motion: Trajectory, body: str | None) -> Trajectory:
 
 def trajectory_class(system: System) -> type[Trajectory]:
     """Return the class of the motions of a system."""
-    return PairTrajectory if len(system.rigid_bodies) > 1 else Trajectory
+    return PairTrajectory if len(system.body_names) > 1 else Trajectory

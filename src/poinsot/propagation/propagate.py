@@ -108,7 +108,7 @@ def propagate(
     problem = Problem(system, events)
     check_bodies(system, state)
     check_span(problem, state, t)
-    members, plan = members_of(problem, state), plan_of(**chunking)
+    members, plan = members_of(problem, state), plan_of(**chunking) if chunking else None
     if plan and not members:
         raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its motion.")
     if members:
