@@ -67,6 +67,8 @@ class Code:
         The parameters that hold the conditions behind which it stops, and the others beside them.
     blank : bytes
         A task without numbers of its own.
+    places : slice
+        Where a task has those of an `Output`, words of 8 bytes.
     """
 
     def __init__(self, kernel: KernelProgram) -> None:
@@ -76,7 +78,9 @@ class Code:
         self.events, self.conditions = kernel.watch.events, kernel.watch.conditions
         blank = np.zeros(1, self.task)
         blank["limit"], blank["shortest"], blank["pause"], blank["branches"] = LONGEST, np.inf, FOREVER, np.nan
-        self.blank = blank.tobytes()
+        fields: Any = self.task.fields
+        first = fields["count"][1] // 8
+        self.blank, self.places = blank.tobytes(), slice(first, first + 4)
         self.idle: list[Run] = []
         exact = [Fraction(1, n) for n in range(1, kernel.order + 1)]
         self.reciprocals_of_orders = np.array([0.0, *map(float, exact)])
@@ -111,30 +115,23 @@ class Output(NamedTuple):
     times : array (m,)
     rows : array (members, m, variables)
         Both C-contiguous and writable.
-    members, first, counts, stride : arrays (n,)
-        Of each task: which member's rows it writes, from which time on, how many, at least one, and whether to later
-        ones of the array (1) or to earlier ones (-1).
+    tasks : array (n, 4)
+        Of each task: how many rows it writes, at least one; whether at later ones of the times (1) or at earlier ones
+        (-1); the first of these; and where the row of that is among all rows.
+    ends : sequence (n,)
+        Of each task the last time.
     """
 
     times: Doubles
     rows: Doubles
-    members: NDArray[np.int64]
-    first: NDArray[np.int64]
-    counts: NDArray[np.int64]
-    stride: NDArray[np.int64]
+    tasks: NDArray[np.int64]
+    ends: Any
 
-    @property
-    def ends(self) -> Doubles:
-        """The last time of each task."""
-        last: Doubles = self.times[self.first + self.stride * (self.counts - 1)]
-        return last
-
-    def into(self, tasks: NDArray[Any]) -> None:
-        """Write places and last times into tasks."""
-        tasks["first"], tasks["count"], tasks["stride"] = self.first, self.counts, self.stride
-        tasks["way"] = self.stride
-        tasks["place"] = self.members * self.times.size + self.first
-        tasks["end"] = self.ends
+    @classmethod
+    def of(cls, times: Doubles, rows: Doubles, members: Any, first: Any, counts: Any, stride: Any) -> Output:
+        """Return that of tasks that write the rows of members, in arrays (n,)."""
+        tasks = np.stack([counts, stride, first, members * times.size + first], axis=-1)
+        return cls(times, rows, tasks, times[first + stride * (counts - 1)])
 
 
 class Queue:
@@ -146,8 +143,8 @@ class Queue:
     ----------
     code : Code
     states : array (n, variables) or (1, variables)
-    times : array (n,), (1,) or (n, 2)
-        Of the start, in one part or in two.
+    times : array (n,) or (1,)
+        Of the start.
     parameters : array (n, parameters) or (1, parameters)
     output : Output
 
@@ -162,10 +159,13 @@ class Queue:
     """
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
-        count, size = output.members.size, len(code.blank)
+        count, size = len(output.tasks), len(code.blank)
         self._first = first = -(-(QUEUE.itemsize + 8 * count) // size) * size  # what waits lies in front: one address
         self._blank, self._memory = code.blank, bytearray(first + count * size)
-        self.tasks = np.ndarray(count, code.task, self._memory, first)
+        tasks = self.tasks = np.ndarray(count, code.task, self._memory, first)
+        self._states, self._parameters, self._times = tasks["state"], tasks["parameters"], tasks["time"][:, 0]
+        self._ways, self._ends = tasks["way"], tasks["end"]
+        self._places = tasks.view(np.int64).reshape(count, size // 8)[:, code.places]
         self._record = np.ndarray(QUEUE.itemsize // 8, np.int64, self._memory)
         self._numbers = np.ndarray(count, np.int64, self._memory, QUEUE.itemsize)
         self._numbers[:] = np.arange(count)
@@ -174,18 +174,15 @@ class Queue:
 
     def fill(self, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
         """Put other tasks, as many, in the place of those that are done."""
-        count, tasks = self.tasks.size, self.tasks
+        count, here = self._numbers.size, self.address
         self._memory[self._first :] = self._blank * count
-        tasks["state"], tasks["parameters"] = states, parameters
-        parts = times if times.ndim > 1 else times[:, None]
-        tasks["time"][:, : parts.shape[1]] = parts
-        output.into(tasks)
-        self._waiting, self.output, times, rows = self._numbers, output, output.times, output.rows
-        if not (times.flags.c_contiguous and rows.flags.c_contiguous and times.itemsize == rows.itemsize == 8):
+        self._states[:], self._times[:], self._parameters[:] = states, times, parameters
+        self._places[:], self._ways[:], self._ends[:] = output.tasks, output.tasks[:, 1], output.ends
+        self._waiting, self.output, (grid, rows, *_) = self._numbers, output, output
+        if not (grid.flags.c_contiguous and rows.flags.c_contiguous and grid.itemsize == rows.itemsize == 8):
             raise ValueError("times and rows must be C-contiguous arrays of doubles, got others.")
-        here = self.address
-        places = here + QUEUE.itemsize, here + self._first, _address(times), _address(rows)
-        RECORD.pack_into(self._memory, 0, 0, count, *places)
+        own, tasks = here + QUEUE.itemsize, here + self._first
+        RECORD.pack_into(self._memory, 0, 0, count, own, tasks, _address(grid), _address(rows))
 
     def close(self) -> None:
         """Forget the tasks that wait."""
@@ -237,7 +234,7 @@ class Run:
     def queue(self, *given: Any) -> Queue:
         """Return a queue, in the memory of the last one where that has as many tasks."""
         queue: Queue = self._queue
-        if queue is None or queue.tasks.size != given[-1].members.size:
+        if queue is None or queue.tasks.size != len(given[-1].tasks):
             return Queue(self._code, *given)
         queue.fill(*given)
         return queue

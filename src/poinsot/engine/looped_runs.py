@@ -107,7 +107,7 @@ class LoopedRun(Run):
     code : Code
     parameters : array (members, parameters)
         Those of members that have no knots.
-    push : array (1,) or (members,)
+    push : scalar or array (members,)
         The momenta that forces give a body at rest.
     """
 
@@ -120,7 +120,7 @@ class LoopedRun(Run):
         self._numbers = kernels.numbers_of(job.problem.between_knots(), job.variables)
         self.ready, self.parameters = self._with_parameters()
         self.code = self.ready.code
-        self.push = np.asarray(job.problem.system.torque_scale * job.variables.scale).reshape(-1)
+        self.push = job.problem.system.torque_scale * job.variables.scale
         self.report.order, self.report.tolerance = self.code.order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
@@ -309,14 +309,14 @@ class _Tasks:
         self._rows = rows
         self._judged: tuple[Array, Array] | None = None
         self._hopeless: dict[int, str] = {}
-        self.own, first, count, stride = self._of_one() if run.one else self._of_many()
-        output = Output(run.rising, rows, self.own, first, count, stride)
+        output = self._of_one() if run.one else self._of_many()
+        numbers = (run.starts, run.origins, run.parameters)
         chosen = slice(None) if run.one else members[self.own]
-        self.queue = kernel.queue(run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
-        self.queue.tasks["push"] = run.push if run.push.size == 1 else run.push[chosen]
+        self.queue = kernel.queue(*(numbers if run.one else [each[chosen] for each in numbers]), output)
+        self.queue.tasks["push"] = run.push if run.push.ndim == 0 else run.push[chosen]
         if run.clock is not None:
             run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
-        self._legs = self._legs_of(members[self.own], stride) if run.job.problem.knots.size else None
+        self._legs = self._legs_of(members[self.own], output.tasks[:, 1]) if run.job.problem.knots.size else None
         self._noted = self._noted_of(members[self.own]) if run.job.problem.events else None
 
     def _noted_of(self, members: NDArray[np.int_]) -> NotedEvents:
@@ -329,8 +329,8 @@ class _Tasks:
         knots, origins = run.job.problem.knots, run.origins[members]
         return Legs(knots, self.queue.tasks, members, stride, origins, run.parameters_around, roots, run.one)
 
-    def _of_many(self) -> NDArray[np.int64]:
-        """Return member, first time, number of times and stride of each task; a row at the start is written."""
+    def _of_many(self) -> Output:
+        """Return where the rows of tasks go, and set the member of each; a row at the start is written."""
         run, members, ways = self._run, self._members, self._run.ways
         origins = run.origins[members]
         places = run.rising.searchsorted(origins)
@@ -340,22 +340,23 @@ class _Tasks:
         table[:, :, 0], table[:, :, 3] = np.arange(members.size)[:, None], (1, -1)
         table[:, 0, 1], table[:, 0, 2] = first, (run.rising.size - first) * (True in ways)
         table[:, 1, 1], table[:, 1, 2] = places - 1, places * (False in ways)
-        chosen: NDArray[np.int64] = table[table[:, :, 2] > 0]
-        return chosen.T.copy()
+        self.own, first, counts, stride = table[table[:, :, 2] > 0].T.copy()
+        return Output.of(run.rising, self._rows, self.own, first, counts, stride)
 
-    def _of_one(self) -> NDArray[np.int64]:
+    def _of_one(self) -> Output:
         """Return the same for one body, where plain numbers are faster."""
         run, rising, ways, tasks = self._run, self._run.rising, self._run.ways, []
-        place = first = bisect_left(rising, run.origins[0])
-        if True in ways and run.clock is None and place < rising.size and rising[place] == run.origins[0]:
+        place = first = bisect_left(rising, origin := run.origins[0])
+        if True in ways and run.clock is None and place < rising.size and rising[place] == origin:
             self._rows[0, place], first = run.starts[0], place + 1
         if True in ways and first < rising.size:
-            tasks.append((0, first, rising.size - first, 1))
+            tasks.append((rising.size - first, 1, first, first))
         if False in ways and place:
-            tasks.append((0, place - 1, place, -1))
-        self._place, self._first, self.forwards = place, first, [stride > 0 for *_, stride in tasks]
-        table: NDArray[np.int64] = np.array(tasks, dtype=np.int64).reshape(-1, 4).T
-        return table
+            tasks.append((place, -1, place - 1, place - 1))
+        self._place, self._first, self.forwards = place, first, [task[1] > 0 for task in tasks]
+        self.own = np.zeros(len(tasks), dtype=np.int64)
+        ends = [rising[-1 if forwards else 0] for forwards in self.forwards]
+        return Output(rising, self._rows, np.array(tasks, dtype=np.int64).reshape(-1, 4), ends)
 
     def run(self, told: Callable[[float], None]) -> None:
         """Take steps until all is done or the run is to stop."""

@@ -193,12 +193,12 @@ class Constants:
         Further values may follow those of the constants. Those on which a formula branches are not among them, nor
         those that other numbers of members would change: no member depends on who else is in its ensemble.
         """
-        arrays = np.ndarray in map(type, numbers)
-        total = sum([float(value) for value in values[: self.count] if value.__class__ is not np.ndarray])
+        arrays, own = np.ndarray in map(type, numbers), values[: self.count]
+        total = sum(map(float, [value for value in own if value.__class__ is not np.ndarray] if arrays else own))
         if total - total:
             return ()
         if not arrays:
-            return tuple([number for number in self._never_conditions if not values[number]])
+            return tuple([number for number in self._never_conditions if not own[number]])
         found = [number for number in self._never_conditions if _is_zero_for_all(values[number])]
         if found:
             others = self.values([_other_members(i) if np.ndim(x) else x for i, x in enumerate(numbers)])

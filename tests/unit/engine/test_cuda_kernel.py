@@ -40,7 +40,7 @@ def queue_of(code, states, times, parameters=None):
     ways = [way for way, some in ((1, place < m), (-1, place > 0)) if some]
     way, rows = np.repeat(ways, count), np.full((count, m, code.variables), np.nan)
     members, first = np.tile(np.arange(count), len(ways)), np.where(way > 0, place, place - 1)
-    output = Output(times, rows, members, first, np.where(way > 0, m - place, place), way)
+    output = Output.of(times, rows, members, first, np.where(way > 0, m - place, place), way)
     numbers = np.zeros((count, 0)) if parameters is None else np.asarray(parameters)
     return Queue(code, states[members], np.zeros(way.size), numbers[members], output)
 

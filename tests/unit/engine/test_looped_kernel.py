@@ -191,7 +191,7 @@ def integrated(code, states, times, *, origin=0.0, parameters=None, budget=10**6
     ways = [way for way, some in ((1, place < m), (-1, place > 0)) if some]
     rows = np.full((members, m, code.variables), np.nan)
     way = np.repeat(ways, members)
-    output = Output(
+    output = Output.of(
         times,
         rows,
         np.tile(np.arange(members), len(ways)),
@@ -390,7 +390,7 @@ def test_members_run_both_ways_on_ragged_times_and_take_one_anothers_lanes():
     rows = np.full((count, times.size, 7), np.nan)
     members, way = np.tile(np.arange(count), 2), np.repeat([1, -1], count)
     first = np.concatenate([places, places - 1])
-    output = Output(times, rows, members, first, counts.ravel(), way)
+    output = Output.of(times, rows, members, first, counts.ravel(), way)
     queue = Queue(code, states[members], origins[members], np.zeros((2 * count, 0)), output)
     run = Run(code)
     run.start(queue)
@@ -455,7 +455,7 @@ def test_tasks_that_pause_go_on_when_they_are_put_back():
         starts("top", 6),
         np.zeros(6),
         np.zeros((6, 0)),
-        Output(times, again, np.arange(6), numbers, numbers + 39, numbers + 1),
+        Output.of(times, again, np.arange(6), numbers, numbers + 39, numbers + 1),
     )
     queue.tasks["pause"][:4], run = 10, Run(code)
     run.start(queue)
@@ -475,7 +475,7 @@ def test_an_interrupted_run_goes_on_later():
     code, times, states = compiled(DECOMPOSITIONS["top"], ORDER, 4), np.linspace(0.0, 30.0, 40)[1:], starts("top", 20)
     rows, _, _ = integrated(code, states, times)
     again, zeros = np.full_like(rows, np.nan), np.zeros(20, dtype=int)
-    output = Output(times, again, np.arange(20), zeros, zeros + 39, zeros + 1)
+    output = Output.of(times, again, np.arange(20), zeros, zeros + 39, zeros + 1)
     queue, run = Queue(code, states, np.zeros(20), np.zeros((20, 0)), output), Run(code)
     run.start(queue)
     assert run.advance(20)
@@ -499,7 +499,7 @@ def test_rows_must_be_contiguous():
         np.zeros((2, 1, 14))[:, :, ::2],
         np.zeros(1, dtype=int),
     )
-    output = Output(np.array([1.0]), rows, zeros, zeros, zeros + 1, zeros + 1)
+    output = Output.of(np.array([1.0]), rows, zeros, zeros, zeros + 1, zeros + 1)
     with pytest.raises(ValueError, match="times and rows must be C-contiguous"):
         Queue(code, starts("top"), np.zeros(1), np.zeros((1, 0)), output)
 
@@ -660,7 +660,7 @@ def test_threads_share_a_queue():
     code, times, count = compiled(DECOMPOSITIONS["top"], ORDER, 4), np.linspace(0.0, 20.0, 5)[1:], 60
     expected, _, _ = integrated(code, starts("top", count), times)
     rows, zeros = np.full_like(expected, np.nan), np.zeros(count, dtype=int)
-    output = Output(times, rows, np.arange(count), zeros, zeros + 4, zeros + 1)
+    output = Output.of(times, rows, np.arange(count), zeros, zeros + 4, zeros + 1)
     queue = Queue(code, starts("top", count), np.zeros(count), np.zeros((count, 0)), output)
 
     def work():
