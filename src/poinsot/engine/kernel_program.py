@@ -11,17 +11,17 @@ from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
-from typing_extensions import override
 
 from poinsot.engine import llvm_functions
-from poinsot.engine.decomposition import Coefficient, Decomposition, Function
+from poinsot.engine.decomposition import Decomposition
 from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_jumps import Sampling
 from poinsot.engine.kernel_layouts import Batch, Layout, Single
 from poinsot.engine.kernel_watch import Watch
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value, vector
 from poinsot.engine.llvm_ir import Function as Lines
-from poinsot.engine.taylor_schedule import Row, Schedule
+from poinsot.engine.taylor_recurrences import HigherOrder, ZerothOrder
+from poinsot.engine.taylor_schedule import Schedule
 
 __all__ = ["QUEUE", "KernelProgram", "Momenta", "Status"]
 
@@ -78,78 +78,6 @@ class Momenta(NamedTuple):
     bits: tuple[int, int] = (0, 0)
 
 
-class _ZerothOrder:
-    """The arithmetic of order 0 in a kernel."""
-
-    def __init__(self, kernel: KernelProgram, work: Record, n: Value | int = 0) -> None:
-        self._kernel, self._work, self._kind = kernel, work, kernel.kind
-        self._states = kernel.layout.states(work.address, n)
-
-    def coefficient(self, coefficient: Coefficient) -> Value:
-        number, parameter = coefficient
-        if parameter is None:
-            return self._work.address.function.constant(self._kind, number)
-        value = self._work.array("parameters", self._kind)[parameter]
-        if abs(number) != 1.0:
-            value = value * abs(number)
-        return value if number > 0 else -value
-
-    def state(self, place: int) -> Value:
-        return self._states[place]
-
-    def time(self) -> Value:
-        return self._work.array("time", self._kind)[0]
-
-    def function(self, function: Function, arguments: Sequence[Value]) -> Value:
-        return llvm_functions.elementary(function, arguments, self._kernel.lanes)
-
-    def keep(self, k: int, value: Value) -> None:
-        """Store what higher orders need of order 0."""
-        if k in self._kernel.schedule.zeros:
-            self._work.array("zeros", self._kind)[self._kernel.zeros.index(k)] = value
-        if k in self._kernel.schedule.reciprocals:
-            self._work.array("reciprocals", self._kind)[self._kernel.reciprocals.index(k)] = 1.0 / value
-
-
-class _HigherOrder(_ZerothOrder):
-    """The arithmetic of an order n > 0."""
-
-    def __init__(self, kernel: KernelProgram, work: Record, n: Value, states: Sequence[Value]) -> None:
-        super().__init__(kernel, work, n)
-        self._carried = states
-        self._n, self._inner = n, kernel.layout.inner_sums(work.address, n)
-        self._over, self._weight = kernel.over_order(work, n), n.to_double().spread(kernel.lanes)
-
-    @override
-    def state(self, place: int) -> Value:
-        return self._carried[place] if self._carried else super().state(place)
-
-    @override
-    def time(self) -> Value:
-        one = self._n.function.constant(DOUBLE, 1.0)
-        return self._n.is_("eq", 1).choose(one, 0.0).spread(self._kernel.lanes)
-
-    @override
-    def keep(self, k: int, value: Value) -> None:
-        """Store what inner sums of higher orders read."""
-        for row in (Row(k, False), Row(k, True)):
-            if row in self._kernel.schedule.rows:
-                kept = value * self._weight if row.weighted else value
-                self._kernel.layout.keep(self._work.address, self._n, row, kept)
-
-    def zero(self, operation: int) -> Value:
-        return self._work.array("zeros", self._kind)[self._kernel.zeros.index(operation)]
-
-    def reciprocal(self, operation: int) -> Value:
-        return self._work.array("reciprocals", self._kind)[self._kernel.reciprocals.index(operation)]
-
-    def inner_sum(self, place: int) -> Value:
-        return self._inner(place)
-
-    def over_order(self, value: Value) -> Value:
-        return self._over(value)
-
-
 class KernelProgram:
     """The text of a kernel and the types of its memory."""
 
@@ -171,7 +99,6 @@ class KernelProgram:
         )
         lanes = self.lanes = self.layout.lanes
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
-        self.zeros, self.reciprocals = sorted(self.schedule.zeros), sorted(self.schedule.reciprocals)
         self.watch, self.sampling = Watch(self, decomposition), Sampling(self, jumps)
         # What happens at the end is seen in one step more.
         self._arrives = bool(self.watch.events or self.sampling.count)
@@ -198,8 +125,8 @@ class KernelProgram:
             "row": (2 * self.variables, lanes),
             "below": (self.variables, lanes),
             "parameters": (self.parameters, lanes),
-            "zeros": (len(self.zeros), lanes),
-            "reciprocals": (len(self.reciprocals), lanes),
+            "zeros": (len(self.schedule.zeros), lanes),
+            "reciprocals": (len(self.schedule.reciprocals), lanes),
             "time": (2, lanes),
             **self.watch.fields,
             **self.sampling.fields,
@@ -294,14 +221,13 @@ class KernelProgram:
 
     def _coefficients(self, lines: Lines, work: Record) -> None:
         """Write the Taylor coefficients of the states."""
-        numbers, first = _ZerothOrder(self, work), self.layout.states(work.address, 1)
-        outputs = self.schedule.zeroth_order(numbers)
+        outputs, first = ZerothOrder(self, work).outputs(), self.layout.states(work.address, 1)
         for i, rate in enumerate(outputs[: self.variables]):
             first[i] = rate
         self.watch.store(work, lines.constant(INTEGER, 0), outputs[self.variables :])
 
         def order(n: Value, *states: Value) -> list[Value]:
-            outputs = self.schedule.higher_order(_HigherOrder(self, work, n, states))
+            outputs = HigherOrder(self, work, n, states).outputs()
             with lines.when(n.is_("lt", self.order)) if self.watch.count else nullcontext():
                 following, over = self.layout.states(work.address, n + 1), self.over_order(work, n + 1)
                 found = [over(rate) for rate in outputs[: self.variables]]
