@@ -11,7 +11,7 @@ from collections import defaultdict
 
 import pytest
 
-WHOLE = 5
+WHOLE = 3
 SHARE = 3
 
 

@@ -98,6 +98,7 @@ def test_contact_binary_hangs_along_the_vertical():
     assert np.max(np.abs(motion.norm_error)) < 1e-13
 
 
+@pytest.mark.slow
 def test_wheels_hold_a_cubesat_level():
     motion = motion_of("cubesat")
     level = Rotation.from_quat((0.5, -0.5, -0.5, 0.5), scalar_first=True)

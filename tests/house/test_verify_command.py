@@ -21,12 +21,20 @@ CHEAP = tuple(
 WIDE = {"COLUMNS": "200"}
 
 
+LONG = "Two binary asteroids"
+
+
+def marked(cases):
+    """The long one has its turn with `-m slow`, and when `make package` runs the command."""
+    return [pytest.param(one, marks=[pytest.mark.slow] * (one.title == LONG), id=one.title) for one in cases]
+
+
 def run(monkeypatch, cases):
     monkeypatch.setattr(verify, "CASES", tuple(cases))
     return CliRunner().invoke(app, ["verify"], env=WIDE)
 
 
-@pytest.mark.parametrize("case", verify.CASES, ids=lambda case: case.title)
+@pytest.mark.parametrize("case", marked(verify.CASES))
 def test_case_holds(case):
     rows = verify.rows_of(case)
     assert rows
@@ -95,7 +103,7 @@ def failing(case):
 INTEGRATIONS = [case for case in verify.CASES if case.title not in ("Chaos of Hyperion", "Dzhanibekov flip", "File")]
 
 
-@pytest.mark.parametrize("case", INTEGRATIONS, ids=lambda case: case.title)
+@pytest.mark.parametrize("case", marked(INTEGRATIONS))
 def test_careless_integrator_is_noticed(monkeypatch, case):
     right, transition = pt.propagate, pt.analysis.state_transition
     # The published rates of the brick have ten digits, and g has no part in the drift of q; others are exact.

@@ -65,7 +65,7 @@ FAMILIES = {
 }
 
 
-SLOW = {"Hyperion", "Hyperion, in other steps"}
+SLOW = {"Hyperion", "Hyperion, in other steps", "two doublings and a branching"}
 
 
 @pytest.fixture(

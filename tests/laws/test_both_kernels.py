@@ -95,14 +95,16 @@ SYSTEMS = {
     "drag": (BODY, Drag(0.02), GRAVITY),
 }
 EASY = [name for name in SYSTEMS if name != "needle"]
-LATER = [name for name in EASY if name.startswith("orbit")][1::2]
-"""Orbits that have their turn with `-m slow`: others share their formulas, and each has its own law."""
+LATER = {name for kind in ("force", "orbit", "part") for name in [each for each in EASY if each.startswith(kind)][1::2]}
+"""What has its turn with `-m slow`: others share their formulas, and each has its own law."""
 AT_REST = ("drag", "forces at rest and moving")
 CASES = [
-    *((name, "lie_poisson", START["omega_body"]) for name in EASY if name not in LATER),
-    *(pytest.param(name, "lie_poisson", START["omega_body"], marks=pytest.mark.slow) for name in LATER),
+    *(
+        pytest.param(name, "lie_poisson", START["omega_body"], marks=[pytest.mark.slow] * (name in LATER))
+        for name in EASY
+    ),
     *((name, "lie_poisson", (0.0, 0.0, 0.0)) for name in AT_REST),
-    ("needle", "lie_poisson", (0.4, -0.3, 6.0)),
+    pytest.param("needle", "lie_poisson", (0.4, -0.3, 6.0), marks=pytest.mark.slow),
     *(pytest.param(name, "canonical", START["omega_body"], marks=pytest.mark.slow) for name in EASY if name != "drag"),
     ("drag", "canonical", START["omega_body"]),
 ]
@@ -203,7 +205,7 @@ ENSEMBLES = (
     "part and forces",
     "spin-up",
     "drag",
-    "table with knots",
+    pytest.param("table with knots", marks=pytest.mark.slow),
 )
 
 

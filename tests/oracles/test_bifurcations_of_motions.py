@@ -81,6 +81,7 @@ def hyperion():
     return pt.analysis.continue_motion(motion, "eccentricity", 0.75)
 
 
+@pytest.mark.slow
 def test_bifurcations_of_librations_are_those_of_hills_equations(hyperion):
     """The chord between two values d = 2e-7 off the root misses it by d^2 over the 2e-3 to the next: 2e-11.
 
@@ -95,6 +96,7 @@ def test_bifurcations_of_librations_are_those_of_hills_equations(hyperion):
         assert (e[0] * ends[1] - e[1] * ends[0]) / (ends[1] - ends[0]) == pytest.approx(found.value, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_counts_of_unstable_multipliers_are_those_of_hills_equations(hyperion):
     changes = np.cumsum([0] + [each.change for each in hyperion.bifurcations])
     at = [each.value for each in hyperion.bifurcations]
@@ -120,7 +122,8 @@ def side(found):
     return only
 
 
-@pytest.mark.parametrize("i", [0, 6, *(pytest.param(i, marks=pytest.mark.slow) for i in (1, 2, 7))])
+@pytest.mark.slow
+@pytest.mark.parametrize("i", [0, 1, 2, 6, 7])
 def test_branches_that_cross_or_double(hyperion, i):
     """A multiplier is 1 where it begins; stability is exchanged with that of the other side."""
     found = hyperion.bifurcations[i]
