@@ -57,8 +57,24 @@ def _by_components(operation: Callable[[Scalar, Scalar], Scalar]) -> Callable[[V
     return lambda vector, other: vector._each(operation, other)
 
 
+def _of_sums(operation: Callable[[Scalar, Scalar], Scalar]) -> Callable[[Vector, Any], Vector]:
+    def summed(vector: Vector, other: Any) -> Vector:
+        if isinstance(other, np.ndarray) and other.ndim:
+            raise TypeError(
+                f"a Vector must be added to vectors and numbers, got an array of shape {other.shape}. "
+                "np.stack(vector, axis=-1) makes an array of the vector."
+            )
+        return vector._each(operation, other)
+
+    return summed
+
+
 class Vector(Sequence[Any]):
-    """The components of a vector in a formula, each a scalar of any kind; `+ - * /` work on each."""
+    """The components of a vector in a formula, each a scalar of any kind; `+ - * /` work on each.
+
+    An array that multiplies or divides a vector is a number for each member or time. In a sum it could as well be a
+    vector of its own, and is refused.
+    """
 
     __array_ufunc__ = None  # an array times a vector is the vector's business
 
@@ -79,13 +95,13 @@ class Vector(Sequence[Any]):
         return Vector(operation(a, b) for a, b in zip(self, others, strict=True))
 
     def __rsub__(self, other: Any) -> Vector:
-        return (-self)._each(operator.add, other)
+        return (-self).__radd__(other)
 
     def __neg__(self) -> Vector:
         return Vector(-a for a in self)
 
-    __add__ = __radd__ = _by_components(operator.add)
-    __sub__ = _by_components(operator.sub)
+    __add__ = __radd__ = _of_sums(operator.add)
+    __sub__ = _of_sums(operator.sub)
     __mul__ = __rmul__ = _by_components(operator.mul)
     __truediv__ = _by_components(operator.truediv)
 

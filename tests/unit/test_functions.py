@@ -332,10 +332,23 @@ def test_array_times_vector_is_a_vector_of_arrays(factor):
         assert [np.asarray(x).tolist() for x in product] == [(k * factor).tolist() for k in (1, 2, 4)]
 
 
-def test_array_plus_and_minus_vector():
-    a, array = functions.Vector((1.0, 2.0, 4.0)), np.array([10.0, 20.0])
-    assert [x.tolist() for x in array + a] == [[11, 21], [12, 22], [14, 24]]
-    assert [x.tolist() for x in array - a] == [[9, 19], [8, 18], [6, 16]]
+@pytest.mark.parametrize("add", [lambda a, x: x + a, lambda a, x: a + x, lambda a, x: x - a, lambda a, x: a - x])
+@pytest.mark.parametrize("shape", [(3,), (2,), (4, 3)])
+def test_array_is_not_added_to_a_vector(add, shape):
+    sentence = f"a Vector must be added to vectors and numbers, got an array of shape {shape}. "
+    with pytest.raises(TypeError) as caught:
+        add(functions.Vector((1.0, 2.0, 4.0)), np.ones(shape))
+    assert str(caught.value) == sentence + "np.stack(vector, axis=-1) makes an array of the vector."
+    assert list(add(functions.Vector((1.0, 2.0, 4.0)), np.array(0.0)))  # a number
+
+
+def test_positions_of_an_orbit_are_subtracted_from_rows_as_an_array():
+    orbit = pt.KeplerOrbit.from_state(1.0, position=(1, 0, 0), velocity=(0, 1, 0))
+    times = np.linspace(0.0, 6.0, 3)  # as many as components
+    circle = np.stack([np.cos(times), np.sin(times), 0 * times], axis=-1)
+    with pytest.raises(TypeError, match="got an array of shape"):
+        circle - orbit.position_at(times)
+    assert np.max(np.abs(circle - np.stack(orbit.position_at(times), axis=-1))) < 1e-14
 
 
 def test_vector_of_expressions_times_a_number_of_each_kind():

@@ -32,7 +32,7 @@ class Passing(pt.Orbit):
         return pt.functions.Vector((2.0, 0.0, 0.0)) + pt.functions.Vector(self.velocity) * time
 
     def velocity_at(self, time):
-        return pt.functions.Vector(self.velocity) + 0.0 * time
+        return pt.functions.Vector(x + 0.0 * time for x in self.velocity)
 
 
 def torque(force, quaternion=IDENTITY):

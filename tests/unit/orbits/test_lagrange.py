@@ -47,10 +47,10 @@ def test_order_of_the_points():
 def test_both_orbits_turn_with_the_frame(name):
     point = point_of(name, 0.2, epoch=0.4)
     for orbit in (point.from_primary, point.from_secondary):
-        frame, r = point.frame, np.stack(orbit.position_at(TIMES) + np.zeros_like(TIMES), axis=-1)
+        frame, r = point.frame, np.stack(np.broadcast_arrays(*orbit.position_at(TIMES)), axis=-1)
         turned = frame.attitude(TIMES).apply(place(orbit, 0.4))
         assert np.max(np.abs(r - turned)) < 1e-12
-        velocity = np.stack(orbit.velocity_at(TIMES) + np.zeros_like(TIMES), axis=-1)
+        velocity = np.stack(np.broadcast_arrays(*orbit.velocity_at(TIMES)), axis=-1)
         assert np.max(np.abs(velocity - np.cross(frame.omega_space(TIMES), r))) < 1e-15
         assert np.max(np.abs(np.linalg.norm(r, axis=-1) * orbit.inverse_distance_at(TIMES) - 1)) < 1e-15
 
