@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["new_file", "new_folder", "write_text"]
+__all__ = ["new_file", "new_folder", "unwritable", "write_text"]
 
 PART, LOCK = ".poinsot-{}.part", "lock"
 """A folder beside what is written, and the file in it that its writer has locked."""
@@ -28,6 +28,8 @@ def new_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     FileNotFoundError, FileExistsError, IsADirectoryError
         If there is no such folder, a file of that name and no leave to overwrite it, or something else of that name: a
         folder, or a device or a pipe, which would be gone.
+    OSError
+        If the system cannot write it: the disk is full, or nobody may write there.
     """
     path = Path(path)
     if path.is_dir():
@@ -75,14 +77,23 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
         if _is_left(folder):
             shutil.rmtree(folder, ignore_errors=True)
     folder = path.parent / PART.format(secrets.token_hex(8))
-    folder.mkdir()
     try:
+        folder.mkdir()
         with (folder / LOCK).open("x") as lock:
             with contextlib.suppress(OSError):  # where a file system has no locks, nothing counts as left
                 fcntl.flock(lock, fcntl.LOCK_EX)
             yield folder / path.name
+    except OSError as error:
+        if error.strerror is None:
+            raise
+        raise type(error)(unwritable(path, f"the system says: {error.strerror}")) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def unwritable(path: Path | str, why: str) -> str:
+    """Return the sentence about what cannot be written."""
+    return f"{path} must be a file that can be written, but {why}."
 
 
 def _is_left(folder: Path) -> bool:

@@ -27,7 +27,6 @@ from poinsot.cli.terminal import (
     listed_formats,
     opened,
     tell,
-    writing,
 )
 
 __all__ = ["convert", "info"]
@@ -156,7 +155,7 @@ def convert(
     for file in (source, scenario or source):
         check_there(file)
     check_new(target, overwrite)
-    with writing(target):
+    with busy(f"Writing {target}"):
         write(source, target, scenario=scenario, zero=zero, frame=frame, member=member, body=body, overwrite=overwrite)
     tell(target)
     advise((opened("info", target), "what is in it"))

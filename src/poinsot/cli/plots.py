@@ -25,7 +25,6 @@ from poinsot.cli.terminal import (
     one_of,
     opened,
     tell,
-    writing,
 )
 from poinsot.quantities import ANGLE_UNITS
 
@@ -191,7 +190,7 @@ def animate(
         motion = _chosen(_loaded(file, member, time), body)
     from poinsot.plot.animation import animate as film_of
 
-    with writing(path):
+    with busy(f"Writing {path}"):
         film_of(motion, path, seconds=seconds, overwrite=overwrite)
     tell(path)
     advise((opened("view", file), "the same in a browser, to be turned"))
@@ -217,7 +216,7 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, *
     from poinsot.atomic_write import new_file
 
     draw = getattr(poinsot.plot, kind)
-    with writing(path):
+    with busy(f"Writing {path}"):
         figure = np.ravel(draw(**_arguments(kind, motion, **said)))[0].figure
         content = io.BytesIO()
         figure.savefig(content, format=path.suffix[1:], **({"dpi": dpi} if path.suffix == ".png" else {}))
@@ -231,7 +230,7 @@ def viewed(motion: Any, path: Path, overwrite: bool, beside: Any = None) -> Path
     """Write the page of a motion, and return its path."""
     from poinsot.plot.view import view as page_of
 
-    with writing(path):
+    with busy(f"Writing {path}"):
         return page_of(motion, path, beside=beside, overwrite=overwrite)
 
 

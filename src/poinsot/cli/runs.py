@@ -34,7 +34,6 @@ from poinsot.cli.terminal import (
     opened,
     say,
     tell,
-    writing,
 )
 
 __all__ = ["new", "run"]
@@ -71,7 +70,7 @@ def new(
 
     check_ending(file, ".toml")
     check_new(file, overwrite)
-    with writing(file):
+    with busy(f"Writing {file}"):
         write_text(file, START, overwrite)
     tell(file)
     advise((opened("run", file), "computes it"))
@@ -291,7 +290,7 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
         code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
         kept_in = "Nothing was computed before."
         if np.any(stopped.trajectory.reached):
-            with kept(), writing(partial):
+            with kept(), busy(f"Writing {partial}"):
                 save(stopped.trajectory, partial, overwrite=overwrite)
             kept_in = f"What was computed is in {partial}."
         say(f"poinsot: {stopped} {kept_in}")
@@ -331,7 +330,7 @@ def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> Iter
     from poinsot.files.netcdf import save
 
     if "partial" in names:
-        with kept(), writing(names["result"]):
+        with kept(), busy(f"Writing {names['result']}"):
             save(motion, names["result"], overwrite=overwrite)
     yield "result", names["result"]
     if "plot" in names:

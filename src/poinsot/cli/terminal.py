@@ -55,7 +55,6 @@ __all__ = [
     "opened",
     "say",
     "tell",
-    "writing",
 ]
 
 
@@ -77,9 +76,6 @@ Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that
 DIFFERS, WRONG, STOPPED, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
 
 STATUSES = {0: "done", WRONG: "invalid option, file or value", INTERRUPTED: "Ctrl-C", TERMINATED: "SIGTERM"}
-
-SMALLEST = 65536
-"""Bytes of a result; a disk with less is full."""
 
 RESULTS = (".nc", ".zarr")
 
@@ -298,7 +294,8 @@ def _usage() -> Iterator[None]:
 def _sentence(error: Exception) -> str:
     """Return what an error says, in the words of the command line."""
     if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename or 'the output'} must be a file that can be used, but {_said(error)}."
+        name = error.filename or "the output"
+        return f"{name} must be a file that can be used, but the system says: {error.strerror}."
     said = (str(error) or f"it ended in {type(error).__name__}.").replace("motion.member(0)", "--member 0")
     name, _, rest = said.partition(" ")
     return KEYWORD.sub(_option, f"{OPTIONS.get(name, name) if rest.startswith('must ') else name} {rest}")
@@ -310,10 +307,6 @@ def _option(keyword: re.Match[str]) -> str:
     value = f" '{date} {scale}'" if date else f" {text}" if text else ""
     option = OPTIONS.get(name, "")
     return f"{option}{value}" if option.startswith("--") else keyword[0]
-
-
-def _said(error: OSError) -> str:
-    return f"the system says: {error.strerror}"
 
 
 # ------------------------------------------------------------------ files
@@ -352,20 +345,6 @@ def check_new(path: Path, overwrite: bool, more: str = "") -> None:
         raise FileExistsError(f"{path} already exists; use --overwrite{more}.")
     if not path.parent.is_dir():
         raise FileNotFoundError(f"No such folder: {path.parent}")
-
-
-@contextlib.contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Show that a file is being written, and name it where the system or a library cannot write it."""
-    try:
-        with busy(f"Writing {path}"):
-            yield
-    except (OSError, RuntimeError) as error:
-        if isinstance(error, OSError) and not error.strerror:
-            raise
-        full = shutil.disk_usage(path.parent).free < SMALLEST
-        said = "the disk is full" if full else _said(error) if isinstance(error, OSError) else f"{error}".rstrip(".")
-        raise OSError(f"{path} must be a file that can be written, but {said}.") from None
 
 
 def checked_result(file: Path) -> Path:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.atomic_write import new_file, new_folder
+from poinsot.atomic_write import new_file, new_folder, unwritable
 from poinsot.checked import checked
 from poinsot.engine import kernels
 from poinsot.engine.formulations import formulation_of
@@ -150,7 +150,11 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
         with new_file(path, overwrite) as part:
             floats = [name for name, array in data.variables.items() if array.dtype.kind == "f"]
             no_fill_values = {str(name): {"_FillValue": None} for name in floats}  # missing numbers to others
-            data.to_netcdf(part, engine="netcdf4", encoding=no_fill_values)
+            try:
+                data.to_netcdf(part, engine="netcdf4", encoding=no_fill_values)
+            except (OSError, RuntimeError) as error:  # which does not say why
+                said = f"netCDF says: {getattr(error, 'strerror', None) or error}"
+                raise OSError(f"{unwritable(path, said)} Is the disk full?") from error
     else:
         with new_folder(path, overwrite, GROUP) as part:
             summary = {name: of_all.attrs[name] for name in of_all.attrs.keys() - motion.variables(()).attrs.keys()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import io
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.atomic_write import new_file
+from poinsot.atomic_write import new_file, unwritable
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_member
@@ -274,7 +275,9 @@ def _write_gif(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
 
     first, *others = (Image.fromarray(frame).quantize(64, dither=Image.Dither.NONE) for frame in frames)
     options: Any = {"duration": 1000 // PER_SECOND, "loop": 0, "optimize": False}
-    first.save(path, "GIF", save_all=True, append_images=others, **options)
+    content = io.BytesIO()
+    first.save(content, "GIF", save_all=True, append_images=others, **options)
+    path.write_bytes(content.getvalue())
 
 
 def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
@@ -288,7 +291,8 @@ def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
                 process.stdin.write(frame.tobytes())  # type: ignore[union-attr]
         _, said = process.communicate()
     if process.returncode:
-        raise RuntimeError(f"ffmpeg stopped: {said.decode(errors='replace').strip()}")
+        why, *_ = said.decode(errors="replace").splitlines() or ["nothing"]
+        raise OSError(unwritable(path.name, f"ffmpeg says: {why.rstrip('.')}"))
 
 
 def _ffmpeg() -> str:

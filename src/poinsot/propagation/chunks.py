@@ -396,7 +396,8 @@ def _writing(out: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        why = error.strerror or error
+        first = error.__cause__ if isinstance(error.__cause__, OSError) else error
+        why = first.strerror or first
         raise UnwritableError(f"out must be a store that can be written, got {out}: {why}.") from error
 
 

@@ -121,7 +121,7 @@ def test_ffmpeg_is_given_every_frame(no_ffmpeg):
 
 def test_what_ffmpeg_says_is_told(no_ffmpeg):
     ffmpeg(no_ffmpeg, "sys.exit('no such codec')")
-    with pytest.raises(RuntimeError, match=r"^ffmpeg stopped: no such codec$"):
+    with pytest.raises(OSError, match=r"^a\.mp4 must be a file that can be written, but ffmpeg says: no such codec\.$"):
         pt.animate(spinning(), no_ffmpeg / "a.mp4", seconds=0.2)
     assert {path.name for path in no_ffmpeg.iterdir()} == {"ffmpeg"}
 

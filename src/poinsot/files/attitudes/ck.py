@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.atomic_write import new_file
+from poinsot.atomic_write import new_file, unwritable
 from poinsot.checked import checked
 from poinsot.errors import optional, real_array
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
@@ -243,6 +244,8 @@ def write_ck(
         frames.write_text(FRAME.format(**names), encoding="ascii")
         with _opened(spice, kernel) as handle:
             _write_segment(spice, handle, table, seconds, 1000 * spacecraft, rates)
+        if kernel.stat().st_size < _size_said_in(kernel):
+            raise OSError(unwritable(path, "SPICE wrote a part of it without a word") + " Is the disk full?")
     return path, *others
 
 
@@ -270,6 +273,13 @@ def _opened(spice: Any, path: Path) -> Iterator[int]:
             spice.ckcls(handle)
     except spice.utils.exceptions.SpiceyError as error:
         raise ValueError(f"motion must be one that a C-kernel can say, got {error.short} from SPICE.") from None
+
+
+def _size_said_in(kernel: Path) -> int:
+    """Return the bytes before the first free number of a file, which its first record has at byte 84 (SPICE, "DAF")."""
+    with kernel.open("rb") as stream:
+        (free,) = struct.unpack_from("=i", stream.read(1024), 84)
+    return 8 * (int(free) - 1)
 
 
 def _write_segment(spice: Any, handle: int, table: AttitudeTable, seconds: Array, number: int, rates: bool) -> None:
