@@ -608,7 +608,7 @@ KINDS = {
     ),
     "list_of_forces": (
         lambda: pt.System(BODY, [1.0]),
-        "a force must be a Potential, a Torque or a Part, got list.",
+        "a force must be a Potential, a Torque or a Part, got list. Give them one by one: System(body, *forces).",
     ),
     "orbit_for_force": (
         lambda: pt.System(BODY, ORBIT),

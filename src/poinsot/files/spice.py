@@ -26,6 +26,9 @@ SUMMARIES = {b"DAF/SPK": (2, 6), b"DAF/CK": (2, 6), b"DAF/PCK": (2, 5)}
 
 TEXT = re.compile(rb"KPL/(FK|IK|LSK|PCK|SCLK)\s")
 
+META = b"KPL/MK"
+"""The begin of a kernel in text that does nothing but load others."""
+
 INDEX = b"KERNELS_TO_LOAD"
 """The variable by which a kernel in text names others."""
 
@@ -80,6 +83,8 @@ def _checked(path: Path) -> Path:
         if kind not in SUMMARIES or sizes != SUMMARIES[kind]:
             given = kind.decode("ascii", "replace")
             raise ValueError(f"{path} must be a whole SPICE kernel of the kind {given!r}, got a broken first record.")
+    elif head.startswith(META):
+        raise ValueError(f"{path} must be a kernel that loads no others, got a meta-kernel. Name those that it loads.")
     elif not TEXT.match(head):
         raise ValueError(
             f"{path} must be a SPICE kernel: SPK, CK, PCK, or a text that begins with KPL/ and FK, IK, LSK, PCK or "

@@ -55,17 +55,17 @@ def name_and_mu(body: int) -> Answer:
     return [str(spice.bodc2s(body)), mu], []
 
 
-def check_inertial(frame: str) -> Answer:
+def check_inertial(frame: str, name: str = "frame") -> Answer:
     """Refuse a frame that rotates or is unknown."""
-    if spice.frinfo(_known(frame))[1] != INERTIAL_CLASS:
-        raise ValueError(f"frame must be one that does not rotate, got {frame!r}.")
+    if spice.frinfo(_known(frame, name))[1] != INERTIAL_CLASS:
+        raise ValueError(f"{name} must be one that does not rotate, got {frame!r}.")
     return None, []
 
 
-def _known(frame: str) -> int:
+def _known(frame: str, name: str = "frame") -> int:
     found = spice.namfrm(frame) if frame else 0
     if not found:
-        raise ValueError(f"frame must be one that SPICE knows, got {frame!r}.")
+        raise ValueError(f"{name} must be one that SPICE knows, got {frame!r}.")
     return int(found)
 
 
@@ -77,17 +77,17 @@ def positions(rule: str, target: int, frame: str, center: int, ets: Array) -> An
 
 def turned(frame: str, reference: str, ets: Array) -> Answer:
     """Return the matrices from the reference to the body axes, and the rates along the reference axes if known."""
-    check_inertial(reference)
+    check_inertial(reference, "reference_frame")
     _known(frame)
-    with _sentences(f"kernels must say the attitude of {frame!r} at all times"):
-        matrices, rates = np.empty((ets.size, 3, 3)), np.empty((ets.size, 3))
-        try:
-            for i, et in enumerate(ets):
-                matrices[i], rates[i] = spice.xf2rav(spice.sxform(reference, frame, et))
-        except spice.utils.exceptions.SpiceyError:
-            for i, et in enumerate(ets):
+    matrices, rates = np.empty((ets.size, 3, 3)), np.empty((ets.size, 3))
+    try:
+        for i, et in enumerate(ets):
+            matrices[i], rates[i] = spice.xf2rav(spice.sxform(reference, frame, et))
+    except spice.utils.exceptions.SpiceyError:
+        for i, et in enumerate(ets):
+            with _sentences(f"kernels must say the attitude of {frame!r} at {spice.etcal(et)} TDB"):
                 matrices[i] = spice.pxform(reference, frame, et)
-            return None, [matrices]
+        return None, [matrices]
     return None, [matrices, rates]
 
 

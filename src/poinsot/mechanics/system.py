@@ -112,7 +112,8 @@ class System(Dynamics):
             if isinstance(force, PairLoad):
                 force.check(self.body)
             if not isinstance(force, Potential | Torque | Part):
-                raise TypeError(f"a force must be a Potential, a Torque or a Part, got {described(force)}.")
+                hint = " Give them one by one: System(body, *forces)." if isinstance(force, list | tuple) else ""
+                raise TypeError(f"a force must be a Potential, a Torque or a Part, got {described(force)}.{hint}")
 
     def _check(self) -> None:
         """Raise an error for forces that are not of this body, or whose formulas are none."""
