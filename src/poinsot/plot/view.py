@@ -81,8 +81,8 @@ def view(
 
     Two bodies move about their barycentre, to scale, beside the plots of their distance and of the secondary's rate.
 
-    The page works without a network. Between the stored times the attitude moves on the great circle from one
-    quaternion to the next, the shorter way; momenta and rates are linear.
+    The page works without a network. Between the stored times the attitude is on the cubic rotation vector with the
+    attitudes and rates at both ends; momenta and rates are linear.
 
     Parameters
     ----------

@@ -4,7 +4,8 @@ __all__ = ["START"]
 
 START = """\
 # A scenario of poinsot: `poinsot run` computes the motion that it describes.
-# Numbers are in units of your own, which must go together: here kg, km and s. Angles, rates and times may say theirs.
+# Numbers are in units of your own, which must go together: here kg m2 of the body, km and s of the orbit.
+# Angles, rates and times may say theirs.
 title = "A satellite that points down, a little off"
 
 [units]                        # names for results and pictures
