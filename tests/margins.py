@@ -50,16 +50,16 @@ def pytest_configure(config):
 
 def _shake(seed):
     """Change each variable of a start by -1, 0 or 1 roundings; equal starts equally."""
-    plain = state_vector.StateVector._from_state
+    plain = state_vector.StateVector.from_state
 
     def shaken(self, state):
-        own = plain(self, state)
-        for row in own.reshape(-1, own.shape[-1]):
+        start = plain(self, state)
+        for row in start.reshape(-1, start.shape[-1])[:, : self.tangent_vectors.start]:
             random = np.random.default_rng([seed, zlib.crc32(row.astype(float).tobytes())])
             row *= 1 + np.finfo(float).eps * random.integers(-1, 2, row.shape)
-        return own
+        return start
 
-    state_vector.StateVector._from_state = shaken
+    state_vector.StateVector.from_state = shaken
 
 
 class Margins:

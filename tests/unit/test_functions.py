@@ -343,7 +343,7 @@ def test_array_is_not_added_to_a_vector(add, shape):
 
 
 def test_positions_of_an_orbit_are_subtracted_from_rows_as_an_array():
-    orbit = pt.KeplerOrbit.from_state(1.0, position=(1, 0, 0), velocity=(0, 1, 0))
+    orbit = pt.KeplerOrbit.from_vectors(1.0, position=(1, 0, 0), velocity=(0, 1, 0))
     times = np.linspace(0.0, 6.0, 3)  # as many as components
     circle = np.stack([np.cos(times), np.sin(times), 0 * times], axis=-1)
     with pytest.raises(TypeError, match="got an array of shape"):

@@ -195,7 +195,7 @@ class Kernel:
         self._roots = built.roots
         self._variations, self._first = variables.variations, variables.tangent_vectors.start
 
-        def values(smooth: Problem) -> list[Any]:
+        def values(smooth: Problem) -> tuple[Any, ...]:
             with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
                 return built.values((variables.scale, *variables.factors, *smooth.numbers))
 
