@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["HALF_PI", "PI", "DoubleDouble", "pick"]
+__all__ = ["HALF_PI", "PI", "DoubleDouble", "exact_sum", "pick"]
 
 SPLITTER = 2.0**27 + 1
 
@@ -27,7 +27,7 @@ class DoubleDouble:
     @classmethod
     def difference(cls, a: Any, b: Any) -> DoubleDouble:
         """Return a - b of doubles, exactly."""
-        return cls(*_sum(a, -b))
+        return cls(*exact_sum(a, -b))
 
     @classmethod
     def product(cls, a: Any, b: Any) -> DoubleDouble:
@@ -39,7 +39,7 @@ class DoubleDouble:
 
     def __add__(self, other: Any) -> DoubleDouble:
         other = _wide(other)
-        (high, low), (small, smaller) = _sum(self.hi, other.hi), _sum(self.lo, other.lo)
+        (high, low), (small, smaller) = exact_sum(self.hi, other.hi), exact_sum(self.lo, other.lo)
         high, low = _sum_of_ordered(high, low + small)
         return DoubleDouble(*_sum_of_ordered(high, low + smaller))
 
@@ -95,7 +95,8 @@ def _wide(number: Any) -> DoubleDouble:
     return number if isinstance(number, DoubleDouble) else DoubleDouble(number, 0.0)
 
 
-def _sum(a: Any, b: Any) -> tuple[Any, Any]:
+def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
+    """Return the sum of doubles, and its rounding error."""
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)

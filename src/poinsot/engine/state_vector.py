@@ -32,6 +32,8 @@ largest variable, keeps its grip on the attitude."""
 BLOCK = 8192
 """Rows converted together: their intermediate results stay in the processor's cache."""
 
+EVERY = slice(None)
+
 CHART, TANGENT = "attitude and momentum", "tangent vectors"
 """Names of slots that no part has."""
 
@@ -274,25 +276,23 @@ class StateVector:
     def to_phase(self, times: Array, variables: Array) -> Phase:
         """Return q, the momenta and the variables of parts along the times; shapes (..., n, 4) and so on."""
         rows = np.empty((*variables.shape[:-1], self.along_orbits.stop), variables.dtype)
-        for block in blocks_of(len(times)) if variables.ndim == 2 else [slice(None)]:
+        for block in blocks_of(len(times)) if variables.ndim == 2 else [EVERY]:
             rows[block] = variables[block, ..., : self.along_orbits.stop]
             self.make_physical(times[block], rows[block])
         return self.phase_of(rows)
 
     def make_physical(self, times: Array, rows: Array) -> None:
         """Turn attitudes to the space axes, and bring momenta and variables of parts to physical units, in place."""
-        turn = None
+        momenta = range(self.formulation.size)[self.formulation.momenta]
+        for place, scale in zip(self.charts, self.scales(self.scale), strict=True):
+            scale = np.asarray(scale)[..., None]
+            for i in momenta:  # a column at a time: rows are short
+                rows[..., place.start + i] /= scale
         if self.comoving:
             (block,) = self.orbits
             if rows.ndim == 3:  # members first: their numbers go beside the times
                 block = block.with_numbers(number[..., None] for number in block.numbers)
-            turn = block.quaternion(times, rows[..., self.along_orbits])
-        for place, scale in zip(self.charts, self.scales(self.scale), strict=True):
-            rigid, scale = rows[..., place], np.asarray(scale)[..., None]
-            for i in range(self.formulation.size)[self.formulation.momenta]:  # a column at a time: rows are short
-                rigid[..., i] /= scale
-            if turn is not None:
-                self._turn(rigid, turn)
+            self._turn(rows, block.quaternion(times, rows[..., self.along_orbits]))
         for name in self.parts:
             for i, factor in enumerate(self.slots[name].factors, self.slots[name].place.start):
                 rows[..., i] *= 1 / np.asarray(self.scale if factor is None else factor)[..., None]
@@ -337,9 +337,9 @@ class StateVector:
                 yield from slot.scaled(by_block[name], scale)
 
 
-def blocks_of(count: int) -> Iterator[slice]:
-    """Yield so many rows in blocks."""
-    return (slice(first, first + BLOCK) for first in range(0, count, BLOCK))
+def blocks_of(count: int) -> list[slice]:
+    """Return so many rows in blocks."""
+    return [slice(first, first + BLOCK) for first in range(0, count, BLOCK)] if count > BLOCK else [EVERY]
 
 
 def _chart_of(body: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from poinsot import functions
-from poinsot.algebra.double_double import PI, SPLITTER, DoubleDouble
+from poinsot.algebra.double_double import PI, SPLITTER, DoubleDouble, exact_sum
 from poinsot.algebra.program import number
 from poinsot.functions import Scalar
 
@@ -65,6 +65,7 @@ class NearbyAngle:
         self._start, self._epoch = start, epoch
         self._is_known = np.finfo(LONG).eps <= LONG_ENOUGH and _plain(start, epoch)
         if self._is_known:
+            self._is_long = np.result_type(np.float64, start) == LONG
             self._rate = np.sqrt(squared_rate(LONG))
             period, fast, ahead = LONG_FULL / self._rate, _wide(self._rate), _wide(start / self._rate)
             self._period, self._fast, self._few = _rounded(period), fast.hi, _few_bits(fast.hi)
@@ -76,23 +77,22 @@ class NearbyAngle:
         """Return the angle at a time less whole pairs of turns; None where it is not known to rounding."""
         if not (self._is_known and _plain(time)):
             return None
-        if np.result_type(np.float64, self._start, time) == LONG:
+        if self._is_long or getattr(time, "dtype", None) == LONG:
             angle = self._start + self._rate * (np.asarray(time, dtype=LONG) - self._epoch)
             turns = np.rint(_rounded(angle) / FULL.hi)
             return angle - LONG_FULL * turns if _are_few(turns) else None
-        since = DoubleDouble.difference(time, self._zero.hi)
-        turns = np.rint(since.hi / self._period)
-        return self._reduced(since.hi, since.lo - self._zero.lo, turns) if _are_few(turns) else None
-
-    def _reduced(self, since: Any, below: Any, turns: Any) -> Any:
-        """Return the angle modulo two turns: the product is that of the time modulo two periods."""
+        since, below = exact_sum(time, -self._zero.hi)
+        turns = np.rint(since / self._period)
+        if not _are_few(turns):
+            return None
+        # The product modulo two turns is that of the time modulo two periods.
         rest = since - turns * self._short  # exact, as a few turns have few bits too
-        late, most = below - turns * self._rest, _few_bits(rest)
+        late, most = (below - self._zero.lo) - turns * self._rest, _few_bits(rest)
         return self._few * most + (self._fast * ((rest - most) + late) + self._slow * most)
 
 
 def _are_few(turns: Any) -> bool:
-    return bool(np.abs(turns).max(initial=0.0) < FEW_TURNS)
+    return bool(np.maximum.reduce(np.abs(turns), axis=None, initial=0.0) < FEW_TURNS)
 
 
 def _rounded(x: Any) -> Any:
@@ -107,7 +107,8 @@ def elapsed(start: Scalar, time: Scalar, epoch: Scalar) -> Scalar:
 
 def _plain(*scalars: Scalar) -> bool:
     """Whether all are floats or arrays of floats: no symbols, no numbers with digits of their own."""
-    return all(isinstance(x, int | float | np.ndarray | np.generic) and np.asarray(x).dtype != object for x in scalars)
+    kinds = int, float, np.ndarray, np.generic
+    return False not in [isinstance(x, kinds) and np.asarray(x).dtype != object for x in scalars]
 
 
 def _few_bits(x: Any) -> Any:

@@ -116,7 +116,8 @@ class ConicBlock(OrbitBlock):
         """Return p of the paper's Sec. 6.2, which is (12) with node, inclination and argument of latitude."""
         node, inclination, periapsis = self.angles(time)
         half = 0.5 * (periapsis + self.true_anomaly(time, [own[..., 0]]))
-        (c, s), (cn, sn), (ci, si) = ((np.cos(x), np.sin(x)) for x in (half, 0.5 * node, 0.5 * inclination))
+        c, s, cn, sn = np.cos(half), np.sin(half), np.cos(0.5 * node), np.sin(0.5 * node)
+        ci, si = np.cos(0.5 * inclination), np.sin(0.5 * inclination)
         k0, k1, k2, k3 = cn * ci, cn * si, sn * si, sn * ci  # of the plane
         return assemble((k0 * c - k3 * s, k1 * c + k2 * s, k2 * c - k1 * s, k3 * c + k0 * s))
 
