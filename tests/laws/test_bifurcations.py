@@ -105,7 +105,7 @@ def test_multipliers_are_where_the_kind_says(branch):
             upper = multipliers[(multipliers.imag > 1e-6) & (np.abs(np.abs(multipliers) - 1) < 1e-6)]
             assert np.min(np.abs(upper[:, None] - upper) + 9 * np.eye(upper.size)) < 1e-6
         else:  # one pair passes, and the others stay on the circle
-            np.testing.assert_allclose(np.abs(multipliers), 1, rtol=0, atol=1e-6)
+            np.testing.assert_allclose(np.abs(multipliers), 1, rtol=0, atol=1e-11)
 
 
 def test_bifurcations_repeat_themselves(branch):

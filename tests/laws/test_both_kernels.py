@@ -353,7 +353,7 @@ def test_switches(name, on_heyoka):
     for time in TIMES[[0, 6, 8]]:
         expected, found = restarted(force, start, time), looped(time)
         own = np.concatenate([found.quaternion, system.omega_body(found)])
-        assert np.allclose(own, expected, rtol=0, atol=1e-10)
+        assert np.allclose(own, expected, rtol=0, atol=1e-12)
     assert np.array_equal(values(pt.propagate(system, start, TIMES[::-2]))[::-1], values(looped))
 
 
@@ -414,8 +414,8 @@ def test_events(kind, name, on_heyoka, monkeypatch):
     for own, other in zip(looped.events, heyoka.events, strict=True):
         assert np.array_equal(own.members, other.members)
         assert np.array_equal(own.directions, other.directions)
-        assert np.allclose(own.times, other.times, rtol=0, atol=1e-11)
-        assert np.allclose(own.states.quaternion, other.states.quaternion, rtol=0, atol=1e-11)
+        assert np.allclose(own.times, other.times, rtol=0, atol=2e-13)
+        assert np.allclose(own.states.quaternion, other.states.quaternion, rtol=0, atol=1e-12)
     singles = [alone(system, start, k, **options) for k in range(17)]
     for lanes in (1, 4, 8):
         monkeypatch.setattr(kernels, "LANES", lanes)

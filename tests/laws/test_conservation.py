@@ -295,7 +295,7 @@ def test_turning_the_momentum_over_runs_the_motion_back(forces, body, state):
     there = pt.propagate(system, state, [6.0])
     turned_over = body.state(there.quaternion[0], angular_momentum_body=-there.angular_momentum_body[0])
     back = pt.propagate(system, turned_over, [6.0])
-    allowed = 1e-11 * max(1, np.max(np.abs(body.omega(state.angular_momentum_body))))
+    allowed = 1e-12 * max(1, np.max(np.abs(body.omega(state.angular_momentum_body))))
     assert np.max(np.abs(back.quaternion[0] - state.quaternion)) < allowed
     assert np.max(np.abs(back.angular_momentum_body[0] + state.angular_momentum_body)) < allowed
 

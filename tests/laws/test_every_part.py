@@ -132,7 +132,7 @@ def test_formulas_give_the_same_on_all_scalars(part):
         instant = pt.Instant(body, attitude, pt.Environment(number(0.0)), angular_momentum_body=g)
         for name, rate in twin.rates(instant).items():
             found = np.array([np.ravel(np.array(x, dtype=float))[0] for x in rate])
-            np.testing.assert_allclose(found, expected[name], rtol=1e-14, atol=1e-15)
+            np.testing.assert_allclose(found, expected[name], rtol=1e-14, atol=3e-15)  # three times the worst
 
 
 @each_part
@@ -420,7 +420,7 @@ def test_second_derivatives_leave_a_third_order_error(part):
         return np.max(np.abs(displacement(end(pt.System(BODY, changed), state, x[:-1]), reference) - expanded))
 
     assert error(4e-3) / error(2e-3) == pytest.approx(8, rel=0.1)
-    assert error(1e-3) < 1e-7
+    assert error(1e-3) < 1e-9
 
 
 # ---------------------------------------------------------------------- what does not work with parts yet

@@ -128,7 +128,7 @@ def test_every_formulation_gives_one_motion():
     wide = pt.propagate(system, start, TIMES, precision="extended")  # in space axes
     for formulation in ("lie_poisson", "canonical", "euler_angles"):
         motion = pt.propagate(system, start, TIMES, formulation=formulation)
-        np.testing.assert_allclose(motion.quaternion, wide.quaternion, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(motion.quaternion, wide.quaternion, rtol=0, atol=1e-14)
 
 
 class ByQuaternion(pt.Potential):
@@ -155,9 +155,9 @@ def test_variational_equations_of_the_quaternion_are_those_of_the_matrix(order):
         for force in (ByQuaternion, ByMatrix)
     )
     assert np.ptp(other.matrix[-1]) > 1
-    np.testing.assert_allclose(one.matrix, other.matrix, rtol=0, atol=1e-13 * np.max(np.abs(other.matrix)))
+    np.testing.assert_allclose(one.matrix, other.matrix, rtol=0, atol=1e-14 * np.max(np.abs(other.matrix)))
     if order == 2:
-        np.testing.assert_allclose(one.second, other.second, rtol=0, atol=1e-12 * np.max(np.abs(other.second)))
+        np.testing.assert_allclose(one.second, other.second, rtol=0, atol=1e-14 * np.max(np.abs(other.second)))
 
 
 @pytest.mark.parametrize("name", RATES)
