@@ -48,6 +48,11 @@ def shown(text: str, kept: str = "") -> str:
     )
 
 
+def said(error: Exception) -> str:
+    """Return what an error of a user's function says, on one line."""
+    return shown(" ".join(str(error).split()))
+
+
 def text_table(title: str, lines: Mapping[str, str]) -> str:
     """Return lines by name as a table of a notebook; one without text is left out."""
     return markup_table(title, ((html.escape(name), html.escape(text)) for name, text in lines.items() if text))

@@ -777,6 +777,18 @@ def test_what_has_no_name_there_is_refused_too(formula):
         pt.System(BODY, potential(formula))
 
 
+@pytest.mark.parametrize("kind", [ValueError, TypeError])
+@pytest.mark.parametrize("words", ["%s", "truth valu %s", "positional argument %s"])
+def test_what_a_formula_raises_is_told_in_printable_letters_of_one_line(kind, words):
+    def energy(*_):
+        raise kind(words % "\x1b[2J\r\n\x9b\u202egone")
+
+    with pytest.raises(TypeError, match=r"^the formula of Formula must ") as caught:
+        pt.System(BODY, potential(energy))
+    assert str(caught.value).isprintable()
+    assert words % r"\x1b[2J \x9b\u202egone" in str(caught.value)
+
+
 def test_a_comparison_that_has_no_condition_names_the_one_that_has():
     force = torque(lambda _, omega: functions.Vector((functions.where(omega[0] <= 0, 1.0, 2.0), omega[1], omega[2])))
     with pytest.raises(TypeError, match=r"must compare by < or >, as poinsot\.functions\.less"):

@@ -30,6 +30,7 @@ from poinsot.engine.discontinuities import (
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
+from poinsot.html_text import said
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.parameters import described, kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
@@ -392,5 +393,5 @@ def _of_member(record: Any, member: int) -> Any:
 
 def told(event: Event, error: Exception) -> str:
     """Return the sentence about an action that failed."""
-    text = f"{type(event).__name__}.act failed with {type(error).__name__}: {error}".strip(": \n")
-    return " ".join(text.split()).rstrip(".") + "."
+    text = f"{type(event).__name__}.act failed with {type(error).__name__}: {said(error)}"
+    return text.rstrip(": .") + "."

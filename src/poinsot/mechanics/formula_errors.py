@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any
 
 from poinsot import functions as formulas
+from poinsot.html_text import said
 
 __all__ = ["use_functions"]
 
@@ -20,8 +21,8 @@ def use_functions(formula: str, scalars: str, error: Exception) -> str:
     rule = f"{formula} must use + - * / ** and poinsot.functions alone"
     called = _foreign_call(error.__traceback__)
     if called is None:
-        said = str(error).rstrip(".")
-        return f"{rule}, but on {scalars} it gave: {said}. Replace functions of math and numpy by those there."
+        why = said(error).rstrip(".")
+        return f"{rule}, but on {scalars} it gave: {why}. Replace functions of math and numpy by those there."
     name = called.__name__
     own = RENAMED.get(name, name)
     hint = f"Write poinsot.functions.{own}." if own in formulas.__all__ else "That has none of this name."

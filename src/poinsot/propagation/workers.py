@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
+from poinsot.html_text import said
 from poinsot.propagation.run_record import versions
 
 __all__ = ["check_client", "on_workers"]
@@ -68,8 +69,8 @@ def _packed(task: Task[Any]) -> bytes:
         packed: bytes = cloudpickle.dumps(task)
     except Exception as error:
         raise TypeError(
-            f"system, events and reduce must travel to the workers, got one that does not: {error}. Let them hold "
-            "numbers, and no open files, locks or connections."
+            f"system, events and reduce must travel to the workers, got one that does not: {said(error)}. Let them "
+            "hold numbers, and no open files, locks or connections."
         ) from error
     return packed
 
@@ -78,8 +79,8 @@ def _unpacked(packed: bytes, known: dict[str, str]) -> Task[Any]:
     """Return the task, on a worker."""
     own = _own_versions()
     if own != known:
-        said = " and ".join(f"{name} {own[name]}, not {known[name]}" for name in ALIKE if own[name] != known[name])
-        raise RuntimeError(f"workers must have the versions of the client, got {said}.")
+        apart = " and ".join(f"{name} {own[name]}, not {known[name]}" for name in ALIKE if own[name] != known[name])
+        raise RuntimeError(f"workers must have the versions of the client, got {apart}.")
     try:
         task: Task[Any] = pickle.loads(packed)  # noqa: S301, of the client, to which the worker belongs
     except ModuleNotFoundError as error:

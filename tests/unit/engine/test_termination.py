@@ -46,6 +46,10 @@ def empty_tank(state):
     raise ValueError("the tank\nis empty.")
 
 
+def colourful(state):
+    raise ValueError("\x1b[2J\x9b the\r\n tank \x07is empty.")
+
+
 def wordless(state):
     raise ZeroDivisionError
 
@@ -56,6 +60,7 @@ def interrupted(state):
 
 WRONG = {
     "ValueError: the tank is empty": empty_tank,
+    r"ValueError: \\x1b\[2J\\x9b the tank \\x07is empty\.$": colourful,
     "ZeroDivisionError": wordless,
     "TypeError: an action must return a State of one body, got NoneType": lambda state: None,  # noqa: ARG005
     "TypeError: an action must return a State of one body, got one of several members": lambda state: pt.State(
