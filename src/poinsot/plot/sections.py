@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.analysis.sections import Section
-from poinsot.plot.labels import COLOURS, angle_unit_of
+from poinsot.plot.labels import COLOURS, angle_unit_of, rate_unit_of
 from poinsot.plot.panels import count_degrees, dress, one_panel, plot
 
 if TYPE_CHECKING:
@@ -19,19 +20,28 @@ __all__ = ["section"]
 Array = NDArray[np.float64]
 
 RADIANS = " [rad]"
+RATE = " [rad / unit of time]"
 NEIGHBOURS = COLOURS[:5]
 INK = 3e4
 """Points of a picture at which they become single dots."""
 
 
 @plot
-def section(section: Section, *, ax: Axes | None = None, angle_unit: str | None = None, title: str = "") -> Axes:
+def section(
+    section: Section,
+    *,
+    ax: Axes | None = None,
+    angle_unit: str | None = None,
+    rate_unit: str | None = None,
+    title: str = "",
+) -> Axes:
     """Draw the points of a section; neighbouring members have different colours.
 
     Parameters
     ----------
     section : Section
-        Labels of the axes are its own; coordinates in "[rad]" are angles, which are drawn in degrees or another unit.
+        Labels of the axes are its own; coordinates in "[rad]" are angles and those in "[rad/s]" angular velocities (or
+        over another unit of time, that of the system), which are drawn in a unit that suits them.
     {options}
 
     Returns
@@ -48,7 +58,7 @@ def section(section: Section, *, ax: Axes | None = None, angle_unit: str | None 
     axes = one_panel(ax, (7, 6), title)
     points = np.isfinite(section.x)
     (x, x_label), (y, y_label) = (
-        _in_unit(values, label, angle_unit)
+        _in_unit(values, label, section.motion.system.units, angle_unit, rate_unit)
         for values, label in zip((section.x, section.y), section.labels, strict=True)
     )
     size = float(np.clip(INK / max(int(np.count_nonzero(points)), 1), 0.1, 6.0))
@@ -63,9 +73,12 @@ def section(section: Section, *, ax: Axes | None = None, angle_unit: str | None 
     return axes
 
 
-def _in_unit(values: Array, label: str, angle_unit: str | None) -> tuple[Array, str]:
-    """Return coordinates and their label, of angles in the unit of an axis."""
-    if not label.endswith(RADIANS):
+def _in_unit(
+    values: Array, label: str, units: Mapping[str, str], angle_unit: str | None, rate_unit: str | None
+) -> tuple[Array, str]:
+    """Return coordinates and their label, of angles and angular velocities in the unit of an axis."""
+    own = next((unit for unit in (RADIANS, f" [rad/{units['time']}]", RATE) if label.endswith(unit)), None)
+    if own is None:
         return values, label
-    unit = angle_unit_of(angle_unit, values)
-    return unit.factor * values, label.removesuffix(RADIANS) + unit.label
+    unit = angle_unit_of(angle_unit, values) if own == RADIANS else rate_unit_of(units, rate_unit, values)
+    return unit.factor * values, label.removesuffix(own) + unit.label

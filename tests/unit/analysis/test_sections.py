@@ -166,6 +166,25 @@ def test_angles_of_a_section_are_drawn_in_degrees():
     mpl.pyplot.close("all")
 
 
+@pytest.mark.parametrize(
+    ("time", "chosen", "label", "factor"),
+    [
+        ("d", None, "angular velocity [deg h⁻¹]", 180 / np.pi / 24),
+        ("s", "rad", "angular velocity [rad s⁻¹]", 1.0),
+        (None, None, "angular velocity [rad / unit of time]", 1.0),
+    ],
+)
+def test_rates_of_a_section_are_drawn_in_a_unit_that_suits_them(time, chosen, label, factor):
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
+    system = pt.System(BODY, pt.GravityGradient(orbit), units=time and {"time": time})
+    found = pt.analysis.spin_orbit_section(system, [0.3], [1.2], 3)
+    axes = pt.plot.section(found, rate_unit=chosen)
+    assert axes.get_ylabel() == label
+    drawn = np.concatenate([dots.get_offsets() for dots in axes.collections])
+    np.testing.assert_allclose(drawn[:, 1], found.y[0] * factor, rtol=1e-14, atol=0)
+    mpl.pyplot.close("all")
+
+
 def test_wrong_arguments_are_refused_in_a_sentence():
     motion = pt.propagate(FREE, spinning(1.0), [5.0], events=[ACROSS])
     orbit = pt.KeplerOrbit(
