@@ -62,7 +62,7 @@ class Pieces:
         A problem without knots to the constants, numbers that broadcast to (pieces, members).
     """
 
-    def __init__(self, problem: Problem, values: Callable[[Problem], list[Any]]) -> None:
+    def __init__(self, problem: Problem, values: Callable[[Problem], tuple[Any, ...]]) -> None:
         self.problem, self.knots, self._values = problem, problem.knots, values
         self._blocks: dict[int, list[Any]] = {}
 

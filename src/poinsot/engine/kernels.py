@@ -395,9 +395,16 @@ class Kernel:
 
 def looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:
     """Return the constants of a looped kernel; None if its variables have a singularity, or if it is larger."""
-    key = problem.structure, variables.structure, largest
-    constants: Constants | None = _pool.known(key, lambda: _looped_constants(problem, variables, largest))
+    known, key = problem.known(_by_variables), (variables.structure, largest)
+    if key not in known:
+        known[key] = _looped_constants(problem, variables, largest)
+    constants: Constants | None = known[key]
     return constants
+
+
+def _by_variables(_: Problem) -> dict[Any, Constants | None]:
+    """Return what is found of a structure by its variables, as long as nothing is."""
+    return {}
 
 
 def _looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:

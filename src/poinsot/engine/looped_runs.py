@@ -88,12 +88,11 @@ def _zeros(job: Job, constants: Constants, numbers: Sequence[Any], values: Seque
 
 
 class Ready(NamedTuple):
-    """A kernel for runs in which some constants are zero, and what gives its parameters.
+    """A kernel, and what gives its parameters.
 
     These are behind the constants in what a replay gives for numbers; those of roots depend on starts.
     """
 
-    zeros: tuple[int, ...]
     code: Code
     values: Replay
     roots: StartRoots
@@ -130,20 +129,26 @@ class LoopedRun(Run):
         job, constants, numbers = self.job, self._constants, self._numbers
         layout: Layout = "single" if self.origins.size == 1 else "batch"
         kind = job.device, looped_kernel.order_of(job.tolerance or EPSILON), layout
-        ready: Ready | None = constants.latest.get(kind)
+        zeros = constants.latest.get(kind)  # which is to be as before
+        ready = None if zeros is None else self._ready(zeros, *kind)
         values = constants.values(numbers) if ready is None else ready.values(numbers)
-        zeros = _zeros(job, constants, numbers, values)
-        if ready is None or ready.zeros != zeros:
-            ready = kernels.known((constants, zeros, *kind), lambda: self._made(zeros, *kind[1:]))
-            constants.latest[kind], values = ready, ready.values(numbers)
+        found = _zeros(job, constants, numbers, values)
+        if ready is None or found != zeros:
+            ready, constants.latest[kind] = self._ready(found, *kind), found
+            values = ready.values(numbers)
         return ready, self._table(ready, values, numbers)
+
+    def _ready(self, zeros: tuple[int, ...], *kind: Any) -> Ready:
+        """Return the kernel of runs in which some constants are zero."""
+        ready: Ready = kernels.known((self._constants, zeros, kind), lambda: self._made(zeros, *kind[1:]))
+        return ready
 
     def _made(self, zeros: tuple[int, ...], order: int, layout: Layout) -> Ready:
         whole, job = self._constants.whole_program(), self.job
         smooth = job.problem.between_knots()
         program = whole if whole and not zeros else kernels.looped_program(smooth, job.variables, zeros)
         code = self.compiled(program, order, layout, 1 if layout == "single" else kernels.LANES)
-        return Ready(zeros, code, program.values(wide), StartRoots(program, job.variables.size))
+        return Ready(code, program.values(wide), StartRoots(program, job.variables.size))
 
     def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
         """Return the kernel of a program."""

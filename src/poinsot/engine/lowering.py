@@ -170,11 +170,11 @@ class Constants:
     switches : bool
         Whether a formula branches on the way.
     latest : dict
-        What was found last for the zeros of a run, by what else that depends on.
+        Which constants were zero in the last run of a kind.
     """
 
     def __init__(self, rates: Sequence[Any], program: Program, jumps: bool) -> None:
-        self.size, self.jumps, self.latest = program.decomposition.size, jumps, dict[Any, Any]()
+        self.size, self.jumps, self.latest = program.decomposition.size, jumps, dict[Any, tuple[int, ...]]()
         self._program: Program | None = program
         conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
         met = _constants_met(rates)
