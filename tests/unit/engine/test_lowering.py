@@ -17,8 +17,9 @@ from poinsot.engine import kernels
 from poinsot.engine.decomposition import Function, Product, Quotient
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.heyoka_expressions import Expressions
-from poinsot.engine.lowering import common_factors, lowered
+from poinsot.engine.lowering import lowered
 from poinsot.engine.problem import Problem
+from poinsot.engine.products import common_factors
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 START = BODY.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))
@@ -240,7 +241,7 @@ SHIPPED = {
 MORE = {
     "EllipsoidGravity FixedPosition": 1,
     "MagneticMoment MagneticHarmonics": 3,
-    "MagneticMoment SecularHarmonics": 5,
+    "MagneticMoment SecularHarmonics": 4,
 }
 """Products that a program has beside those."""
 
@@ -300,9 +301,17 @@ def factors_by_counting(monomials):
 
 
 @pytest.mark.parametrize(("count", "factors", "length"), [(5, 3, 4), (20, 4, 6), (40, 12, 5), (60, 30, 4)])
-def test_factors_that_are_taken_out_are_those_that_most_products_have(count, factors, length):
-    for seed in range(5):
+def test_products_have_the_factors_that_most_of_them_have(count, factors, length):
+    """As few as where all pairs are counted anew for each, which is not the least: either may be luckier."""
+    kept, counted = 0, 0
+    for seed in range(20):
         random = np.random.default_rng(seed)
         lengths = random.integers(2, length + 1, count)
         monomials = {tuple(sorted(random.integers(factors, size=n).tolist())) for n in lengths}
-        assert common_factors(monomials) == factors_by_counting(monomials)
+        ways = common_factors(monomials)
+        assert monomials <= ways.keys()
+        for product, pair in ways.items():
+            assert tuple(sorted(sum(pair, ()))) == product
+            assert all(len(part) == 1 or part in ways for part in pair)
+        kept, counted = kept + len(ways), counted + len(factors_by_counting(monomials))
+    assert abs(kept - counted) <= 0.02 * counted
