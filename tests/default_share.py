@@ -1,17 +1,17 @@
 """The default run takes a share of the cases of large tests; the rest is marked `slow`.
 
-A test of more than WHOLE cases runs those whose id has a hash that SHARE divides, and the first of the others with an
-entry of a list that no test of its module runs otherwise. So a product keeps about a third of its cases; a list that
-one test alone goes through (of wrong calls, say) is run whole; and where several tests go through one list (of forces,
-of parts), each takes other members of it. Whoever names one test gets every entry.
+A test of more than SHARE cases runs one of SHARE, chosen by a hash of their ids, and of the others each with an entry
+of a list that no test of its module runs otherwise. So a product keeps about a third of its cases; a list that one test
+alone goes through (of wrong calls, say) is run whole, unless it is marked as `samples` of one statement; and where
+several tests go through one list (of forces, of parts), each takes other members of it.
 """
 
+import math
 import zlib
 from collections import defaultdict
 
 import pytest
 
-WHOLE = 3
 SHARE = 3
 
 
@@ -32,12 +32,13 @@ def _rest(tests):
     """Return the cases that the default run leaves out, from the tests of a module."""
     taken, others = [], []
     for cases in tests:
-        for case in cases:
-            first = len(cases) <= WHOLE or _hash(case) % SHARE == 0
-            (taken if first else others).append(case)
+        few = len(cases) if len(cases) <= SHARE else math.ceil(len(cases) / SHARE)
+        in_order = sorted(cases, key=_hash)
+        taken += in_order[:few]
+        others += in_order[few:]
     seen = {entry for case in taken for entry in _entries(case)}
     rest = []
-    for case in sorted(others, key=_hash):
+    for case in others:
         if _entries(case) <= seen:
             rest.append(case)
         seen |= _entries(case)
@@ -51,7 +52,7 @@ def _hash(case):
 
 def _entries(case):
     """Return which entry of which list each parametrisation of a case takes; parameters of fixtures are their own."""
-    if not hasattr(case, "callspec"):
+    if not hasattr(case, "callspec") or case.get_closest_marker("samples"):
         return set()
     values = {name: id(value) for name, value in case.callspec.params.items()}
     entries = set()

@@ -53,6 +53,7 @@ def top(tmp_path):
 LONG = {"apophis_ensemble", "cubesat"}  # `make docs` runs all for the gallery
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize(
     "example",
     [pytest.param(one, marks=[pytest.mark.slow] * (one.stem in LONG)) for one in EXAMPLES],

@@ -33,12 +33,18 @@ def test_a_list_of_its_own(one, another):
     pass
 
 
+@pytest.mark.samples
+@pytest.mark.parametrize("seed", range(12))
+def test_samples(seed):
+    pass
+
+
 @pytest.mark.parametrize("side", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_with_a_fixture(number, side):
     pass
 
 
-@pytest.mark.parametrize("few", range(5))
+@pytest.mark.parametrize("few", range(3))
 def test_few(few):
     pass
 
@@ -51,7 +57,7 @@ def test_one():
 def collected(folder, seed, *options):
     """Return the cases that a process of its own would run: name of the test and its entries."""
     command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-p", "default_share", "--rootdir", folder]
-    (folder / "pytest.ini").write_text("[pytest]\nmarkers =\n    slow: the rest\n")
+    (folder / "pytest.ini").write_text("[pytest]\nmarkers =\n    slow: the rest\n    samples: alike\n")
     (folder / "test_large.py").write_text(MODULE)
     own = {"PYTHONPATH": str(TESTS), "PYTHONHASHSEED": seed, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     output = subprocess.check_output([*command, *options], text=True, cwd=folder, env=os.environ | own)
@@ -68,13 +74,13 @@ def test_share_and_rest_are_all_cases_in_every_process(tmp_path):
     assert not set(share) & set(rest)
     assert sorted(share + rest) == sorted(collected(tmp_path, "3"))
     product = of(share, "test_product")
-    assert 36 <= len(product) <= 60  # of 144
+    assert 48 <= len(product) <= 60  # of 144
     assert {size for size, _ in product} == {str(size) for size in range(12)}
     assert {colour for _, colour in product} == {*"abcdefghijkl"}
-    assert 1 <= len(of(share, "test_the_same_list")) <= 8
+    assert len(of(share, "test_the_same_list")) == len(of(share, "test_samples")) == 4
     assert len(of(share, "test_a_list_of_its_own")) == 12
     assert sorted(of(share, "test_with_a_fixture")) == [[str(number), "2"] for number in range(9)]
-    assert len(of(share, "test_few")) == 5
+    assert len(of(share, "test_few")) == 3
     assert "test_one" in share
 
 

@@ -384,6 +384,7 @@ def test_state_transition_is_the_derivative_by_start_and_parameters(part):
     np.testing.assert_allclose(back.matrix[0] @ found.matrix[-1], np.eye(k), rtol=0, atol=1e-13)
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize(
     "part",
     [pytest.param(p, marks=pytest.mark.slow) if isinstance(p, SloshPendulum) else p for p in PARTS],

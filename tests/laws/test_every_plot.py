@@ -278,6 +278,7 @@ def test_every_window_draws_the_samples_in_it_and_no_others(calls, name):
         draw(**arguments, window=(1.0, 2.0, 3.0))
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("name", OPTION["separate"])
 def test_every_separate_curve_has_a_part_of_its_panel(calls, name):
     draw, arguments = told(calls, name)

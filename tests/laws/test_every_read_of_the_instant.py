@@ -147,7 +147,7 @@ class ByMatrix(pt.Potential):
         return self.weight * (matrix[2, 2] + (matrix[2, 1] - matrix[1, 2]) / 4)
 
 
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_variational_equations_of_the_quaternion_are_those_of_the_matrix(order):
     start = BODY.state((0.1, 0.7, -0.1, 0.7), omega_body=(0.4, -0.9, 0.3))
     one, other = (

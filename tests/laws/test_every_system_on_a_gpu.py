@@ -40,6 +40,7 @@ def machine(monkeypatch):
         monkeypatch.setattr(type(force), "check", lambda *_: None)
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize(  # each operation has its own test in tests/unit/engine/test_cuda_kernel.py
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (i % 3 > 0)) for i, name in enumerate(SYSTEMS)]
 )

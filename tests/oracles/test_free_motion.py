@@ -30,6 +30,7 @@ def rounding(case):
     return ROUNDING - EPS / 2 * np.log(max(abs(case.delta), 1e-32))
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("case", CASES, ids=NAMES)
 def test_every_case_to_rounding_at_any_time(case):
     # Phases up to 1e9 radians: the error does not grow with time, nor with what rounding of the input would do.

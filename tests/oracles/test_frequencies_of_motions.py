@@ -79,6 +79,7 @@ def integrated(body, *rest):
     return pt.propagate(pt.System(body), *rest)
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize(
     ("moments", "momentum", "moved"),
     [(*one, pt.free_motion) for one in ROTATIONS] + [(*one, integrated) for one in ROTATIONS[1::3]],

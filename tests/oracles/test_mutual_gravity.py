@@ -147,6 +147,7 @@ def test_degrees_converge_to_exact_ellipsoids():
     assert np.all(found[-1] < 1e-6)
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize(
     ("degree", "distance"), [(2, 1.05), (3, 1.5), (4, 3.0), (6, 1.05), (2, 3.0), (4, 1.5), (3, 1.05), (6, 3.0)]
 )
