@@ -3,6 +3,12 @@
 import ast
 from pathlib import Path
 
+import numpy as np
+
+import margins
+import poinsot as pt
+from poinsot.engine.state_vector import StateVector
+
 TESTS = Path(__file__).parents[1]
 SAID = {"assert_allclose": {"rtol"}, "allclose": {"rtol", "atol"}}
 """What numpy else adds: 1e-7 or 1e-5 of the values, which is more than most bounds here, and 1e-8 that has no unit."""
@@ -36,3 +42,17 @@ def test_a_bound_that_is_left_to_others_is_seen():
 def test_every_comparison_says_its_bound():
     paths = sorted(TESTS.rglob("*.py"))
     assert [f"{path.relative_to(TESTS)}:{line}" for path in paths for line in unsaid(path.read_text())] == []
+
+
+def test_shaken_starts_are_a_rounding_away(monkeypatch):
+    system, start = pt.System(pt.Body((1.25, 1.0, 0.75))), pt.State((0.1, 0.7, -0.5, 0.5), (0.3, 0.2, 0.1, -0.24))
+    starts = [pt.propagate(system, start, [0.0]).quaternion[0]]
+    monkeypatch.setattr(StateVector, "from_state", StateVector.from_state)  # put back afterwards
+    for seed in range(3):
+        margins._shake(seed)
+        starts.append(pt.propagate(system, start, [0.0]).quaternion[0])
+    changes = np.abs(np.subtract(starts[1:], starts[0]))
+    assert np.all(np.max(changes, axis=1) > 0)
+    assert np.max(changes) < 8 * np.finfo(float).eps
+    matrix = pt.analysis.state_transition(system, start, [0.0]).matrix[0]
+    np.testing.assert_array_equal(matrix, np.eye(6))  # tangent vectors stay
