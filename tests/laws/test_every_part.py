@@ -358,13 +358,14 @@ def end(system, state, x):
 def test_state_transition_is_the_derivative_by_start_and_parameters(part):
     system = attracted(part)
     state, names = started(system), names_of(part)
+    # Bounds are three times the worst of 20 starts shaken by an ulp, with 2, 4 and 8 lanes.
     found = pt.analysis.state_transition(system, state, [0.3, 1.7], names)
     k = 6 + part.size
     assert found.matrix.shape == (2, k, k)
     assert found.sensitivity.shape == (2, k, len(names))
     reference, numbers = end(system, state, np.zeros(k)), np.array(list(part.numbers), dtype=float)
     for name, values in pt.propagate(system, state, [1.7]).phase.items():  # by the other kernel
-        np.testing.assert_allclose(values, reference.phase[name], rtol=0, atol=2e-14)
+        np.testing.assert_allclose(values, reference.phase[name], rtol=0, atol=4e-14)
     step = 5e-4 if isinstance(part, ReactionWheels) else 1e-3  # dry friction is steep about rest
 
     def column(x, p):
@@ -374,11 +375,11 @@ def test_state_transition_is_the_derivative_by_start_and_parameters(part):
 
     # Sums and differences of all columns; a rounding of a displaced start counts a thousand times.
     for x in np.random.default_rng(1).choice([-1.0, 1.0], (3, k)):
-        np.testing.assert_allclose(found.matrix[-1] @ x, column(x, 0 * numbers), rtol=0, atol=4e-11)
+        np.testing.assert_allclose(found.matrix[-1] @ x, column(x, 0 * numbers), rtol=0, atol=6e-11)
     sizes = np.zeros(numbers.size)
     sizes[NUMBERS] = 0.5 * numbers[NUMBERS] + 0.1 * (numbers[NUMBERS] == 0)
     sensitivity = found.sensitivity[-1] @ sizes[NUMBERS]
-    np.testing.assert_allclose(sensitivity, column(np.zeros(k), sizes), rtol=0, atol=4e-12)
+    np.testing.assert_allclose(sensitivity, column(np.zeros(k), sizes), rtol=0, atol=7e-12)
     there = pt.propagate(system, state, [0.0, 1.7], dense=True)(1.7)
     back = pt.analysis.state_transition(system, there, [0.0], names)
     np.testing.assert_allclose(back.matrix[0] @ found.matrix[-1], np.eye(k), rtol=0, atol=1e-13)
