@@ -127,7 +127,7 @@ def test_a_motion_runs_back_to_its_start(name):
     back: Any = pt.propagate(motion.system, motion.isel(time=-1), [0.0])
     start = start_of(motion.system)
     whole: Any = pt.propagate(motion.system, start, [0.0])
-    assert np.max(np.abs(rows(back) - rows(whole))) < 1e-13
+    assert np.max(np.abs(rows(back) - rows(whole))) < 1.5e-13  # three times the worst of shaken starts
 
 
 # ---------------------------------------------------------------------- kernels and ensembles

@@ -238,7 +238,7 @@ def test_what_bounces_back_faster_and_faster_stops_with_a_sentence(members):
         motion, bounces = stop.value.trajectory, stop.value.trajectory.events[0]
         assert motion.times.tolist() == [9.0]
         assert abs(stop.value.time - end) < 1e-4
-    assert np.allclose(np.diff(bounces.times)[:12], 2 * first * 0.5 ** np.arange(1, 13), rtol=1e-9, atol=0)
+    assert np.allclose(np.diff(bounces.times)[:12], 2 * first * 0.5 ** np.arange(1, 13), rtol=1e-11, atol=0)
 
 
 def test_a_zero_at_the_start_is_none_and_at_the_end_is_one():

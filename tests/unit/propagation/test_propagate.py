@@ -159,7 +159,7 @@ def dense(top, start):
 def test_dense_output_at_the_requested_times(dense):
     state = dense(dense.times)
     assert np.allclose(state.quaternion, dense.quaternion, rtol=0, atol=1e-15)
-    assert np.allclose(state.conjugate_momenta, dense.conjugate_momenta, rtol=0, atol=1e-15)
+    assert np.allclose(state.conjugate_momenta, dense.conjugate_momenta, rtol=0, atol=2e-15)  # three times the worst
 
 
 def test_dense_output_between_the_times(dense, top, start):
@@ -211,8 +211,8 @@ def test_dense_output_outside_is_refused(dense, time, shown):
 def test_dense_output_in_every_formulation(satellite, start, formulation):
     motion = pt.propagate(satellite, start, [-1.0, 2.0], dense=True, formulation=formulation)
     expected = pt.propagate(satellite, start, [-0.5, 1.5])
-    assert np.allclose(motion([-0.5, 1.5]).quaternion, expected.quaternion, rtol=0, atol=1e-12)
-    assert np.allclose(motion([-0.5, 1.5]).conjugate_momenta, expected.conjugate_momenta, rtol=0, atol=1e-12)
+    assert np.allclose(motion([-0.5, 1.5]).quaternion, expected.quaternion, rtol=0, atol=1e-14)
+    assert np.allclose(motion([-0.5, 1.5]).conjugate_momenta, expected.conjugate_momenta, rtol=0, atol=1e-14)
 
 
 # ---------------------------------------------------------------------- precision and tolerance
@@ -547,7 +547,7 @@ def test_dense_output_ends_where_the_run_stopped(body, start):
     reached = stopped(pt.System(body, Pole(5.25)), start, [0.0, 10.0], dense=True).trajectory
     assert reached.times.tolist() == [0.0]
     assert np.allclose(
-        reached(5.0).quaternion, pt.propagate(pt.System(body, Pole(5.25)), start, [5.0]).quaternion, rtol=0, atol=1e-12
+        reached(5.0).quaternion, pt.propagate(pt.System(body, Pole(5.25)), start, [5.0]).quaternion, rtol=0, atol=1e-14
     )
     with pytest.raises(ValueError, match=r"^time must lie within \[0, 5\.25\], got 6\.$"):
         reached(6.0)

@@ -73,7 +73,7 @@ def test_events_of_two_bodies_go_with_their_members(motion):
         assert np.array_equal(one.states.secondary.quaternion, own.states.secondary.quaternion)
         values = np.sum(one.states.position * one.states.momentum, axis=-1)
         mass = 3.0 * MASSES[i] / (3.0 + MASSES[i])
-        assert np.allclose(values / mass, one.event.offset, rtol=0, atol=1e-12)
+        assert np.allclose(values / mass, one.event.offset, rtol=0, atol=1e-14)
 
 
 def test_a_state_of_two_bodies_at_one_time(motion):

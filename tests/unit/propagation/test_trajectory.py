@@ -76,8 +76,8 @@ def test_euler_variables_along_the_way(motion):
         pt.State(q, pt.project_to_tangent(q, Q)).euler()
         for q, Q in zip(motion.quaternion, motion.conjugate_momenta, strict=True)
     ]
-    assert np.allclose(angles, [a for a, _ in states], rtol=0, atol=1e-12)
-    assert np.allclose(momenta, [p for _, p in states], rtol=0, atol=1e-12)
+    assert np.allclose(angles, [a for a, _ in states], rtol=0, atol=1e-14)
+    assert np.allclose(momenta, [p for _, p in states], rtol=0, atol=1e-14)
     assert motion.euler("321")[0].shape == (21, 3)
 
 
