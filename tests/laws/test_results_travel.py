@@ -149,6 +149,7 @@ RESULTS = {
 }
 COPIES = {
     "pickle": lambda thing: pickle.loads(pickle.dumps(thing)),
+    "old pickle": lambda thing: pickle.loads(pickle.dumps(thing, protocol=0)),
     "deepcopy": copy.deepcopy,
     "copy": copy.copy,
 }
@@ -206,7 +207,8 @@ def test_what_comes_back_is_equal(tmp_path, name, way):
 def test_dense_output_comes_back_with_its_polynomials(tmp_path, name):
     thing = RESULTS[name](tmp_path)
     times = np.linspace(thing.times[0], thing.times[-1], 101)
-    for back in (COPIES["pickle"](thing), COPIES["deepcopy"](thing), COPIES["pickle"](COPIES["pickle"](thing))):
+    again = COPIES["pickle"](COPIES["pickle"](thing))
+    for back in (again, *(COPIES[way](thing) for way in ("pickle", "old pickle", "deepcopy"))):
         for part in STATE[1:]:
             np.testing.assert_array_equal(getattr(back(times), part), getattr(thing(times), part))
 

@@ -39,6 +39,7 @@ RECORDS = {
 }
 WAYS = {
     "pickle": lambda thing: pickle.loads(pickle.dumps(thing)),
+    "old pickle": lambda thing: pickle.loads(pickle.dumps(thing, protocol=0)),
     "cloudpickle": lambda thing: pickle.loads(cloudpickle.dumps(thing)),
 }
 

@@ -24,6 +24,9 @@ class DoubleDouble:
     def __init__(self, hi: Any, lo: Any = 0.0) -> None:
         self.hi, self.lo = hi, lo
 
+    def __reduce__(self) -> tuple[Any, ...]:  # old protocols take no slots
+        return type(self), (self.hi, self.lo)
+
     @classmethod
     def difference(cls, a: Any, b: Any) -> DoubleDouble:
         """Return a - b of doubles, exactly."""

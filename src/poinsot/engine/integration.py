@@ -5,6 +5,7 @@ The scalar engine has one lane, any precision and dense output; the batch engine
 
 from __future__ import annotations
 
+import pickle
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -510,6 +511,12 @@ class Polynomials:
         self._variables, self._kind, self._sign = variables, kind, 1.0 if forwards else -1.0
         self.pieces: list[Any] = []
         self._bits: list[int] = []
+
+    def __getstate__(self) -> dict[str, Any]:  # with old protocols an engine's piece ends the interpreter
+        return {**vars(self), "pieces": [pickle.dumps(piece) for piece in self.pieces]}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, pieces=[pickle.loads(piece) for piece in state["pieces"]])  # noqa: S301, as the rest
 
     @property
     def empty(self) -> bool:
