@@ -53,7 +53,8 @@ class System(Dynamics):
         The package's or the user's own. None: torque-free motion.
     units : mapping, optional
         The units of the numbers given, for results and pictures: `{"time": "s", "inertia": "kg m2"}`. They
-        are names only; all numbers must be consistent. Without them quantities are dimensionless.
+        are names only; all numbers must be consistent. Without them quantities are dimensionless. Pictures in other
+        units need a time of s, min, h, d or yr and, for momenta and torques, products of powers as "kg km2".
 
     Raises
     ------

@@ -67,9 +67,10 @@ def propagate(
         Strictly monotonic, up or down; the results are in this order. Dates where an orbit has a calendar.
     events : list of Event
         What to watch for: `motion.events` has the times and the states of each.
-    formulation : {"lie_poisson", "canonical", "euler_angles"} or Formulation, optional
+    formulation : {"lie_poisson", "canonical", "euler_angles", "planar"} or Formulation, optional
         The variables integrated; results look the same. Default: the fastest, "lie_poisson", (q, g). The others
         have g from their own: the rate about an axis of small moment loses I_max / I_min roundings of theirs.
+        "planar": one angle, for a body that turns about its third axis alone.
     tolerance : float, optional
         Relative error per step, at least the rounding unit of the precision. Default: 1.72e-15, whose truncation is
         below rounding already; for "canonical", two bodies and wider precision, where it is not, the rounding unit.
@@ -84,7 +85,8 @@ def propagate(
     device : {"cpu", "cuda"}
         Where an ensemble is integrated: "cuda", on a GPU of NVIDIA (`pip install 'poinsot[cuda]'`).
     **chunking
-        `out`, `chunk`, `variables`, `reduce`: an ensemble in chunks of members, to a store; docs/stores.md.
+        `out`, `chunk`, `variables`, `reduce`, `client`: an ensemble in chunks of members, to a store or on a cluster;
+        docs/stores.md and docs/cluster.md.
 
     Raises
     ------

@@ -15,6 +15,9 @@ __all__ = ["check_client", "on_workers"]
 ALIKE = ("poinsot", "heyoka")
 """Packages whose versions workers have in common with the client: others compute other bits, or do not know a task."""
 
+LARGEST_TASK = "1 TB"
+"""Of which dask does not warn: a task is in its graph, so that it outlives a worker that has it."""
+
 RUNNING = "running"
 """The status of a client with a scheduler."""
 
@@ -43,7 +46,9 @@ def on_workers(client: Any, task: Task[Done], numbers: Iterable[int]) -> Iterato
     On an error or on Ctrl-C the chunks that have not begun are given up; those under way end on their workers.
     """
     distributed: Any = import_module("distributed")
-    given = client.submit(_unpacked, _packed(task), _own_versions(), pure=False)
+    dask: Any = import_module("dask")
+    with dask.config.set({"distributed.admin.large-graph-warning-threshold": LARGEST_TASK}):
+        given = client.submit(_unpacked, _packed(task), _own_versions(), pure=False)
     futures = client.map(_chunk, list(numbers), task=given, pure=False)
     with client.as_current():  # another client may be open, whose event loop is another one
         completed = distributed.as_completed(futures, with_results=True)

@@ -186,6 +186,18 @@ def test_another_client_may_be_open(client, serial, monkeypatch):
     assert np.array_equal(found.quaternion, serial.quaternion)
 
 
+def test_a_large_task_gives_no_warning(client, serial):
+    """It is in the graph on purpose, as what is scattered dies with its worker."""
+    numbers = np.arange(1e5)
+
+    def first(data):
+        return data[["quaternion"]] + numbers[0]
+
+    with dask.config.set({"distributed.admin.large-graph-warning-threshold": "100 kB"}):
+        found = pt.propagate(TOP, START, TIMES, chunk=120, client=client, reduce=first)
+    assert np.array_equal(found.quaternion, serial.quaternion)
+
+
 def test_what_cannot_travel_is_said(client, tmp_path):
     lock = threading.Lock()
 
