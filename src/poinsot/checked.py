@@ -52,14 +52,12 @@ def checked(function: Function) -> Function:
         hints = {p.name: hint_of(p.annotation, function.__globals__) for p in parameters}
         if get_origin(hints.get(others)) is Unpack:
             hints |= _hints_of_group(get_args(hints.pop(others))[0])
+        hints |= {others: Any} if others in hints else {}
         return {name: (_rule(hint), _converters(hint)) for name, hint in hints.items()}
 
     def taken(name: str, value: Any) -> Any:
-        known = rules()
-        if name not in known and others not in known:
-            raise TypeError(f"{call}() got an unexpected keyword argument {name!r}")
-        rule, converters = known.get(name, (None, []))
-        if rule and not rule.holds(value):
+        rule, converters = rules().get(name) or rules().get(others) or _unexpected(call, name)
+        if rule is not None and not rule.holds(value):
             _refuse(name, value, rule, order if name in needed else "")
         for convert in converters if value is not None else ():
             value = convert(name, value)
@@ -105,6 +103,10 @@ def _converters(hint: Any) -> list[Converter]:
     return [
         extra for way in _ways(hint) if get_origin(way) is Annotated for extra in get_args(way)[1:] if callable(extra)
     ]
+
+
+def _unexpected(call: str, name: str) -> NoReturn:
+    raise TypeError(f"{call}() got an unexpected keyword argument {name!r}")
 
 
 def _refuse(name: str, value: Any, rule: Rule, order: str) -> NoReturn:

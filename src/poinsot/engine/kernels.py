@@ -167,9 +167,14 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
         if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):
-            return comoving
+            return comoving.sharing(smooth.known(_of_variables))
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
-    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios)
+    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.known(_of_variables))
+
+
+def _of_variables(_: Problem) -> dict[Any, dict[str, Any]]:
+    """Return what is known of the variables of a structure, at first nothing."""
+    return {}
 
 
 class Kernel:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from operator import attrgetter
 from typing import Any
 
 from typing_extensions import override
@@ -15,6 +16,8 @@ __all__ = ["Problem"]
 
 SHARED = ("structure", "alike", "numbers", "members", "orbits", "knots", "span")
 """What a problem without events has from its system, which keeps it for the next run."""
+
+SHARED_OF = attrgetter(*SHARED)
 
 
 class Problem(Collection):
@@ -29,7 +32,7 @@ class Problem(Collection):
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
         self.system, self.events = system, tuple(events)
         if not events:
-            vars(self).update({name: getattr(system, name) for name in SHARED})
+            vars(self).update(zip(SHARED, SHARED_OF(system), strict=True))
             return
         self.refuse_other_axes()
         for event in events:

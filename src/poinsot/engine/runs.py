@@ -196,7 +196,7 @@ class Report:
         self.order, self.tolerance, self.stops = later.order, later.tolerance, later.stops | self.stops
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Job:
     """A problem to be integrated in given variables.
 

@@ -34,6 +34,9 @@ BLOCK = 8192
 
 EVERY = slice(None)
 
+STRUCTURAL = ("structure", "along_orbits", "size", "charts", "momenta")
+"""What the variables of all systems of one structure have in common."""
+
 CHART, TANGENT = "attitude and momentum", "tangent vectors"
 """Names of slots that no part has."""
 
@@ -62,7 +65,7 @@ class Slot(NamedTuple):
         return [self.place.start + i for i, factor in enumerate(self.factors) if factor is None]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class StateVector:
     """The variables of a kernel.
 
@@ -94,6 +97,14 @@ class StateVector:
     comoving: bool = False
     variations: Variations | None = None
     ratios: Mapping[str, Any] = field(default_factory=lambda: {"": 1.0})
+
+    def sharing(self, known: dict[Any, dict[str, Any]]) -> StateVector:
+        """Return the variables with what another system of the structure has found of its own; `known` keeps it."""
+        key = self.formulation, self.views, self.comoving, *[block.structure for block in self.orbits]
+        if key not in known:
+            known[key] = {name: getattr(self, name) for name in STRUCTURAL}
+        vars(self).update(known[key])
+        return self
 
     @cached_property
     def slots(self) -> dict[str, Slot]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable, Mapping
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
     from poinsot.mechanics.frame import Frame
 
 __all__ = ["System"]
+
+OF_EVERY_RUN = attrgetter("orbits", "knots", "span")
+"""What every run asks for: computed with the system."""
 
 AT_REST = 1e-9
 """Of the rate of a variable whose part has no momentum: what is slower is at rest, and its rate mostly rounding."""
@@ -104,6 +108,7 @@ class System(Dynamics):
                 raise TypeError(f"a force must be an instance, got the class {name}. Write {name}(...).")
         self._check_kinds()
         self.refuse_other_axes()
+        OF_EVERY_RUN(self)
         self.units = dated_units(self.units, units, self.calendar)
         self._check()
 

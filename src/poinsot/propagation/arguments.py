@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -9,7 +11,7 @@ from poinsot.engine import kernels
 from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
 from poinsot.engine.problem import Problem
 from poinsot.engine.runs import allowed_threads
-from poinsot.errors import real_array, real_numbers
+from poinsot.errors import real_array, real_numbers, reals_or_nan
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.state import State, changed, state_of
@@ -38,13 +40,14 @@ OWN_TIME = " Give the state its own: body.state(..., time=...)."
 
 def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.float64]:
     """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
-    t = real_numbers("times", *_in_unit(times, system))
+    t = reals_or_nan("times", *_in_unit(times, system))
     if t.ndim != 1 or t.size == 0:
         real_array("times", t, (None,))
         raise ValueError("times must not be empty, got shape (0,).")
     before, after = t[:-1], t[1:]
     onward = after > before if t.size > 1 and t[1] > t[0] else after < before
-    if False in onward:
+    if np.count_nonzero(onward) < onward.size or not (isfinite(t[0]) and isfinite(t[-1])):
+        real_numbers("times", t)
         i = int(np.argmin(onward))
         relation = f"= times[{i + 1}] = {t[i]}" if t[i] == t[i + 1] else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
         raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
