@@ -167,14 +167,9 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
         if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):
-            return comoving.sharing(smooth.known(_of_variables))
+            return comoving.sharing(smooth.known(_by_variables))
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
-    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.known(_of_variables))
-
-
-def _of_variables(_: Problem) -> dict[Any, dict[str, Any]]:
-    """Return what is known of the variables of a structure, at first nothing."""
-    return {}
+    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.known(_by_variables))
 
 
 class Kernel:
@@ -407,7 +402,7 @@ def looped_constants(problem: Problem, variables: StateVector, largest: int) -> 
     return constants
 
 
-def _by_variables(_: Problem) -> dict[Any, Constants | None]:
+def _by_variables(_: Problem) -> dict[Any, Any]:
     """Return what is found of a structure by its variables, as long as nothing is."""
     return {}
 

@@ -98,7 +98,7 @@ class StateVector:
     variations: Variations | None = None
     ratios: Mapping[str, Any] = field(default_factory=lambda: {"": 1.0})
 
-    def sharing(self, known: dict[Any, dict[str, Any]]) -> StateVector:
+    def sharing(self, known: dict[Any, Any]) -> StateVector:
         """Return the variables with what another system of the structure has found of its own; `known` keeps it."""
         key = self.formulation, self.views, self.comoving, *[block.structure for block in self.orbits]
         if key not in known:

@@ -159,7 +159,7 @@ class Answers(dict[Callable[..., Any], Any]):
         return answers_of, (self.structure,)
 
 
-@functools.lru_cache(1024)
+@functools.lru_cache(256)
 def answers_of(structure: tuple[Any, ...]) -> Answers:
     """Return the answers about a structure, the same for all collections that have it."""
     return Answers(structure)
