@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextvars
 import time as clock
+import weakref
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +49,17 @@ LARGEST_WITH_ZEROS = 2 * LARGEST
 NONE = np.empty(0, dtype=int)
 
 EPSILON = float(np.finfo(float).eps)
+
+NEVER: Any = (lambda: None), ()
+"""The kernel of the last run and which constants were zero in it, where there was none."""
+
+QUIET = contextvars.Context()
+"""In copies of it nothing warns of constants that are not finite, which stop the run with a sentence.
+
+To enter `np.errstate` takes ten times as long.
+"""
+
+QUIET.run(np.seterr, all="ignore")
 
 UNDER_WAY, DONE, PAUSED, EVENT, ENDED = map(
     int, (Status.UNDER_WAY, Status.DONE, Status.PAUSED, Status.EVENT, Status.ENDED)
@@ -87,7 +101,8 @@ def _zeros(job: Job, constants: Constants, numbers: Sequence[Any], values: Seque
     return () if constants.jumps or job.problem.knots.size else constants.zeros(values, numbers)
 
 
-class Ready(NamedTuple):
+@dataclass(frozen=True, slots=True, weakref_slot=True)
+class Ready:
     """A kernel, and what gives its parameters.
 
     These are behind the constants in what a replay gives for numbers; those of roots depend on starts.
@@ -123,25 +138,26 @@ class LoopedRun(Run):
         self.report.order, self.report.tolerance = self.code.order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
-    @np.errstate(all="ignore")  # a constant that is not finite stops the run with a sentence
     def _with_parameters(self) -> tuple[Ready, Array]:
         """Return the kernel, which depends on which constants are zero, and the parameters of members."""
-        job, constants, numbers = self.job, self._constants, self._numbers
+        job, constants = self.job, self._constants
         layout: Layout = "single" if self.origins.size == 1 else "batch"
         kind = job.device, looped_kernel.order_of(job.tolerance or EPSILON), layout
-        zeros = constants.latest.get(kind)  # which is to be as before
-        ready = None if zeros is None else self._ready(zeros, *kind)
-        values = constants.values(numbers) if ready is None else ready.values(numbers)
-        found = _zeros(job, constants, numbers, values)
+        last, zeros = constants.latest.get(kind, NEVER)
+        ready = last()
+        found, parameters = QUIET.copy().run(self._found, ready)
         if ready is None or found != zeros:
-            ready, constants.latest[kind] = self._ready(found, *kind), found
-            values = ready.values(numbers)
-        return ready, self._table(ready, values, numbers)
+            ready = kernels.known((constants, found, kind), lambda: self._made(found, *kind[1:]))
+            constants.latest[kind] = weakref.ref(ready), found
+            _, parameters = QUIET.copy().run(self._found, ready)
+        return ready, parameters
 
-    def _ready(self, zeros: tuple[int, ...], *kind: Any) -> Ready:
-        """Return the kernel of runs in which some constants are zero."""
-        ready: Ready = kernels.known((self._constants, zeros, kind), lambda: self._made(zeros, *kind[1:]))
-        return ready
+    def _found(self, ready: Ready | None) -> tuple[tuple[int, ...], Any]:
+        """Return which constants are zero, and the parameters of members for a kernel, if one is given."""
+        numbers = self._numbers
+        values = self._constants.values(numbers) if ready is None else ready.values(numbers)
+        zeros = _zeros(self.job, self._constants, numbers, values)
+        return zeros, ready and self._table(ready, values, numbers)
 
     def _made(self, zeros: tuple[int, ...], order: int, layout: Layout) -> Ready:
         whole, job = self._constants.whole_program(), self.job
@@ -482,8 +498,10 @@ class _Tasks:
     @property
     def reached(self) -> slice:
         """Which of the rising times one body has reached."""
-        rows = dict(zip(self.forwards, self.queue.tasks["index"].tolist(), strict=True))
-        return slice(self._place - rows.get(False, 0), self._first + rows.get(True, 0))
+        first, last = self._place, self._first
+        for forwards, count in zip(self.forwards, self.queue.tasks["index"].tolist(), strict=True):
+            first, last = (first, last + count) if forwards else (first - count, last)
+        return slice(first, last)
 
     def book(self) -> None:
         """Note what happened to members that are finished, and to one body in any case."""

@@ -128,11 +128,11 @@ class Constants:
     switches : bool
         Whether a formula branches on the way.
     latest : dict
-        Which constants were zero in the last run of a kind.
+        By the kind of a run, a reference to what was found for the last one, and which constants were zero in it.
     """
 
     def __init__(self, rates: Sequence[Any], program: Program, jumps: bool) -> None:
-        self.size, self.jumps, self.latest = program.decomposition.size, jumps, dict[Any, tuple[int, ...]]()
+        self.size, self.jumps, self.latest = program.decomposition.size, jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
         self._program: Program | None = program
         conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
         met = _constants_met(rates)

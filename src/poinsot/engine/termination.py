@@ -73,7 +73,7 @@ class HeldInterrupts:
 
     def __enter__(self) -> None:
         own = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler
-        self._holds = own and threading.current_thread() is threading.main_thread()
+        self._holds = own and threading.get_ident() == threading.main_thread().ident
         if self._holds:
             _signal.signal(_signal.SIGINT, self._hear)
 
