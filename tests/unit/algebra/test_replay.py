@@ -3,7 +3,7 @@ import pytest
 
 from poinsot import functions
 from poinsot.algebra.program import Graph
-from poinsot.algebra.replay import SWEEPS, Replay
+from poinsot.algebra.replay import SWEEPS, Replay, wide
 
 
 def formulas():
@@ -39,3 +39,20 @@ def test_arrays_are_computed_with_every_time():
     for scale in (1.0, 2.0):
         rows[:] = scale, 2 * scale
         assert np.array_equal(replay([rows, 1.0, 2.0, 3.0])[0], rows + 2.0)
+
+
+def test_the_same_numbers_give_the_same_values_and_not_a_number_is_never_the_same():
+    replay, numbers = Replay(formulas(), np.float64), [0.5, 1.0, 2.0, 3.0]
+    values = replay(numbers)
+    assert replay([np.float64(x) for x in numbers]) is values
+    for _ in range(2):
+        assert np.isnan(replay([np.nan, *numbers[1:]])[0])
+    assert replay(numbers) == values
+
+
+@pytest.mark.parametrize("number", [0.1, -0.0, 5e-324, np.inf, np.nan, np.float64(1.1), np.longdouble(1) / 3, 7])
+def test_wide_numbers_are_long_doubles_of_the_same_value(number):
+    for made in (wide(number), *wide(np.array([number]))):
+        assert type(made) is np.longdouble
+        assert str(made) == str(np.longdouble(number))
+        assert np.signbit(made) == np.signbit(number)

@@ -80,6 +80,20 @@ def test_an_ensemble_of_one_member_leaves_no_lane_idle():
     assert found.motion.run.lanes == 1
 
 
+@pytest.mark.parametrize("times", [GRID, np.linspace(-3, 4, 8), [-2.0]])
+def test_what_a_run_left_in_the_memory_of_a_kernel_is_not_in_the_next_one(times, monkeypatch):
+    """Also where it stopped, was rescaled or had other times; and its rows stay as they were."""
+    starts = [START, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(-3.0, 0.1, 2.0)), START]
+    first, second, third = (pt.propagate(TOP, start, times) for start in starts)
+    kept = rows(first).copy()
+    pt.propagate(TOP, starts[1], times[:1])
+    assert np.array_equal(rows(first), kept)
+    assert np.array_equal(rows(third), kept)
+    monkeypatch.setattr(looped_kernel.Run, "queue", lambda run, *given: looped_kernel.Queue(run._code, *given))
+    assert np.array_equal(rows(pt.propagate(TOP, starts[1], times)), rows(second))
+    assert second.run.steps == pt.propagate(TOP, starts[1], times).run.steps
+
+
 class Root(pt.Potential):
     """Whose slope is 0/0 for k = 0."""
 
