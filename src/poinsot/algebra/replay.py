@@ -90,15 +90,15 @@ class Replay:
         ])  # fmt: skip
         if changed or not last:
             known = (known or self._numbers).copy()
-            values = self._sweep(changed)(given, known)
+            sweep = self._sweeps.get(changed) or self._sweep(changed)
+            values = sweep(given, known)
             self._last = (tuple(given), known, values) if scalars else NOTHING
         return values
 
     def _sweep(self, changed: tuple[int, ...]) -> _Sweep:
-        """Return what computes all that depends on some numbers, or on any if there are none."""
-        if changed not in self._sweeps:
-            changed = changed if len(self._sweeps) < SWEEPS else ()
-            self._sweeps[changed] = self._sweeps.get(changed) or self._written(changed)
+        """Return what computes all that depends on some numbers, or on any where such sets are many."""
+        changed = changed if len(self._sweeps) < SWEEPS else ()
+        self._sweeps[changed] = self._sweeps.get(changed) or self._written(changed)
         return self._sweeps[changed]
 
     def _written(self, changed: tuple[int, ...]) -> _Sweep:

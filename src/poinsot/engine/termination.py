@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import _signal  # type: ignore[import-not-found]  # `signal` makes members of enumerations, in the time of a short run
-import threading
 from collections.abc import Callable
 
 import numpy as np
@@ -72,10 +71,12 @@ class HeldInterrupts:
         self._heard = heard
 
     def __enter__(self) -> None:
-        own = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler
-        self._holds = own and threading.get_ident() == threading.main_thread().ident
+        self._holds = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler
         if self._holds:
-            _signal.signal(_signal.SIGINT, self._hear)
+            try:
+                _signal.signal(_signal.SIGINT, self._hear)
+            except ValueError:  # in another thread than the main one
+                self._holds = False
 
     def _hear(self, *_: object) -> None:
         _signal.signal(_signal.SIGINT, _signal.default_int_handler)
