@@ -121,7 +121,7 @@ class LoopedRun(Run):
     code : Code
     parameters : array (members, parameters)
         Those of members that have no knots.
-    push : scalar or array (members,)
+    push : array () or (members,)
         The momenta that forces give a body at rest.
     """
 
@@ -134,20 +134,21 @@ class LoopedRun(Run):
         self._numbers = kernels.numbers_of(job.problem.between_knots(), job.variables)
         self.ready, self.parameters = self._with_parameters()
         self.code = self.ready.code
-        self.push = job.problem.system.torque_scale * job.variables.scale
+        self.push = np.asarray(job.problem.system.torque_scale * job.variables.scale)
         self.report.order, self.report.tolerance = self.code.order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
     def _with_parameters(self) -> tuple[Ready, Array]:
         """Return the kernel, which depends on which constants are zero, and the parameters of members."""
         job, constants = self.job, self._constants
-        layout: Layout = "single" if self.origins.size == 1 else "batch"
-        kind = job.device, looped_kernel.order_of(job.tolerance or EPSILON), layout
+        layout: tuple[Layout, int] = ("single", 1) if self.origins.size == 1 else ("batch", kernels.LANES)
+        order = looped_kernel.order_of(job.tolerance or EPSILON)
+        kind = job.device, order, layout
         last, zeros = constants.latest.get(kind, NEVER)
         ready = last()
         found, parameters = QUIET.copy().run(self._found, ready)
         if ready is None or found != zeros:
-            ready = kernels.known((constants, found, kind), lambda: self._made(found, *kind[1:]))
+            ready = kernels.known((constants, found, kind), lambda: self._made(found, order, *layout))
             constants.latest[kind] = weakref.ref(ready), found
             _, parameters = QUIET.copy().run(self._found, ready)
         return ready, parameters
@@ -159,12 +160,11 @@ class LoopedRun(Run):
         zeros = _zeros(self.job, self._constants, numbers, values)
         return zeros, ready and self._table(ready, values, numbers)
 
-    def _made(self, zeros: tuple[int, ...], order: int, layout: Layout) -> Ready:
-        whole, job = self._constants.whole_program(), self.job
-        smooth = job.problem.between_knots()
-        program = whole if whole and not zeros else kernels.looped_program(smooth, job.variables, zeros)
-        code = self.compiled(program, order, layout, 1 if layout == "single" else kernels.LANES)
-        return Ready(code, program.values(wide), StartRoots(program, job.variables.size))
+    def _made(self, zeros: tuple[int, ...], order: int, layout: Layout, lanes: int) -> Ready:
+        smooth, variables, whole = self.job.problem.between_knots(), self.job.variables, self._constants.whole_program()
+        program = whole if whole and not zeros else kernels.looped_program(smooth, variables, zeros)
+        code = self.compiled(program, order, layout, lanes)
+        return Ready(code, program.values(wide), StartRoots(program, variables.size))
 
     def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
         """Return the kernel of a program."""
@@ -331,9 +331,8 @@ class _Tasks:
         self._judged: tuple[Array, Array] | None = None
         self._hopeless: dict[int, str] = {}
         output = self._of_one() if run.one else self._of_many()
-        numbers = (run.starts, run.origins, run.parameters)
         chosen = slice(None) if run.one else members[self.own]
-        self.queue = kernel.queue(*(numbers if run.one else [each[chosen] for each in numbers]), output)
+        self.queue = kernel.queue(run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
         self.queue.tasks["push"] = run.push if run.push.ndim == 0 else run.push[chosen]
         if run.clock is not None:
             run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
