@@ -361,14 +361,7 @@ def ruled(value: Any, variables: Sequence[Any], slope: Callable[[int], Any]) -> 
 
 def ordered(outputs: Iterable[Any]) -> list[Node]:
     """Return all nodes that outputs depend on, themselves included, operands first."""
-    found: dict[int, Node] = {}
-    waiting = [x for x in outputs if isinstance(x, Node)]
-    while waiting:
-        node = waiting.pop()
-        if node.place not in found:
-            found[node.place] = node
-            waiting += node.nodes
-    return [found[place] for place in sorted(found)]
+    return needed([x for x in outputs if isinstance(x, Node)], ())
 
 
 def gradient(output: Any, by: Sequence[Node]) -> list[Any]:

@@ -6,11 +6,13 @@ x^2 + y^2 + z^2, the form x^2 - y^2 is N - 2 y^2 - z^2. N is what it is as a ste
 
 from __future__ import annotations
 
+import itertools
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from poinsot.engine.decomposition import Coefficient, Integral, State, Sum
+from poinsot.engine.products import operands_of
 
 __all__ = ["without_squares"]
 
@@ -35,8 +37,9 @@ def without_squares(drafts: Sequence[Any], rates: Sequence[Any]) -> Sequence[Any
 
 
 def _products(drafts: Iterable[Any]) -> set[Any]:
-    """Return the monomials of several factors in sums."""
-    return {x for draft in drafts if isinstance(draft, Sum) for _, x in _terms(draft) if len(x) > 1}
+    """Return the monomials that have several factors."""
+    operands = itertools.chain.from_iterable(map(operands_of, drafts))
+    return {x for x in operands if not isinstance(x, Coefficient) and len(x) > 1}
 
 
 def _terms(draft: Any) -> Sequence[tuple[Coefficient, Any]]:

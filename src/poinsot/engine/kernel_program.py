@@ -1,14 +1,11 @@
-"""The program of a kernel: a loop over the orders in each step, steps, rows, and members that take others' lanes."""
+"""The program of a kernel: steps of all lanes, each with a loop over the orders."""
 
 from __future__ import annotations
 
-import functools
-import itertools
 import math
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +14,10 @@ from poinsot.engine.decomposition import Decomposition
 from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_jumps import Sampling
 from poinsot.engine.kernel_layouts import Batch, Layout, Single
+from poinsot.engine.kernel_momenta import Momenta, Rescaling
+from poinsot.engine.kernel_tasks import DOUBLES, INTEGERS, QUEUE, Status, Tasks
 from poinsot.engine.kernel_watch import Watch
-from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value, vector
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
 from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.taylor_recurrences import HigherOrder, ZerothOrder
 from poinsot.engine.taylor_schedule import Schedule
@@ -30,52 +29,6 @@ AT_ONCE = 8
 
 IN_REGISTERS = 12
 """States of one body of which the last coefficients stay in registers from order to order."""
-
-QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
-
-DOUBLES = ("end", "limit", "way", "shortest", "longest", "near")
-INTEGERS = ("steps", "pause", "index", "bits", "which", "rising")
-"""What a lane takes of a task as it is."""
-
-
-class Status(IntEnum):
-    """How a task stands."""
-
-    UNDER_WAY = 0
-    DONE = 1
-    NOT_FINITE = 2
-    STALLED = 3
-    PAUSED = 4
-    GIVEN_UP = 5
-    HELD = 6
-    EVENT = 7
-    ENDED = 8
-
-
-class Momenta(NamedTuple):
-    """Momenta that are rescaled by a power of two where their norm leaves a band as a step begins.
-
-    Parameters
-    ----------
-    places : tuple of int
-        Of the state variables whose norm it is.
-    scaled : tuple of int
-        Of all that go with the scale.
-    powers : tuple of int
-        To which power of the scale each parameter goes.
-    least, most, size : float
-        The band, and the size that they are given.
-    bits : (int, int)
-        The range of the scale over that of the start, powers of two.
-    """
-
-    places: tuple[int, ...] = ()
-    scaled: tuple[int, ...] = ()
-    powers: tuple[int, ...] = ()
-    least: float = 0.0
-    most: float = math.inf
-    size: float = 1.0
-    bits: tuple[int, int] = (0, 0)
 
 
 class KernelProgram:
@@ -90,7 +43,7 @@ class KernelProgram:
         momenta: Momenta,
         jumps: Jumps | None = None,
     ) -> None:
-        self.schedule, self.order, self.momenta = Schedule(decomposition), order, momenta
+        self.schedule, self.order = Schedule(decomposition), order
         self.variables, self.parameters = len(decomposition.rates), decomposition.parameters
         self.layout: Batch | Single = (
             Batch(self.schedule, self.variables, order, lanes)
@@ -99,21 +52,16 @@ class KernelProgram:
         )
         lanes = self.lanes = self.layout.lanes
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
+        self.momenta = Rescaling(self, momenta)
         self.watch, self.sampling = Watch(self, decomposition), Sampling(self, jumps)
         # What happens at the end is seen in one step more.
         self._arrives = bool(self.watch.events or self.sampling.count)
-        self.work, self.task, self.step = self._work_type(), self._task_type(), self._step_type()
+        self.tasks = Tasks(self)
+        self.work, self.task, self.step = self._work_type(), self.tasks.type, self.tasks.step
         self.module = Module()
-        self.module.function("take", "void", [POINTER, INTEGER], self._take, SELDOM)
-        self.module.function("leave", "void", [POINTER, INTEGER], self._leave, SELDOM)
-        self.module.function("write_row", "void", [POINTER, INTEGER], self._write_row)
-        if momenta.places:
-            self.module.function("fit", "void", [POINTER, INTEGER], self._fit, SELDOM)
-        self.watch.define(self.module)
-        self.sampling.define(self.module)
+        for part in (self.tasks, self.momenta, self.watch, self.sampling):
+            part.define(self.module)
         self.module.function("evaluate", "void", [POINTER, POINTER, self.kind], self._evaluate)
-        if lanes == 1:
-            self.module.function("keep_step", "void", [POINTER, DOUBLE], self._keep_step)
         self.module.function("advance", INTEGER, [POINTER, INTEGER], self._advance)
 
     def _work_type(self) -> np.dtype[Any]:
@@ -131,32 +79,8 @@ class KernelProgram:
             **self.watch.fields,
             **self.sampling.fields,
         }
-        doubles = (
-            "end",
-            "output_time",
-            "limit",
-            "least",
-            "most",
-            "outward",
-            "way",
-            "shortest",
-            "longest",
-            "near",
-            "shift",
-        )
-        integers = (
-            "active",
-            "status",
-            "flags",
-            "steps",
-            "pause",
-            "task",
-            "index",
-            "bits",
-            "which",
-            "rising",
-            "switched",
-        )
+        doubles = ("output_time", "least", "most", "outward", "shift", *DOUBLES)
+        integers = ("active", "status", "flags", "task", "switched", *INTEGERS)
         return np.dtype(
             [
                 *((name, "f8", size) for name, size in sizes.items()),
@@ -168,26 +92,6 @@ class KernelProgram:
                 *((name, "i8") for name in ("queue", "kept", "kept_most", "kept_count")),
             ]
         )
-
-    def _task_type(self) -> np.dtype[Any]:
-        doubles, integers = ("push", *DOUBLES), ("status", "count", "stride", "first", "place", *INTEGERS)
-        return np.dtype(
-            [
-                ("state", "f8", (self.variables,)),
-                ("below", "f8", (self.variables,)),
-                ("parameters", "f8", (self.parameters,)),
-                ("time", "f8", (2,)),
-                ("sides", "f8", (self.watch.events,)),
-                ("branches", "f8", (2, len(self.watch.conditions))),
-                *self.sampling.of_tasks,
-                *((name, "f8") for name in doubles),
-                *((name, "i8") for name in integers),
-            ]
-        )
-
-    def _step_type(self) -> np.dtype[Any]:
-        coefficients = (self.order + 1, self.variables)
-        return np.dtype([("task", "i8"), ("start", "f8", (2,)), ("length", "f8"), ("coefficients", "f8", coefficients)])
 
     def over_order(self, work: Record, n: Value) -> Callable[[Value], Value]:
         """Return the division by n, by 1/n in two parts: the rounding of one would have the same sign at every step."""
@@ -297,7 +201,7 @@ class KernelProgram:
             (done, Status.DONE),
             (~finite, Status.NOT_FINITE),
         )
-        self.for_each(lines, work, active & (~going | self._misfit(work, moved)), "leave")
+        self.for_each(lines, work, active & (~going | self.momenta.misfit(work, moved)), "leave")
 
     def _move(self, work: Record, goes: Value, last: Value, h: Value, target: Value) -> Value:
         """Write the time after a step, in two parts; return where it did not move."""
@@ -320,19 +224,6 @@ class KernelProgram:
         longest[0] = counted.choose(longest[0].larger(length), longest[0])
         return steps[0].is_("ge", work.array("pause", self.whole)[0])
 
-    def _misfit(self, work: Record, states: Sequence[Value]) -> Value:
-        """Return where the norm of the momenta is out of the band."""
-        if not self.momenta.places:
-            return states[0].is_("lt", -math.inf)
-        square = self._norm([states[k] for k in self.momenta.places])
-        least, most = work.array("least", self.kind)[0], work.array("most", self.kind)[0]
-        return (square.is_("lt", least) & square.is_("gt", 0.0)) | square.is_("gt", most)
-
-    @staticmethod
-    def _norm(momenta: Sequence[Value]) -> Value:
-        """Return the square of a norm."""
-        return functools.reduce(lambda total, m: m.fma(m, total), momenta[1:], momenta[0] * momenta[0])
-
     def _rows(self, lines: Lines, work: Record, goes: Value, h: Value, last: Value) -> None:
         """Write the rows of the output times within a step; of one up to a sample the next step writes the last."""
         time, row = work.array("time", self.kind), work.array("row", self.kind)
@@ -347,7 +238,7 @@ class KernelProgram:
         def write(ahead: Value, which: Value) -> list[Value]:
             lines.run("evaluate", work.address, row.address, which.choose(ahead, 0.0))
             for k in self.momenta.scaled:
-                row[k] = row[k] * work.array("outward", self.kind)[0]
+                row[k] = self.momenta.outwards(work, k, row[k])
             self.for_each(lines, work, which, "write_row")
             return due()
 
@@ -364,177 +255,6 @@ class KernelProgram:
                     lines.run(name, work.address, lane)
 
             lines.count(self.lanes, one)
-
-    def _write_row(self, address: Value, lane: Value) -> None:
-        """Write a row of a lane, and turn to its next output time."""
-        work, lines = Record(address, self.work), address.function
-        queue, task = Record(work.array("queue", POINTER)[0], QUEUE), self._task(work, lane)
-        index, rows = work.array("index", INTEGER), Array(queue.array("rows", POINTER)[0], DOUBLE)
-        place = task.array("place", INTEGER)[0] + index[lane] * task.array("stride", INTEGER)[0]
-        out = rows.at(place * self.variables)
-        self._copy(lines, self.variables, work.array("row"), lane, Array(out, DOUBLE))
-        index[lane] = index[lane] + 1
-        self._look_ahead(work, task, lane)
-
-    def _look_ahead(self, work: Record, task: Record, lane: Value) -> None:
-        """Set the next output time of a lane, infinity if it has none."""
-        lines, index = lane.function, work.array("index", INTEGER)[lane]
-        queue = Record(work.array("queue", POINTER)[0], QUEUE)
-        times = Array(queue.array("times", POINTER)[0], DOUBLE)
-
-        def ahead() -> list[Value]:
-            return [times[task.array("first", INTEGER)[0] + index * task.array("stride", INTEGER)[0]]]
-
-        none = [lines.constant(DOUBLE, math.inf)]
-        (following,) = lines.either(index.is_("lt", task.array("count", INTEGER)[0]), none, ahead)
-        work.array("output_time")[lane] = following
-
-    def _task(self, work: Record, lane: Value) -> Record:
-        queue = Record(work.array("queue", POINTER)[0], QUEUE)
-        tasks = Array(queue.array("tasks", POINTER)[0], f"[{self.task.itemsize} x i8]")
-        return Record(tasks.at(work.array("task", INTEGER)[lane]), self.task)
-
-    def _copy(self, lines: Lines, count: int, source: Array, lane: Value, out: Array) -> None:
-        """Copy the numbers of a lane to memory without gaps."""
-
-        def one(k: Value) -> None:
-            out[k] = source[k * self.lanes + lane]
-
-        lines.count(count, one)
-
-    def _spread(self, lines: Lines, count: int, source: Array, lane: Value, out: Array) -> None:
-        """Copy numbers to those of a lane."""
-
-        def one(k: Value) -> None:
-            out[k * self.lanes + lane] = source[k]
-
-        lines.count(count, one)
-
-    def _take(self, address: Value, lane: Value) -> None:
-        """Give a lane the next task of the queue, if there is one."""
-        work, lines = Record(address, self.work), address.function
-        queue = Record(work.array("queue", POINTER)[0], QUEUE)
-        place = lines.new(INTEGER, f"atomicrmw add ptr {queue.array('next').address.name}, i64 1 monotonic")
-        work.array("active", INTEGER)[lane] = 0
-        with lines.when(place.is_("lt", queue.array("count", INTEGER)[0])):
-            work.array("active", INTEGER)[lane] = 1
-            work.array("switched", INTEGER)[lane] = 0
-            work.array("task", INTEGER)[lane] = Array(queue.array("members", POINTER)[0], INTEGER)[place]
-            task = self._task(work, lane)
-            for count, name, out in (
-                (self.variables, "state", self.layout.states(address, 0).of(DOUBLE)),
-                (self.variables, "below", work.array("below")),
-                (self.parameters, "parameters", work.array("parameters")),
-                (2, "time", work.array("time")),
-                (self.watch.events, "sides", work.array("sides")),
-                (len(self.watch.conditions), "branches", work.array("branches")),
-            ):
-                self._spread(lines, count, task.array(name), lane, out)
-            for name in DOUBLES:
-                work.array(name)[lane] = task.array(name)[0]
-            for name in INTEGERS:
-                work.array(name, INTEGER)[lane] = task.array(name, INTEGER)[0]
-            self._look_ahead(work, task, lane)
-            self.sampling.take(work, task, lane)
-            if self.momenta.places:
-                self._scale_states(work, lane, work.array("bits", INTEGER)[lane])
-                self._scale_parameters(work, task, lane)
-                lines.run("fit", address, lane)
-
-    def _leave(self, address: Value, lane: Value) -> None:
-        """Let a lane leave its task and take another one, or rescale its momenta."""
-        work, lines = Record(address, self.work), address.function
-        status = work.array("status", INTEGER)[lane]
-        with lines.when(status.is_("ne", 0)):
-            task = self._task(work, lane)
-            if self.momenta.places:
-                self._scale_states(work, lane, 0 - work.array("bits", INTEGER)[lane])
-            self._copy(lines, self.variables, self.layout.states(address, 0).of(DOUBLE), lane, task.array("state"))
-            self._copy(lines, self.variables, work.array("below"), lane, task.array("below"))
-            self._copy(lines, 2, work.array("time"), lane, task.array("time"))
-            self._copy(lines, self.watch.events, work.array("sides"), lane, task.array("sides"))
-            self._copy(lines, len(self.watch.conditions), work.array("branches"), lane, task.array("branches"))
-            for i, place in enumerate(self.watch.conditions):
-                held = work.array("parameters")[lane + place * self.lanes]
-                task.array("branches")[len(self.watch.conditions) + i] = held
-            self.sampling.leave(work, task, lane)
-            for name in ("shortest", "longest", "near"):
-                task.array(name)[0] = work.array(name)[lane]
-            for name in ("status", "steps", "index", "bits", "which", "rising"):
-                task.array(name, INTEGER)[0] = work.array(name, INTEGER)[lane]
-            lines.run("take", address, lane)
-        if self.momenta.places:
-            with lines.when(status.is_("eq", 0)):
-                lines.run("fit", address, lane)
-
-    def _scale_states(self, work: Record, lane: Value, bits: Value) -> None:
-        """Multiply what goes with the scale of momenta by a power of two."""
-        states, factor = self.layout.states(work.address, 0).of(DOUBLE), _power_of_two(bits)
-        for array in (states, work.array("below")):
-            for k in self.momenta.scaled:
-                array[lane + k * self.lanes] = array[lane + k * self.lanes] * factor
-
-    def _scale_parameters(self, work: Record, task: Record, lane: Value) -> None:
-        """Set the parameters and the limits of the band for the scale of a lane."""
-        least, most, (fewest, largest) = self.momenta.least, self.momenta.most, self.momenta.bits
-        bits = work.array("bits", INTEGER)[lane]
-        source, out = task.array("parameters"), work.array("parameters")
-        for first, count, power in _runs(self.momenta.powers):
-
-            def scale(i: Value, first: int = first, power: int = power) -> None:
-                number = source[i + first]
-                for _ in range(abs(power)):
-                    number = number * _power_of_two(bits if power > 0 else 0 - bits)
-                out[(i + first) * self.lanes + lane] = number
-
-            if power:
-                lane.function.count(count, scale)
-        work.array("outward")[lane] = _power_of_two(0 - bits)
-        # No other scale is better at the ends of its range, or where forces give a body at rest as much.
-        pushed = (task.array("push")[0] * _power_of_two(bits)).is_("ge", least)
-        zero = lane.function.constant(DOUBLE, 0.0)
-        work.array("least")[lane] = (pushed | bits.is_("ge", largest)).choose(zero, least**2)
-        infinite = lane.function.constant(DOUBLE, math.inf)
-        work.array("most")[lane] = bits.is_("le", fewest).choose(infinite, most**2)
-
-    def _fit(self, address: Value, lane: Value) -> None:
-        """Choose the scale of a lane anew if its momenta are out of the band."""
-        work, lines = Record(address, self.work), address.function
-        states = self.layout.states(address, 0).of(DOUBLE)
-        momenta = [states[lane + k * self.lanes] for k in self.momenta.places]
-        square, task = self._norm(momenta), self._task(work, lane)
-        bits = work.array("bits", INTEGER)[lane]
-        low = square.is_("lt", work.array("least")[lane]) & square.is_("gt", 0.0)
-        size = _in_pairs([abs(m) for m in momenta], Value.larger)
-        size = size.larger(task.array("push")[0] * _power_of_two(bits))
-        misfit = (low | square.is_("gt", work.array("most")[lane])) & size.is_("lt", math.inf)
-        with lines.when(misfit):
-            change = (math.log2(self.momenta.size) - lines.call(DOUBLE, "log2", size)).intrinsic("rint").to_integer()
-            fewest, most = self.momenta.bits
-            chosen = (bits + change).larger(fewest).smaller(most)
-            work.array("bits", INTEGER)[lane] = chosen
-            self._scale_states(work, lane, chosen - bits)
-            self._scale_parameters(work, task, lane)
-
-    def _keep_step(self, address: Value, h: Value) -> None:
-        """Keep the coefficients of a step, in the scale of the start."""
-        work, lines = Record(address, self.work), address.function
-        count = work.array("kept_count", INTEGER)
-        steps = Array(work.array("kept", POINTER)[0], f"[{self.step.itemsize} x i8]")
-        step = Record(steps.at(count[0]), self.step)
-        count[0] = count[0] + 1
-        step.array("task", INTEGER)[0] = work.array("task", INTEGER)[0]
-        step.array("length")[0] = h
-        for part in (0, 1):
-            step.array("start")[part] = work.array("time")[part]
-
-        def order(n: Value) -> None:
-            states = self.layout.states(address, n)
-            out = Array(step.array("coefficients").at(n * self.variables), DOUBLE)
-            for k in range(self.variables):
-                out[k] = states[k] * work.array("outward")[0] if k in self.momenta.scaled else states[k]
-
-        lines.count(self.order + 1, order)
 
     def _advance(self, address: Value, budget: Value) -> Value:
         """Take steps until all is done, the budget is used or no room is left; return whether something is to do."""
@@ -558,17 +278,6 @@ class KernelProgram:
 
         lines.repeat([budget], going, body)
         return work.array("active", self.whole)[0].is_("ne", 0).any().to_integer()
-
-
-def _runs(keys: Sequence[Any]) -> list[tuple[int, int, Any]]:
-    """Return where equal neighbours begin, how many they are, and what they are: what is done to them is one loop."""
-    groups = [(key, len(list(group))) for key, group in itertools.groupby(keys)]
-    starts = itertools.accumulate((count for _, count in groups), initial=0)
-    return [(first, count, key) for first, (key, count) in zip(starts, groups, strict=False)]
-
-
-def _power_of_two(bits: Value) -> Value:
-    return ((bits + 1023) << 52).as_double()
 
 
 def _in_pairs(values: Sequence[Value], operation: Callable[[Value, Value], Value]) -> Value:

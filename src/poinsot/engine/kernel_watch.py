@@ -226,4 +226,4 @@ class Watch:
         out = note.array("state")
         for k in range(kernel.variables):
             value = rates[lane + k * self._lanes].fma(shift, states[lane + k * self._lanes])
-            out[k] = value * work.array("outward")[lane] if k in kernel.momenta.scaled else value
+            out[k] = kernel.momenta.outwards(work, k, value, lane)

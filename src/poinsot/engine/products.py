@@ -10,7 +10,7 @@ from typing import Any
 
 from poinsot.engine.decomposition import Coefficient, Function, Integral, Operation, Product, Quotient, Select, Sum
 
-__all__ = ["Assembly", "Monomial", "common_factors"]
+__all__ = ["Assembly", "Monomial", "common_factors", "operands_of"]
 
 Monomial = tuple[int, ...]
 """A product of operations, by their numbers in order."""
@@ -27,9 +27,8 @@ class Assembly:
         self._operations: list[Operation] = []
         self._placed: dict[int, int] = {}
         self._known: dict[Any, int] = {}
-        monomials = {x for draft in drafts for x in _monomials(draft)}
-        monomials |= {x for each in slopes.values() for x in each if not isinstance(x, Coefficient)}
-        self._ways = common_factors({x for x in monomials if len(x) > 1})
+        operands = itertools.chain(*map(operands_of, drafts), *slopes.values())
+        self._ways = common_factors({x for x in operands if not isinstance(x, Coefficient) and len(x) > 1})
 
     def operations(self) -> tuple[Operation, ...]:
         """Return the operations, with slopes behind their functions."""
@@ -69,6 +68,13 @@ class Assembly:
         return self._known[key]
 
 
+def operands_of(draft: Any) -> list[Any]:
+    """Return the coefficients and monomials that a draft combines."""
+    operands: list[Any] = []
+    _with_operands(draft, operands.append)
+    return operands
+
+
 def _with_operands(draft: Any, value: Callable[[Any], Any]) -> Operation:
     if isinstance(draft, Sum):
         return draft._replace(terms=tuple((c, value(x)) for c, x in draft.terms))
@@ -82,22 +88,6 @@ def _with_operands(draft: Any, value: Callable[[Any], Any]) -> Operation:
         return draft._replace(arguments=tuple(map(value, draft.arguments)))
     operation: Operation = draft
     return operation
-
-
-def _monomials(draft: Any) -> list[Monomial]:
-    match draft:
-        case Sum():
-            terms: Any = draft.terms
-            return [x for _, x in terms]
-        case Quotient(a, b):
-            operands: tuple[Any, ...] = (a, b)
-        case Select(_, a, b):
-            operands = (a, b)
-        case Function(_, arguments):
-            operands = arguments
-        case _:
-            operands = ()
-    return [x for x in operands if not isinstance(x, Coefficient)]
 
 
 def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:

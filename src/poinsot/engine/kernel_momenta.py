@@ -1,0 +1,153 @@
+"""Momenta of a kernel that grow or fall by much: powers of two are taken out of them, for each lane its own."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Module, Record, Value
+
+__all__ = ["Momenta", "Rescaling"]
+
+
+class Momenta(NamedTuple):
+    """Momenta that are rescaled by a power of two where their norm leaves a band as a step begins.
+
+    Parameters
+    ----------
+    places : tuple of int
+        Of the state variables whose norm it is.
+    scaled : tuple of int
+        Of all that go with the scale.
+    powers : tuple of int
+        To which power of the scale each parameter goes.
+    least, most, size : float
+        The band, and the size that they are given.
+    bits : (int, int)
+        The range of the scale over that of the start, powers of two.
+    """
+
+    places: tuple[int, ...] = ()
+    scaled: tuple[int, ...] = ()
+    powers: tuple[int, ...] = ()
+    least: float = 0.0
+    most: float = math.inf
+    size: float = 1.0
+    bits: tuple[int, int] = (0, 0)
+
+
+class Rescaling:
+    """The part of a kernel that rescales momenta.
+
+    Parameters
+    ----------
+    kernel : KernelProgram
+    momenta : Momenta
+
+    Attributes
+    ----------
+    scaled : tuple of int
+        The state variables that go with the scale.
+    """
+
+    def __init__(self, kernel: Any, momenta: Momenta) -> None:
+        self._kernel, self._momenta, self._lanes = kernel, momenta, kernel.lanes
+        self.scaled = momenta.scaled
+
+    def define(self, module: Module) -> None:
+        """Write the function that it needs."""
+        if self._momenta.places:
+            module.function("fit", "void", [POINTER, INTEGER], self._fit, SELDOM)
+
+    def take(self, work: Record, task: Record, lane: Value) -> None:
+        """Turn the variables of a lane from the scale of the start to that of its task."""
+        if self._momenta.places:
+            self._scale_states(work, lane, work.array("bits", INTEGER)[lane])
+            self._scale_parameters(work, task, lane)
+            self.fit(work, lane)
+
+    def leave(self, work: Record, lane: Value) -> None:
+        """Turn them back."""
+        if self._momenta.places:
+            self._scale_states(work, lane, 0 - work.array("bits", INTEGER)[lane])
+
+    def fit(self, work: Record, lane: Value) -> None:
+        """Rescale a lane if its momenta are out of the band."""
+        if self._momenta.places:
+            lane.function.run("fit", work.address, lane)
+
+    def outwards(self, work: Record, k: int, value: Value, place: Value | int = 0) -> Value:
+        """Return a variable, or a derivative of it, in the scale of the start."""
+        return value * work.array("outward", value.type)[place] if k in self.scaled else value
+
+    def misfit(self, work: Record, states: Sequence[Value]) -> Value:
+        """Return where the norm of the momenta is out of the band."""
+        if not self._momenta.places:
+            return states[0].is_("lt", -math.inf)
+        return self._is_outside(work, [states[k] for k in self._momenta.places], 0)
+
+    @staticmethod
+    def _is_outside(work: Record, momenta: Sequence[Value], place: Value | int) -> Value:
+        square = functools.reduce(lambda total, m: m.fma(m, total), momenta[1:], momenta[0] * momenta[0])
+        least, most = (work.array(name, square.type)[place] for name in ("least", "most"))
+        return (square.is_("lt", least) & square.is_("gt", 0.0)) | square.is_("gt", most)
+
+    def _scale_states(self, work: Record, lane: Value, bits: Value) -> None:
+        """Multiply what goes with the scale of momenta by a power of two."""
+        states, factor = self._kernel.layout.states(work.address, 0).of(DOUBLE), _power_of_two(bits)
+        for array in (states, work.array("below")):
+            for k in self.scaled:
+                array[lane + k * self._lanes] = array[lane + k * self._lanes] * factor
+
+    def _scale_parameters(self, work: Record, task: Record, lane: Value) -> None:
+        """Set the parameters and the limits of the band for the scale of a lane."""
+        least, most, (fewest, largest) = self._momenta.least, self._momenta.most, self._momenta.bits
+        bits = work.array("bits", INTEGER)[lane]
+        source, out = task.array("parameters"), work.array("parameters")
+        for first, count, power in _runs(self._momenta.powers):
+
+            def scale(i: Value, first: int = first, power: int = power) -> None:
+                number = source[i + first]
+                for _ in range(abs(power)):
+                    number = number * _power_of_two(bits if power > 0 else 0 - bits)
+                out[(i + first) * self._lanes + lane] = number
+
+            if power:
+                lane.function.count(count, scale)
+        work.array("outward")[lane] = _power_of_two(0 - bits)
+        # No other scale is better at the ends of its range, or where forces give a body at rest as much.
+        pushed = (task.array("push")[0] * _power_of_two(bits)).is_("ge", least)
+        zero = lane.function.constant(DOUBLE, 0.0)
+        work.array("least")[lane] = (pushed | bits.is_("ge", largest)).choose(zero, least**2)
+        infinite = lane.function.constant(DOUBLE, math.inf)
+        work.array("most")[lane] = bits.is_("le", fewest).choose(infinite, most**2)
+
+    def _fit(self, address: Value, lane: Value) -> None:
+        """Choose the scale of a lane anew if its momenta are out of the band."""
+        work, lines = Record(address, self._kernel.work), address.function
+        states = self._kernel.layout.states(address, 0).of(DOUBLE)
+        momenta = [states[lane + k * self._lanes] for k in self._momenta.places]
+        task, bits = self._kernel.tasks.of(work, lane), work.array("bits", INTEGER)[lane]
+        pushed = task.array("push")[0] * _power_of_two(bits)
+        size = functools.reduce(Value.larger, [*map(abs, momenta), pushed])
+        with lines.when(self._is_outside(work, momenta, lane) & size.is_("lt", math.inf)):
+            change = (math.log2(self._momenta.size) - lines.call(DOUBLE, "log2", size)).intrinsic("rint").to_integer()
+            fewest, most = self._momenta.bits
+            chosen = (bits + change).larger(fewest).smaller(most)
+            work.array("bits", INTEGER)[lane] = chosen
+            self._scale_states(work, lane, chosen - bits)
+            self._scale_parameters(work, task, lane)
+
+
+def _runs(keys: Sequence[Any]) -> list[tuple[int, int, Any]]:
+    """Return where equal neighbours begin, how many they are, and what they are: what is done to them is one loop."""
+    groups = [(key, len(list(group))) for key, group in itertools.groupby(keys)]
+    starts = itertools.accumulate((count for _, count in groups), initial=0)
+    return [(first, count, key) for first, (key, count) in zip(starts, groups, strict=False)]
+
+
+def _power_of_two(bits: Value) -> Value:
+    return ((bits + 1023) << 52).as_double()

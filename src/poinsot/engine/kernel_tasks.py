@@ -1,0 +1,199 @@
+"""Tasks of a kernel: lanes take them from a queue, write their rows and leave them, as they are then."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value
+
+__all__ = ["DOUBLES", "INTEGERS", "QUEUE", "Status", "Tasks"]
+
+QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
+
+DOUBLES = ("end", "limit", "way", "shortest", "longest", "near")
+INTEGERS = ("steps", "pause", "index", "bits", "which", "rising")
+"""What a lane takes of a task as it is."""
+
+
+class Status(IntEnum):
+    """How a task stands."""
+
+    UNDER_WAY = 0
+    DONE = 1
+    NOT_FINITE = 2
+    STALLED = 3
+    PAUSED = 4
+    GIVEN_UP = 5
+    HELD = 6
+    EVENT = 7
+    ENDED = 8
+
+
+class Tasks:
+    """The part of a kernel that turns to tasks.
+
+    Parameters
+    ----------
+    kernel : KernelProgram
+
+    Attributes
+    ----------
+    type, step : structured types
+        Of a task, and of a step that is kept.
+    """
+
+    def __init__(self, kernel: Any) -> None:
+        self._kernel = kernel
+        self.type, self.step = self._task_type(), self._step_type()
+
+    def define(self, module: Module) -> None:
+        """Write the functions that it needs."""
+        module.function("take", "void", [POINTER, INTEGER], self._take, SELDOM)
+        module.function("leave", "void", [POINTER, INTEGER], self._leave, SELDOM)
+        module.function("write_row", "void", [POINTER, INTEGER], self._write_row)
+        if self._kernel.lanes == 1:
+            module.function("keep_step", "void", [POINTER, DOUBLE], self._keep_step)
+
+    def of(self, work: Record, lane: Value) -> Record:
+        """Return the task of a lane."""
+        queue = Record(work.array("queue", POINTER)[0], QUEUE)
+        tasks = Array(queue.array("tasks", POINTER)[0], f"[{self.type.itemsize} x i8]")
+        return Record(tasks.at(work.array("task", INTEGER)[lane]), self.type)
+
+    def _task_type(self) -> np.dtype[Any]:
+        doubles, integers = ("push", *DOUBLES), ("status", "count", "stride", "first", "place", *INTEGERS)
+        return np.dtype(
+            [
+                ("state", "f8", (self._kernel.variables,)),
+                ("below", "f8", (self._kernel.variables,)),
+                ("parameters", "f8", (self._kernel.parameters,)),
+                ("time", "f8", (2,)),
+                ("sides", "f8", (self._kernel.watch.events,)),
+                ("branches", "f8", (2, len(self._kernel.watch.conditions))),
+                *self._kernel.sampling.of_tasks,
+                *((name, "f8") for name in doubles),
+                *((name, "i8") for name in integers),
+            ]
+        )
+
+    def _step_type(self) -> np.dtype[Any]:
+        coefficients = (self._kernel.order + 1, self._kernel.variables)
+        return np.dtype([("task", "i8"), ("start", "f8", (2,)), ("length", "f8"), ("coefficients", "f8", coefficients)])
+
+    def _write_row(self, address: Value, lane: Value) -> None:
+        """Write a row of a lane, and turn to its next output time."""
+        work = Record(address, self._kernel.work)
+        queue, task = Record(work.array("queue", POINTER)[0], QUEUE), self.of(work, lane)
+        index, rows = work.array("index", INTEGER), Array(queue.array("rows", POINTER)[0], DOUBLE)
+        place = task.array("place", INTEGER)[0] + index[lane] * task.array("stride", INTEGER)[0]
+        out = rows.at(place * self._kernel.variables)
+        self._copy(self._kernel.variables, work.array("row"), lane, Array(out, DOUBLE))
+        index[lane] = index[lane] + 1
+        self._look_ahead(work, task, lane)
+
+    def _look_ahead(self, work: Record, task: Record, lane: Value) -> None:
+        """Set the next output time of a lane, infinity if it has none."""
+        lines, index = lane.function, work.array("index", INTEGER)[lane]
+        queue = Record(work.array("queue", POINTER)[0], QUEUE)
+        times = Array(queue.array("times", POINTER)[0], DOUBLE)
+
+        def ahead() -> list[Value]:
+            return [times[task.array("first", INTEGER)[0] + index * task.array("stride", INTEGER)[0]]]
+
+        none = [lines.constant(DOUBLE, math.inf)]
+        (following,) = lines.either(index.is_("lt", task.array("count", INTEGER)[0]), none, ahead)
+        work.array("output_time")[lane] = following
+
+    def _arrays(self, work: Record) -> list[tuple[str, int, Array]]:
+        """Return what a lane takes and gives back: the names, how many numbers, and where those of all lanes are."""
+        watch, variables = self._kernel.watch, self._kernel.variables
+        return [
+            ("state", variables, self._kernel.layout.states(work.address, 0).of(DOUBLE)),
+            ("below", variables, work.array("below")),
+            ("time", 2, work.array("time")),
+            ("sides", watch.events, work.array("sides")),
+            ("branches", len(watch.conditions), work.array("branches")),
+        ]
+
+    def _copy(self, count: int, source: Array, lane: Value, out: Array) -> None:
+        """Copy the numbers of a lane to memory without gaps."""
+
+        def one(k: Value) -> None:
+            out[k] = source[k * self._kernel.lanes + lane]
+
+        lane.function.count(count, one)
+
+    def _spread(self, count: int, source: Array, lane: Value, out: Array) -> None:
+        """Copy numbers to those of a lane."""
+
+        def one(k: Value) -> None:
+            out[k * self._kernel.lanes + lane] = source[k]
+
+        lane.function.count(count, one)
+
+    def _take(self, address: Value, lane: Value) -> None:
+        """Give a lane the next task of the queue, if there is one."""
+        work, lines = Record(address, self._kernel.work), address.function
+        queue = Record(work.array("queue", POINTER)[0], QUEUE)
+        place = lines.new(INTEGER, f"atomicrmw add ptr {queue.array('next').address.name}, i64 1 monotonic")
+        work.array("active", INTEGER)[lane] = 0
+        with lines.when(place.is_("lt", queue.array("count", INTEGER)[0])):
+            work.array("active", INTEGER)[lane] = 1
+            work.array("switched", INTEGER)[lane] = 0
+            work.array("task", INTEGER)[lane] = Array(queue.array("members", POINTER)[0], INTEGER)[place]
+            task = self.of(work, lane)
+            self._spread(self._kernel.parameters, task.array("parameters"), lane, work.array("parameters"))
+            for name, count, own in self._arrays(work):
+                self._spread(count, task.array(name), lane, own)
+            for name in DOUBLES:
+                work.array(name)[lane] = task.array(name)[0]
+            for name in INTEGERS:
+                work.array(name, INTEGER)[lane] = task.array(name, INTEGER)[0]
+            self._look_ahead(work, task, lane)
+            self._kernel.sampling.take(work, task, lane)
+            self._kernel.momenta.take(work, task, lane)
+
+    def _leave(self, address: Value, lane: Value) -> None:
+        """Let a lane leave its task and take another one, or rescale its momenta."""
+        work, lines = Record(address, self._kernel.work), address.function
+        status = work.array("status", INTEGER)[lane]
+        with lines.when(status.is_("ne", 0)):
+            task = self.of(work, lane)
+            self._kernel.momenta.leave(work, lane)
+            for name, count, own in self._arrays(work):
+                self._copy(count, own, lane, task.array(name))
+            for i, place in enumerate(self._kernel.watch.conditions):
+                held = work.array("parameters")[lane + place * self._kernel.lanes]
+                task.array("branches")[len(self._kernel.watch.conditions) + i] = held
+            self._kernel.sampling.leave(work, task, lane)
+            for name in ("shortest", "longest", "near"):
+                task.array(name)[0] = work.array(name)[lane]
+            for name in ("status", "steps", "index", "bits", "which", "rising"):
+                task.array(name, INTEGER)[0] = work.array(name, INTEGER)[lane]
+            lines.run("take", address, lane)
+        with lines.when(status.is_("eq", 0)):
+            self._kernel.momenta.fit(work, lane)
+
+    def _keep_step(self, address: Value, h: Value) -> None:
+        """Keep the coefficients of a step, in the scale of the start."""
+        work, lines = Record(address, self._kernel.work), address.function
+        count = work.array("kept_count", INTEGER)
+        steps = Array(work.array("kept", POINTER)[0], f"[{self.step.itemsize} x i8]")
+        step = Record(steps.at(count[0]), self.step)
+        count[0] = count[0] + 1
+        step.array("task", INTEGER)[0] = work.array("task", INTEGER)[0]
+        step.array("length")[0] = h
+        for part in (0, 1):
+            step.array("start")[part] = work.array("time")[part]
+
+        def order(n: Value) -> None:
+            states = self._kernel.layout.states(address, n)
+            out = Array(step.array("coefficients").at(n * self._kernel.variables), DOUBLE)
+            for k in range(self._kernel.variables):
+                out[k] = self._kernel.momenta.outwards(work, k, states[k])
+
+        lines.count(self._kernel.order + 1, order)
