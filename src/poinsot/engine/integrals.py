@@ -49,39 +49,37 @@ def _terms(draft: Any) -> Sequence[tuple[Coefficient, Any]]:
 def _slope(number: int, rate: Any, drafts: Sequence[Any]) -> Mapping[Any, float]:
     """Return half the time derivative of the square of a variable: numbers by parameters and monomials."""
     total: defaultdict[Any, float] = defaultdict(float)
-    for size, parameters, x in _written_out(rate, drafts):
-        total[tuple(sorted(parameters)), tuple(sorted((number, *x)))] += size
+    for size, factors, x in _written_out(rate, drafts):
+        total[tuple(sorted(factors)), tuple(sorted((number, *x)))] += size
     return total
 
 
 def _written_out(value: Any, drafts: Sequence[Any]) -> list[tuple[float, list[int], Any]]:
-    """Return a value as a sum of numbers, each with parameters and a monomial that it multiplies."""
+    """Return a value as a sum: numbers, each with parameters and a monomial that it multiplies."""
     if isinstance(value, Coefficient):
-        number, parameter = value
-        return [(number, [] if parameter is None else [parameter], ())]
+        return [(value.number, [] if value.parameter is None else [value.parameter], ())]
     draft = drafts[value[0]]
     if len(value) > 1 or not isinstance(draft, Sum):
         return [(1.0, [], value)]
-    pairs = [(c, part) for c, x in _terms(draft) for part in _written_out(x, drafts)]
-    found = [_written_out(c, drafts)[0] for c in draft.constants]
-    for c, (number, parameters, x) in pairs:
-        own = [] if c.parameter is None else [c.parameter]
-        found.append((c.number * number, [*own, *parameters], x))
-    return found
+    whole = [*_terms(draft), *((Coefficient(), constant) for constant in draft.constants)]
+    return [
+        (number * size, [*own, *factors], x)
+        for coefficient, part in whole
+        for number, own, _ in _written_out(coefficient, drafts)
+        for size, factors, x in _written_out(part, drafts)
+    ]
 
 
 def _integrals(slopes: Mapping[int, Mapping[Any, float]]) -> list[list[int]]:
     """Return the groups of squares whose derivatives have terms in common and cancel."""
-    groups: list[tuple[list[int], Mapping[Any, float]]] = []
+    groups: list[tuple[list[int], dict[Any, float]]] = []
     for number, slope in slopes.items():
-        apart = [group for group in groups if not group[1].keys() & slope.keys()]
-        numbers, total = [number], defaultdict(float, slope)
-        for others, form in groups:
-            if form.keys() & slope.keys():
-                numbers += others
-                for key, size in form.items():
-                    total[key] += size
-        groups = [*apart, (sorted(numbers), total)]
+        numbers, total = [number], dict(slope)
+        for group in [group for group in groups if group[1].keys() & slope.keys()]:
+            groups.remove(group)
+            numbers += group[0]
+            total |= {key: size + total.get(key, 0.0) for key, size in group[1].items()}
+        groups.append((sorted(numbers), total))
     return [numbers for numbers, total in groups if not any(total.values())]
 
 

@@ -66,6 +66,15 @@ def _number(kind: str, number: float) -> str:
     return text if _lanes(kind) == 1 else "<" + ", ".join([f"{_kind(kind)} {text}"] * _lanes(kind)) + ">"
 
 
+def _operators(name: str) -> tuple[Callable[[Value, Value | float], Value], Callable[[Value, float], Value]]:
+    """Return the methods of an operator: with the value on its left and on its right."""
+
+    def written(value: Value, *operands: Value | float) -> Value:
+        return value._new("f" * (DOUBLE in value.type) + name, *map(value.like, operands))
+
+    return (lambda value, other: written(value, value, other)), (lambda value, other: written(value, other, value))
+
+
 class Value:
     """A number, a vector of numbers or an address; operators on it write instructions."""
 
@@ -82,27 +91,9 @@ class Value:
         names = ", ".join(operand.name for operand in operands)
         return self.function.new(kind or self.type, f"{operation} {self.type} {names}")
 
-    def _arithmetic(self, operation: str, first: Value | float, second: Value | float) -> Value:
-        prefix = "f" if DOUBLE in self.type else ""
-        return self._new(prefix + operation, self.like(first), self.like(second))
-
-    def __add__(self, other: Value | float) -> Value:
-        return self._arithmetic("add", self, other)
-
-    def __radd__(self, other: float) -> Value:
-        return self._arithmetic("add", other, self)
-
-    def __sub__(self, other: Value | float) -> Value:
-        return self._arithmetic("sub", self, other)
-
-    def __rsub__(self, other: float) -> Value:
-        return self._arithmetic("sub", other, self)
-
-    def __mul__(self, other: Value | float) -> Value:
-        return self._arithmetic("mul", self, other)
-
-    def __rmul__(self, other: float) -> Value:
-        return self._arithmetic("mul", other, self)
+    __add__, __radd__ = _operators("add")
+    __sub__, __rsub__ = _operators("sub")
+    __mul__, __rmul__ = _operators("mul")
 
     def __truediv__(self, other: Value | float) -> Value:
         return self._new("fdiv", self, self.like(other))
