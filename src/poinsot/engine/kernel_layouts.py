@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
 from poinsot.engine.llvm_ir import DOUBLE, Array, Value, host_features, vector
-from poinsot.engine.taylor_schedule import InnerSum, Row, Schedule
+from poinsot.engine.taylor_schedule import Row, Schedule
 
 __all__ = ["Batch", "Layout", "Single"]
 
@@ -48,12 +48,10 @@ class Batch:
         """Write the inner sums of an order."""
         sums: dict[int, Value] = {}
         for group in self._groups:
-            sums |= dict(zip((inner.place for inner in group), self._sums(memory, n, group), strict=True))
+            pairs = [(self._places[inner.first], self._places[inner.second]) for inner in group]
+            found = _multiplied(n, functools.partial(self.states, memory), self._stride, pairs)
+            sums |= {inner.place: total for inner, total in zip(group, found, strict=True)}
         return sums.__getitem__
-
-    def _sums(self, memory: Value, n: Value, group: Sequence[InnerSum]) -> list[Value]:
-        pairs = [(self._places[inner.first], self._places[inner.second]) for inner in group]
-        return _multiplied(n, lambda j: self.states(memory, j), self._stride, pairs)
 
 
 class Single:

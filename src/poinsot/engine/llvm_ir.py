@@ -330,12 +330,9 @@ class Function:
 
     def either(self, condition: Value, otherwise: Sequence[Value], body: Callable[[], Sequence[Value]]) -> list[Value]:
         """Return what a body returns under a condition, other values otherwise."""
-        before, inside, after = self._block, self._label(), self._label()
-        self.line(f"br i1 {condition.name}, label %{inside}, label %{after}")
-        self._begin(inside)
-        values, end = body(), self._block
-        self.line(f"br label %{after}")
-        self._begin(after)
+        before = self._block
+        with self.when(condition):
+            values, end = body(), self._block
         return [
             self.new(value.type, f"phi {value.type} [{value.name}, %{end}], [{other.name}, %{before}]")
             for value, other in zip(values, otherwise, strict=True)
