@@ -73,17 +73,15 @@ class Schedule:
         self.operations = decomposition.operations
         self.outputs = (*decomposition.rates, *decomposition.watched)
         self.places: dict[tuple[int, int], int] = {}
-        sums, zeros, reciprocals = list[InnerSum](), set[int](), set[int]()
+        sums = list[InnerSum]()
         for k, operation in enumerate(self.operations):
             for part, first, second in _convolutions(k, operation):
                 self.places[k, part] = len(sums)
                 sums.append(InnerSum(len(sums), first, second))
-            zeros.update(_factors(k, operation))
-            if isinstance(operation, Quotient):
-                reciprocals.add(operation.denominator)
-        self.zeros, self.reciprocals = _numbered(zeros), _numbered(reciprocals)
         self.sums = len(sums)
         self.rows = list(dict.fromkeys(row for inner in sums for row in (inner.first, inner.second)))
+        self.zeros = _numbered(row.operation for row in self.rows if not row.weighted)
+        self.reciprocals = _numbered(x.denominator for x in self.operations if isinstance(x, Quotient))
         self.groups = _grouped(sums)
 
     def state_of(self, row: Row) -> int | None:
@@ -105,20 +103,8 @@ def _convolutions(k: int, operation: Operation) -> list[tuple[int, Row, Row]]:
     return []
 
 
-def _factors(k: int, operation: Operation) -> list[int]:
-    """Return the operations whose order 0 multiplies the highest order that a recurrence has."""
-    match operation:
-        case Product(first, second):
-            return [first, second]
-        case Quotient():
-            return [k]
-        case Function():
-            return [slope for _, _, slope in varying(operation) if isinstance(slope, int)]
-    return []
-
-
 def _numbered(operations: Iterable[int]) -> dict[int, int]:
-    return {k: place for place, k in enumerate(sorted(operations))}
+    return {k: place for place, k in enumerate(sorted(set(operations)))}
 
 
 def varying(function: Function) -> list[tuple[int, int, Coefficient | int]]:
