@@ -104,6 +104,11 @@ QUICK = (Gyrostat, VaryingInertia)
 """Whose second derivatives are quick to compile."""
 
 each_part = pytest.mark.parametrize("part", PARTS, ids=lambda part: type(part).__name__)
+each_varied_part = pytest.mark.parametrize(  # variations of the pendulum take long to compile
+    "part",
+    [pytest.param(p, marks=pytest.mark.slow) if isinstance(p, SloshPendulum) else p for p in PARTS],
+    ids=lambda part: type(part).__name__,
+)
 
 
 def started(system, **own):
@@ -354,7 +359,8 @@ def end(system, state, x):
     return pt.propagate(system, displaced(system, state, x), [1.7], precision="extended")
 
 
-@each_part
+@pytest.mark.samples
+@each_varied_part
 def test_state_transition_is_the_derivative_by_start_and_parameters(part):
     system = attracted(part)
     state, names = started(system), names_of(part)
@@ -386,11 +392,7 @@ def test_state_transition_is_the_derivative_by_start_and_parameters(part):
 
 
 @pytest.mark.samples
-@pytest.mark.parametrize(
-    "part",
-    [pytest.param(p, marks=pytest.mark.slow) if isinstance(p, SloshPendulum) else p for p in PARTS],
-    ids=lambda part: type(part).__name__,
-)
+@each_varied_part
 def test_variational_equations_of_members_are_those_of_each_alone(part):
     many = members(part)
     found, spectra = pt.analysis.state_transition(*many, [1.7]), pt.analysis.lyapunov_spectrum(*many, [5.0])
