@@ -48,7 +48,7 @@ def test_motion_comes_back_through_frames(kernels):
     np.testing.assert_allclose(
         matrices(table.attitude), matrices(MOTION.attitude), rtol=0, atol=2e-7
     )  # ET: 0.12 microseconds
-    np.testing.assert_allclose(table.omega_body, MOTION.omega_body, rtol=0, atol=2e-7)
+    np.testing.assert_allclose(table.omega_body, MOTION.omega_body, rtol=0, atol=1e-9)
     assert (table.reference_frame, table.body_frame) == ("ICRF", "SC_BODY_1")
     dates = ["2026-11-21T00:00:02.5 TAI", "2026-11-21T00:00:05 TAI"]
     some = pt.files.spice_attitude("SC_BODY_1", dates, kernels, calendar=CALENDAR)
@@ -166,7 +166,7 @@ def test_its_own_instants(kernels):
     np.testing.assert_allclose(CALENDAR.time(table.calendar.date(table.times)), TIMES, rtol=0, atol=2e-7)
     back = pt.files.AttitudeTable(TIMES, table.quaternion, table.omega_body, CALENDAR)
     assert np.max(back.angle_to(MOTION)) < 3e-7
-    np.testing.assert_allclose(table.omega_body, MOTION.omega_body, rtol=0, atol=3e-7)
+    np.testing.assert_allclose(table.omega_body, MOTION.omega_body, rtol=0, atol=1e-9)
     assert (table.reference_frame, table.body_frame) == ("ICRF", "SC_BODY_1")
 
 
