@@ -107,7 +107,7 @@ def test_elements_are_those_of_the_ellipse_at_all_times():
     assert np.allclose(np.exp(1j * found.argument_of_periapsis), 1, rtol=0, atol=1e-12)
     assert np.allclose(found.longitude_of_periapsis, 0.3, rtol=0, atol=1e-12)
     assert np.allclose(found.period, 2 * np.pi, rtol=1e-13, atol=0)
-    assert found.true_anomaly[0] == pytest.approx(1.0, abs=1e-15)
+    assert found.true_anomaly[0] == pytest.approx(1.0, abs=7e-15)  # three times the worst of 21 shaken starts
 
 
 def test_elements_of_members_have_their_own_masses():

@@ -133,7 +133,8 @@ def test_variables_to_state_and_back(rng, J, I):
         back = pt.Andoyer.from_state(variables.state())
         allowed = 4 * EPS * (2 + loss(J) + loss(I))
         assert apart([back.l, back.g, back.h], [l, g, h]) < allowed
-        assert np.max(np.abs(values(back)[3:] - values(variables)[3:])) < 8 * EPS
+        # Of 1.7; the worst of 50,000 is 8 EPS, and 5 EPS of those here.
+        assert np.max(np.abs(values(back)[3:] - values(variables)[3:])) < 16 * EPS
 
 
 IDENTITY, HALF_TURN, ABOUT_THIRD = (1, 0, 0, 0), (0, 1, 0, 0), (0.6, 0, 0, 0.8)
