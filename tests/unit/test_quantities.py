@@ -43,7 +43,7 @@ def test_angles_convert_to_radians_everywhere(tmp_path, unit):
         for argument in arguments.keys() & (ANGLES - {"g", "h"} if name.endswith("Harmonics") else ANGLES):
             given = {**arguments, argument: np.array(arguments[argument]) * u.rad.to(unit) * u.Unit(unit)}
             plain, converted = (np.array(numbers_of(function(**each)), dtype=complex) for each in (arguments, given))
-            np.testing.assert_allclose(converted, plain, rtol=1e-12, atol=1e-12, err_msg=f"{name} {argument}")
+            np.testing.assert_allclose(converted, plain, rtol=2e-14, atol=2e-14, err_msg=f"{name} {argument}")
             tried += plain.size > 0
     assert tried > 15
 

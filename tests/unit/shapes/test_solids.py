@@ -75,7 +75,7 @@ def test_a_needle_and_a_disc_pull_as_their_mass_points():
         points = np.array([(1.5, 2.0, 0.3), (3.0, -5.0, 4.0), (0.0, 0.0, 7.0)])
         mass_points = pt.shapes.Mascons(weights, places)
         np.testing.assert_allclose(solid.potential(points), mass_points.potential(points), rtol=2e-11)
-        np.testing.assert_allclose(solid.attraction(points), mass_points.attraction(points), rtol=2e-9, atol=2e-11)
+        np.testing.assert_allclose(solid.attraction(points), mass_points.attraction(points), rtol=1e-12, atol=1e-13)
 
 
 def test_bad_solids_are_refused():
