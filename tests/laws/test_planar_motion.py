@@ -31,9 +31,10 @@ def test_tangent_vectors_are_those_in_space():
     plane = pt.analysis.state_transition(SYSTEM, start, TIMES, ["eccentricity"], formulation="planar")
     space = pt.analysis.state_transition(SYSTEM, start, TIMES, ["eccentricity"])
     own = np.ix_(range(len(TIMES)), [2, 5], [2, 5])
-    np.testing.assert_allclose(plane.matrix, space.matrix[own], rtol=0, atol=1e-12)
+    # Three times the worst of 21 shaken starts; entries grow to 42.
+    np.testing.assert_allclose(plane.matrix, space.matrix[own], rtol=0, atol=2e-11)
     np.testing.assert_allclose(plane.sensitivity, space.sensitivity[:, [2, 5]], rtol=0, atol=1e-11)
-    np.testing.assert_allclose(np.linalg.det(plane.matrix), 1.0, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(np.linalg.det(plane.matrix), 1.0, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("formulation", ["planar", "lie_poisson"])
