@@ -63,21 +63,33 @@ class Kinetics(Parametric):
 
 
 class ObliqueKinetics(Kinetics):
-    """The same for body axes that are not principal; `axes` has the principal axes as its columns."""
+    """The same for body axes that are not principal; `axes` has the principal axes as its columns.
+
+    The axes are orthogonal but for rounding. Neither |g| nor the energy depends on that where I^-1 is symmetric to the
+    last bit and the gyration is the vector product: along principal axes both would drift in one direction.
+    """
 
     axes: Annotated[Any, (3, 3)]
 
     @override
     def omega(self, g: ArrayLike) -> Array:
-        return turned(self.axes, super().omega(turned(self.axes.T, g)))
+        return turned(self._inverse(components(self.reciprocals)), g)
 
     @override
     def half_omega(self, g: ArrayLike) -> Array:
-        return turned(self.axes, super().half_omega(turned(self.axes.T, g)))
+        return turned(self._inverse([0.5 * reciprocal for reciprocal in components(self.reciprocals)]), g)
 
     @override
     def gyration(self, g: ArrayLike) -> Array:
-        return turned(self.axes, super().gyration(turned(self.axes.T, g)))
+        return assemble(functions.cross(components(g), components(self.omega(g))), g)
+
+    def _inverse(self, reciprocals: Iterable[Scalar]) -> Matrix:
+        """Return axes diag(reciprocals) axes^T, symmetric to the last bit."""
+        entries: dict[tuple[int, int], Scalar] = {}
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+            products = [x * y for x, y in zip(self.axes[i], self.axes[j], strict=True)]
+            entries[i, j] = entries[j, i] = functions.dot(products, reciprocals)
+        return [[entries[i, j] for j in range(3)] for i in range(3)]
 
 
 class CompositeKinetics:
