@@ -89,3 +89,13 @@ def test_any_unit_of_time(size):
     times = np.array([0, 1.0, 100.0])
     motions = pt.free_motion(body, quick, times), pt.free_motion(body, other, times * size)
     assert np.max(np.abs(motions[0].quaternion - motions[1].quaternion)) < 1e2 * 8 * EPS
+
+
+def test_an_energy_that_overflows_is_infinite_without_a_word():
+    body = pt.Body((1.25, 1.0, 0.75))
+    motion = pt.free_motion(body, body.state((1, 0, 0, 0), omega_body=(1e199, 1e200, 2e199)), [0.0, 1e-200])
+    assert np.all(np.isinf(motion.energy))
+    assert np.isinf(motion.system.energy(motion.initial))
+    assert np.all(np.isfinite(motion.omega_body))
+    assert np.all(np.isnan(motion.drift["energy"]))
+    assert repr(motion)

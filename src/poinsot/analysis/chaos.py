@@ -48,6 +48,9 @@ FOUND = ("growth", "fli", "megno", "mean_megno", "gali")
 SAMPLES = 8
 """Of the growth for MEGNO's integrals, in 2 pi of the fastest angle."""
 
+MOST_STEPS = 1e8
+"""Each has some numbers in memory."""
+
 APART = 10.0
 """Radians of the fastest angle between two orthogonalisations of vectors."""
 
@@ -506,6 +509,12 @@ def _refined(times: Array, starts: Array, step: float) -> Array:
     They are the same for members that start at one time, whenever others start.
     """
     times = np.sort(times)
+    far = max(times[-1], np.max(starts)) - min(times[0], np.min(starts))
+    if far > MOST_STEPS * step:
+        raise ValueError(
+            f"times must be at most {MOST_STEPS:.0e} steps of {step:.3g} from the state's time, got {far:.3g}. "
+            "A step is a part of a turn of the body: is it as fast as that?"
+        )
     pieces = [np.linspace(a, b, max(int(np.ceil((b - a) / step)), 1) + 1)[:-1] for a, b in itertools.pairwise(times)]
     before = times[0] - step * np.arange(1, max(np.ceil((times[0] - np.min(starts)) / step), 1))
     behind = times[-1] + step * np.arange(1, max(np.ceil((np.max(starts) - times[-1]) / step), 1))

@@ -88,7 +88,8 @@ class Dynamics(Collection):
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state, eq. (9); shape (...)."""
         twin = self.beside(state.shape)
-        return twin.kinetic_at(twin.at(state))
+        with np.errstate(over="ignore"):
+            return twin.kinetic_at(twin.at(state))
 
     @checked
     def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
@@ -124,7 +125,7 @@ class Dynamics(Collection):
 
     def speed(self, state: State) -> Any:
         """Return how fast the fastest of the bodies turns; shape (...)."""
-        return np.linalg.norm(self.omega_body(state), axis=-1)
+        return np.hypot.reduce(self.omega_body(state), axis=-1)  # squares may overflow
 
     @checked
     def energy(self, state: State) -> Any:
@@ -132,7 +133,8 @@ class Dynamics(Collection):
         shape = state.shape
         twin = self.beside(shape)
         instant = twin.at(state)
-        return twin.kinetic_at(instant) + np.broadcast_to(twin.potential_at(instant), shape)[()]
+        with np.errstate(over="ignore"):
+            return twin.kinetic_at(instant) + np.broadcast_to(twin.potential_at(instant), shape)[()]
 
     # ------------------------------------------------------------------ equations of motion
 

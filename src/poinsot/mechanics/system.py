@@ -43,6 +43,9 @@ __all__ = ["System"]
 OF_EVERY_RUN = attrgetter("orbits", "knots", "span")
 """What every run asks for: computed with the system."""
 
+LARGEST = 2.0**512
+"""Of a scale of momenta, whose square would overflow."""
+
 AT_REST = 1e-9
 """Of the rate of a variable whose part has no momentum: what is slower is at rest, and its rate mostly rounding."""
 
@@ -230,9 +233,10 @@ class System(Dynamics):
         each = [state.angular_momentum_body]
         for part in self.parts:
             each += [state.own[part.name][..., place] for place in part.momentum_places]
-        for momenta in each:
-            largest = np.maximum(largest, np.sqrt(np.vecdot(momenta, momenta)))
-        return largest + (largest == 0)
+        with np.errstate(over="ignore"):
+            for momenta in each:
+                largest = np.maximum(largest, np.sqrt(np.vecdot(momenta, momenta)))
+        return np.minimum(largest + (largest == 0), LARGEST)
 
     @property
     def rigid_bodies(self) -> tuple[Body, ...]:

@@ -410,7 +410,8 @@ class Trajectory(Summarized):
     @property
     def _momentum_size(self) -> Array:
         """What drifts of momenta are measured against; shape (n,)."""
-        return np.asarray(np.linalg.norm(self.angular_momentum_body, axis=-1))
+        with np.errstate(over="ignore"):
+            return np.asarray(np.linalg.norm(self.angular_momentum_body, axis=-1))
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -508,7 +509,7 @@ class Trajectory(Summarized):
     @property
     def _sketched_member(self) -> tuple[str, Array]:
         """What a small plot shows of each of several members."""
-        return "rate", np.linalg.norm(self.omega_body, axis=-1)
+        return "rate", np.hypot.reduce(self.omega_body, axis=-1)
 
     @property
     def _counted_events(self) -> list[tuple[Event, int]]:
@@ -644,7 +645,8 @@ class Trajectory(Summarized):
 
     def _drift_of(self, integral: Integral, values: Array, sizes: Array) -> Array:
         size = sizes[0 if integral.is_energy else 1]
-        change: Array = values - np.asarray(integral.value(self.initial))[..., None]
+        with np.errstate(invalid="ignore"):
+            change: Array = values - np.asarray(integral.value(self.initial))[..., None]
         change /= np.where(size > 0, size, 1.0)[..., None]
         return change
 

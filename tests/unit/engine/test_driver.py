@@ -247,18 +247,23 @@ def test_members_that_start_within_rounding_of_a_time(nudges):
         assert_member(motion, i, pt.propagate(SATELLITE, member(batch, i), TIMES))
 
 
+@pytest.mark.parametrize("rate", [1e50, 1e200])  # of the larger one the square overflows too
 @pytest.mark.parametrize("looped", [True, False], ids=["looped kernel", "heyoka"])
-def test_no_force_is_blamed_where_powers_of_a_rate_overflow(looped, monkeypatch):
+def test_no_force_is_blamed_where_powers_of_a_rate_overflow(looped, rate, monkeypatch):
     if not looped:
         monkeypatch.setattr(looped_kernel, "available", lambda: False)
     body = pt.Body((1.0, 2.0, 3.0))
-    start = body.state((1, 0, 0, 0), omega_body=(1e50, 1e49, 1e50))
-    why = "the state became non-finite: the body turns so fast, 1e+50, that powers of its rate overflow."
+    start = body.state((1, 0, 0, 0), omega_body=(rate, 0.1 * rate, rate))
+    why = f"the state became non-finite: the body turns so fast, {rate:.0g}, that powers of its rate overflow."
     sentence = f"propagation stopped at t = 0 of 1: {why} Count in a shorter unit of time."
     with pytest.raises(pt.PropagationError, match=f"^{re.escape(sentence)}$"):
         pt.propagate(pt.System(body), start, [1.0])
-    pair = body.state([(1, 0, 0, 0)] * 2, omega_body=[(1e50, 1e49, 1e50), (0, 0.1, 0)])
+    pair = body.state([(1, 0, 0, 0)] * 2, omega_body=[(rate, 0.1 * rate, rate), (0, 0.1, 0)])
     motion = pt.propagate(pt.System(body), pair, [1.0])
     assert motion.failures == {0: sentence}
+    with pytest.raises(pt.PropagationError, match=re.escape(why)):
+        pt.analysis.chaos_indicators(pt.System(body), start, [1 / rate])
+    with pytest.raises(ValueError, match=r"^times must be at most 1e\+08 steps of .* from the state's time, got 1\. "):
+        pt.analysis.chaos_indicators(pt.System(body), start, [1.0])
     if not looped:
         assert motion.run.kernel == "heyoka"
