@@ -64,11 +64,9 @@ class DoubleDouble:
     def __truediv__(self, other: Any) -> DoubleDouble:
         other = _wide(other)
         first = self.hi / other.hi
-        rest = self - other * first
-        second = rest.hi / other.hi
-        rest = rest - other * second
-        high, low = _sum_of_ordered(first, second)
-        return DoubleDouble(*_sum_of_ordered(high, low + rest.hi / other.hi))
+        high, low = _product(other.hi, first)  # next to self.hi, so that their difference is exact
+        rest = ((self.hi - high) - low) + (self.lo - other.lo * first)
+        return DoubleDouble(*_sum_of_ordered(first, rest / other.hi))
 
     def __rtruediv__(self, other: Any) -> DoubleDouble:
         return _wide(other) / self
@@ -80,7 +78,8 @@ class DoubleDouble:
     def sqrt(self) -> DoubleDouble:
         """Return the square root; of a number whose rounding error made it negative, zero."""
         root = np.sqrt(np.maximum(self.hi, 0.0))
-        correction = (self - DoubleDouble(root) * root).hi / np.where(root > 0, 2 * root, 1.0)
+        high, low = _product(root, root)
+        correction = (((self.hi - high) - low) + self.lo) / np.where(root > 0, 2 * root, 1.0)
         return DoubleDouble(*_sum_of_ordered(root, np.where(root > 0, correction, 0.0)[()]))
 
 
@@ -113,7 +112,8 @@ def _sum_of_ordered(a: Any, b: Any) -> tuple[Any, Any]:
 
 def _product(a: Any, b: Any) -> tuple[Any, Any]:
     product = a * b
-    (a1, a2), (b1, b2) = _split(a), _split(b)
+    a1, a2 = _split(a)
+    b1, b2 = (a1, a2) if b is a else _split(b)
     return product, ((a1 * b1 - product) + a1 * b2 + a2 * b1) + a2 * b2
 
 

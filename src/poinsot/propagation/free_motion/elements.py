@@ -147,7 +147,7 @@ def _elements(moments: Any, principal: Any, state: State) -> Elements:
     m = pick(round_, 0.0, r * P1 / (r_other * P3))
     m_other = pick(round_, 1.0, pick(is_long, -gap, gap) / (r_other * P3))
     mean, total = _mean_and_sum(m_other.sqrt(), (1 / r_other).sqrt())
-    mean_other, _ = _mean_and_sum(m.sqrt(), DoubleDouble(1.0))
+    mean_other = _mean(m.sqrt())
     spread = DoubleDouble.difference(I3, I1) / (DoubleDouble(I1) * I3)
     rate = pick(is_long, -spread, spread) * (r_other * P3).sqrt()
     precession = G * (1 / DoubleDouble(I1) - (DoubleDouble.difference(I2, I1) / (DoubleDouble(I1) * I2) * total) * 0.5)
@@ -198,6 +198,19 @@ def _signs(order: Any, g: tuple[DoubleDouble, ...]) -> tuple[Any, Any, Any]:
     parity = np.linalg.det(np.eye(3)[order]).round()
     first, third = (np.where(x.hi < 0, -1.0, 1.0) for x in (g[0], g[2]))
     return first[()], (parity * first * third)[()], third[()]
+
+
+def _mean(small: DoubleDouble) -> DoubleDouble:
+    """Return AGM(1, small), 0 if small is."""
+    a, b = DoubleDouble(np.ones_like(small.hi)[()]), small
+    done: Any = small.hi == 0
+    for _ in range(MOST_ROUNDS):
+        ends = abs(a.hi - b.hi) <= ENOUGH * a.hi
+        a, b = pick(done, a, (a + b).scaled(0.5)), (a * b).sqrt()
+        done = done | ends
+        if np.all(done):
+            break
+    return pick(small.hi == 0, 0.0, a)
 
 
 def _mean_and_sum(small: DoubleDouble, p: DoubleDouble) -> tuple[DoubleDouble, DoubleDouble]:

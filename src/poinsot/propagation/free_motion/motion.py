@@ -37,8 +37,8 @@ __all__ = ["free_motion"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 4096
-"""Attitudes computed together: their intermediate results stay in the processor's cache."""
+BLOCK = 8192
+"""Attitudes computed together: their intermediate results stay in the second cache of a processor."""
 
 
 @checked
