@@ -84,6 +84,14 @@ class Table:
     """Base of data that no formula sees as a whole, such as an ephemeris; two of them are equal if they are one."""
 
 
+def _stays(record: Parametric, name: str, value: Any) -> None:  # noqa: ARG001
+    """Refuse to change a record, also in an `__init__` of the user."""
+    raise dataclasses.FrozenInstanceError(
+        f"{type(record).__name__}.{name} must stay as it was made, got another value. Make another one; a class of "
+        "your own needs no __init__, its annotated fields are its arguments."
+    )
+
+
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
 class Parametric:
     """Base of the frozen records, which makes a dataclass of each subclass by its annotated fields."""
@@ -97,6 +105,7 @@ class Parametric:
             if callable(getattr(cls, name, None)):  # a field may have the name of a method, which is not its default
                 setattr(cls, name, dataclasses.field())
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
+        cls.__setattr__ = _stays  # type: ignore[assignment]
 
     @classmethod
     def unchecked(cls, **fields: Any) -> Self:

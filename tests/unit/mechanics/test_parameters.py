@@ -163,3 +163,24 @@ def test_a_scenario_has_a_table_for_each(tmp_path):
     (tmp_path / "wrong.toml").write_text(TEXT.replace("strength = -0.3", "strenght = -0.3"))
     with pytest.raises(ValueError, match=r"line 19: forces\[0\].charges\[1\].strenght must be a key .* strength\?"):
         read_scenario(tmp_path / "wrong.toml")
+
+
+class Steered(pt.Torque):
+    """A class whose author writes an `__init__`, as in other packages."""
+
+    gain: float
+
+    def __init__(self, gain):
+        self.gain = gain
+
+    def torque(self, instant):
+        return -self.gain * instant.omega_body
+
+
+def test_a_record_that_is_changed_says_what_to_do_instead():
+    hint = "got another value. Make another one; a class of your own needs no __init__, its annotated fields are its"
+    with pytest.raises(AttributeError, match=rf"^Steered\.gain must stay as it was made, {hint} arguments\.$"):
+        Steered(2.0)
+    with pytest.raises(AttributeError, match=rf"^FixedPosition\.mu must stay as it was made, {hint} arguments\.$"):
+        NEAR.mu = 3.0
+    assert float(NEAR.mu) == 0.9
