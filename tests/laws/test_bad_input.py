@@ -291,6 +291,14 @@ def test_shapes_must_be_the_stated_ones(name):
 NO_BODY = "No rigid body has these moments."
 IMPOSSIBLE_BODIES = {
     "negative_moment": (lambda: pt.Body((1, -1, 1)), "moments must be positive, got -1.0."),
+    "diagonal_tensor": (
+        lambda: pt.Body(np.diag([1.0, 2.0, 2.5])),
+        "moments must be the three principal ones, got a tensor. Write Body.from_inertia(tensor).",
+    ),
+    "tensor": (
+        lambda: pt.Body([[10.0, 0.3, 0.2], [0.3, 12.0, 0.1], [0.2, 0.1, 8.0]]),
+        "moments must be the three principal ones, got a tensor. Write Body.from_inertia(tensor).",
+    ),
     "zero_moment": (lambda: pt.Body((1, 0, 1)), "moments must be positive, got 0.0."),
     "triangle": (
         lambda: pt.Body((3, 1, 1.5)),

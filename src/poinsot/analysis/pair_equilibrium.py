@@ -147,8 +147,8 @@ class PairEquilibrium(Summarized):
         units = DerivedUnits(self.system.units)
         return f"Equilibrium of two bodies: {self.stability}", {
             "distance": told(self.distance, units.length),
-            "rate": told(np.linalg.norm(self.rate), units.rate),
-            "frequencies": told(self.frequencies, units.rate),
+            "rate": told(np.linalg.norm(self.rate), units.rate_in_words),
+            "frequencies": told(self.frequencies, units.rate_in_words),
             "growth rates": told(self.growth_rates, units.per_time),
         }
 

@@ -113,7 +113,7 @@ class PeriodicMotion(Summarized):
         return f"Periodic motion of {rounded(repr(self.system))}", {
             "period": told(self.period, units.time),
             "stable": "yes" if self.stable else "no",
-            "frequencies": told(self.frequencies, units.rate),
+            "frequencies": told(self.frequencies, units.rate_in_words),
             "growth rates": told(self.growth_rates, units.per_time),
             "turn of the frame in a period": told(self.turn, "rad"),
             **{
@@ -262,7 +262,7 @@ class CassiniState(Summarized):
         return f"Cassini state of {rounded(repr(self.motion.system))}", {
             "obliquity": told(self.obliquity, "rad"),
             "inclination": told(self.inclination, "rad"),
-            **{f"frequency of {name}": told(getattr(self, name), units.rate) for name in names},
+            **{f"frequency of {name}": told(getattr(self, name), units.rate_in_words) for name in names},
             "period": told(self.motion.period, units.time),
         }
 

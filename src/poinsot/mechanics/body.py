@@ -391,9 +391,11 @@ def inertia_of_spread(spread: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _check_moments(moments: NDArray[np.float64]) -> None:
-    refuse_nonpositive("moments", moments)
     small, middle, large = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
     broken = large > (small + middle) * (1 + TRIANGLE_SLACK)
+    if np.any(broken | (small <= 0)) and moments.shape == (3, 3) and np.array_equal(moments, moments.T):
+        raise ValueError("moments must be the three principal ones, got a tensor. Write Body.from_inertia(tensor).")
+    refuse_nonpositive("moments", moments)
     if np.any(broken):
         i = np.argmax(np.atleast_1d(broken))
         a, b, c = (float(np.atleast_1d(x)[i]) for x in (large, small, middle))

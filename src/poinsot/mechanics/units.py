@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from poinsot.html_text import PER_TIME
 from poinsot.mechanics.parameters import Parametric, described, listed
 from poinsot.quantities import Quantity, said_of
 
@@ -15,13 +16,14 @@ __all__ = ["DerivedUnits", "checked_units", "dated_units", "in_units"]
 class DerivedUnits:
     """The units of derived quantities in CF notation, from those of time, inertia and length.
 
-    They are "1" where these have none, and "" where there is no length.
+    They are "1" where these have none, and "" where there is no length; a rate has "rad" alone in data, not in words.
     """
 
     def __init__(self, units: Mapping[str, str]) -> None:
         self.time, self.inertia, self.length = units["time"], units["inertia"], units.get("length", "")
         self.per_time = _power(self.time, -1)
         self.rate = "rad" if self.time == "1" else f"rad {self.per_time}"
+        self.rate_in_words = PER_TIME if self.time == "1" else self.rate
         self.momentum = _product(self.inertia, self.per_time)
         self.energy = _product(self.inertia, _power(self.time, -2))
         self.velocity = self._with_length(self.length, self.per_time)

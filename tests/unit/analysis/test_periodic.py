@@ -188,7 +188,8 @@ def test_numbers_of_a_motion_fit_together(cassini):
     assert np.all((motion.frequencies > 0) & (motion.frequencies <= np.pi / motion.period))
     characteristic = np.poly(np.linalg.eigvals(motion.matrix))
     np.testing.assert_allclose(np.poly(motion.multipliers), characteristic, rtol=0, atol=1e-12)
-    text = r"Periodic motion of .*\n  period: \d+\.\d+.*\n  stable: yes\n  frequencies: \[.*\]"
+    rates = r"frequencies: \[.*\] rad per unit of time"
+    text = rf"Periodic motion of .*\n  period: \d+\.\d+.*\n  stable: yes\n  {rates}\n"
     assert re.match(text, repr(motion))
 
 
