@@ -189,7 +189,8 @@ class Parametric:
     @cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which formulas or numbers change; those of the parts. A kernel stops at each."""
-        return union_of_knots(self.records) if _fields_with_records(self.__class__) else NO_KNOTS
+        kind: Any = type(self)
+        return union_of_knots(self.records) if _fields_with_records(kind) else NO_KNOTS
 
     def between_knots(self, time: ArrayLike) -> Self:
         """Return what the record is between the knots around a time, or around each of an array of times."""
