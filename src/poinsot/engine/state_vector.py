@@ -270,7 +270,9 @@ class StateVector:
             chart.check_variables(body)
             bodies.append(body)
         rigid = np.concatenate(bodies, axis=-1) if len(bodies) > 1 else bodies[0]
-        columns, own = [], state.own if self.parts else {}
+        if not self.parts:
+            return rigid
+        columns, own = [], state.own
         for name, factors in self.parts.items():
             if np.shape(own.get(name, ()))[-1] != len(factors):
                 raise ValueError(
@@ -278,7 +280,7 @@ class StateVector:
                     "Make it by system.state(...)."
                 )
             columns += self.slots[name].scaled(np.moveaxis(np.asarray(own[name]), -1, 0), self.scale)
-        return np.concatenate([rigid, np.stack(columns, axis=-1).astype(rigid.dtype)], axis=-1) if columns else rigid
+        return np.concatenate([rigid, np.stack(columns, axis=-1).astype(rigid.dtype)], axis=-1)
 
     def _turn(self, rigid: Array, turn: Array) -> None:
         for place in self.formulation.quaternions:
