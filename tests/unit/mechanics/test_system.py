@@ -1,6 +1,7 @@
 """A body and the forces on it: energies, parameters, structure, formulas of a user."""
 
 import itertools
+import pickle
 from typing import Annotated, Any
 
 import numpy as np
@@ -253,3 +254,17 @@ def test_torques_of_each_force_add_up_to_that_of_all():
     assert sum(found.values()) == pytest.approx(system.torque_body(state), abs=3e-16)
     motion = pt.propagate(system, state, [0.0, 1.0])
     assert np.array_equal(motion.torques_body["UniformGravity"][0], found["UniformGravity"])
+
+
+def test_a_question_about_a_structure_is_asked_once():
+    asked = []
+
+    def question(system):
+        asked.append(system)  # no pickle has a function within a function
+        return len(asked)
+
+    systems = [pt.System(pt.Body(moments), Push(2.0)) for moments in ((1.0, 1.6, 2.5), (1.0, 1.2, 1.4))]
+    assert [system.known(question) for system in systems] == [1, 1]
+    assert pickle.loads(pickle.dumps(systems[0])).known(question) == 1
+    assert pt.System(systems[0].body, Push(2.0), Push(3.0)).known(question) == 2
+    assert len(asked) == 2
