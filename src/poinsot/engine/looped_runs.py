@@ -123,13 +123,15 @@ class LoopedRun(Run):
         Those of members that have no knots.
     push : array () or (members,)
         The momenta that forces give a body at rest.
+    jumps : bool
+        Whether tangent vectors may jump on the way.
     """
 
     kernel_name = "looped"
 
     def __init__(self, constants: Constants, *given: Any) -> None:
         super().__init__(*given)
-        job, self._lock, self._constants = self.job, Lock(), constants
+        job, self._lock, self._constants, self.jumps = self.job, Lock(), constants, constants.jumps
         self.one = not self.state.time.ndim
         self._numbers = kernels.numbers_of(job.problem.between_knots(), job.variables)
         self.ready, self.parameters = self._with_parameters()
@@ -399,18 +401,18 @@ class _Tasks:
     def _waiting(self) -> list[NDArray[np.int_]]:
         """Do what is due where tasks have left their lanes, and return those that go on."""
         status, waiting = self.queue.tasks["status"], []
-        found = set(status.tolist())
+        paused = PAUSED in status
         if self._noted is not None:
             waiting.append(self._happen(self._noted))
-        elif EVENT in found:
+        elif self._run.jumps:
             waiting.append(self._jump(np.flatnonzero(status == EVENT)))
-        if PAUSED in found:
+        if paused:
             self._without_end(np.flatnonzero(status == PAUSED))
         if self._hopeless:
             status[list(self._hopeless)] = Status.GIVEN_UP
         if self._legs is not None:
             waiting.append(self._legs.go_on(self._run.stop))
-        if PAUSED in found:
+        if paused:
             waiting.append(self._rescaled(np.flatnonzero(status == PAUSED)))
         return [tasks for tasks in waiting if tasks.size]
 
@@ -505,18 +507,22 @@ class _Tasks:
     def book(self) -> None:
         """Note what happened to members that are finished, and to one body in any case."""
         report, tasks, noted = self._run.report, self.queue.tasks, self._noted
+        chosen: Any = range(tasks.size)
+        stopped, status = chosen, tasks["status"]
         if self._run.one:  # `add.at` is slow to begin
-            chosen, report.steps[0] = [*range(tasks.size)], sum(tasks["steps"].tolist())
+            report.steps[0] = sum(tasks["steps"].tolist())
         else:
-            chosen = np.flatnonzero(self.finished[self.own]).tolist()
+            finished = self.finished[self.own]
+            chosen = np.flatnonzero(finished)
+            stopped = np.flatnonzero(finished & (status != DONE) & (status != ENDED))
             np.add.at(report.steps, self._members[self.own[chosen]], tasks["steps"][chosen])
         if noted is not None:
             report.events += [(self._member(k), record) for k in chosen for record in noted.records[k]]
-        status = tasks["status"].tolist()
-        for k in [k for k in chosen if status[k] not in (DONE, ENDED)]:
-            why, time = self._run.reason(self._member(k), self._why(k, status[k])), float(tasks["time"][k, 0])
-            stop = Stop(why, time, float(self.queue.output.ends[k]), noted.causes.get(k) if noted else None)
-            report.stops.setdefault(self._member(k), stop)
+        for k in stopped:
+            if status[k] not in (DONE, ENDED):
+                why, time = self._run.reason(self._member(k), self._why(k, int(status[k]))), float(tasks["time"][k, 0])
+                stop = Stop(why, time, float(self.queue.output.ends[k]), noted.causes.get(k) if noted else None)
+                report.stops.setdefault(self._member(k), stop)
 
     def _member(self, k: int) -> int:
         return int(self._members[self.own[k]])
