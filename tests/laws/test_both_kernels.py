@@ -430,7 +430,12 @@ def test_events(kind, name, on_heyoka, monkeypatch):
 
 # ---------------------------------------------------------------------- tangent vectors
 
-VARIED = ("force: GravityGradient KeplerOrbit", "part: KaneDamper", "spin-up", "forces at rest and moving")
+VARIED = (
+    "force: GravityGradient KeplerOrbit",
+    "part: KaneDamper",
+    "spin-up",
+    pytest.param("forces at rest and moving", marks=pytest.mark.slow),
+)
 
 
 FACTORS = (1.0, 1 - 2 * EPS, 1 + 2 * EPS)

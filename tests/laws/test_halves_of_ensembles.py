@@ -184,7 +184,17 @@ def indicators(system, state):
     return {name: getattr(found, name) for name in names} | shared
 
 
-@pytest.mark.parametrize("name", ["none", "one force", "zeros in one half", "orbits", "mass on a spring", "pair"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "none",
+        "one force",
+        "zeros in one half",
+        "orbits",
+        "mass on a spring",
+        pytest.param("pair", marks=pytest.mark.slow),
+    ],
+)
 def test_indicators_of_chaos(name):
     assert differing(indicators, *case(name)) == {}
 

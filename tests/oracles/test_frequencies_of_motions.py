@@ -90,7 +90,7 @@ def test_both_frequencies_of_free_rotation(moments, momentum, moved):
     assert_both_rates(motion, count=5, rtol=2e-14)
 
 
-@pytest.mark.parametrize(("moments", "off"), [(SHORT, 1e-6), (LONG, 1e-12)])
+@pytest.mark.parametrize(("moments", "off"), [(SHORT, 1e-6), pytest.param(LONG, 1e-12, marks=pytest.mark.slow)])
 def test_both_frequencies_near_the_separatrix(moments, off):
     """Its rotation is slow and full of overtones."""
     I1, I2, I3 = moments

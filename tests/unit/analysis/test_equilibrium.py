@@ -203,6 +203,7 @@ FAMILIES = {
 }
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("name", FAMILIES)
 def test_families_come_once(name):
     system, frame, dimensions = FAMILIES[name]

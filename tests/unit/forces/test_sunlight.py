@@ -33,7 +33,7 @@ FIELDS = {
 }
 
 
-@pytest.mark.parametrize("kind", FIELDS)
+@pytest.mark.parametrize("kind", ["stream", pytest.param("emission", marks=pytest.mark.slow)])
 def test_a_field_is_off_the_sum_over_faces_by_the_error_that_it_states(kind):
     field, shares = FIELDS[kind]
     directions = random_directions(300, seed=8)
