@@ -27,7 +27,7 @@ def test_ellipsoids_grown_by_the_number_touch(seed):
         return u @ r - factor * (np.linalg.norm(first * u) + np.linalg.norm(second * turn.inv().apply(u)))
 
     best = minimize(lambda u: -room(u), r, method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-15})
-    assert abs(best.fun) < 1e-12 * np.linalg.norm(r)
+    assert abs(best.fun) < 1e-14 * np.linalg.norm(r)
 
 
 @pytest.mark.parametrize("distance", [0.5, 3.0, 40.0])

@@ -71,7 +71,7 @@ def test_past_half_a_turn_the_vector_begins_anew(motion):
     assert np.array_equal(np.flatnonzero(gaps[0]), [16])
     assert np.all(gaps == gaps[0])
     assert np.nanmax(np.linalg.norm(drawn, axis=0)) < np.pi
-    assert drawn[2, :16] == pytest.approx(0.8 * np.linspace(0, 6, 31)[:16])
+    assert drawn[2, :16] == pytest.approx(0.8 * np.linspace(0, 6, 31)[:16], rel=0, abs=1e-14)
 
 
 def test_an_ensemble_is_drawn_by_the_angle_to_its_median_attitude():
@@ -82,7 +82,7 @@ def test_an_ensemble_is_drawn_by_the_angle_to_its_median_attitude():
     members = pt.propagate(SYSTEM, BODY.state(signed, omega_body=(0.0, 0.0, 0.0)), TIMES[:3])
     angle, _ = pt.plot.attitude_error(members, angle_unit="rad")
     assert angle.get_ylabel() == "angle to the median attitude [rad]"
-    assert curves(angle)[0, 0] == pytest.approx(0.01, rel=1e-6)  # the median of |-0.02 ... 0.02|
+    assert curves(angle)[0, 0] == pytest.approx(0.01, rel=1e-12, abs=0)  # the median of |-0.02 ... 0.02|
     edges = angle.collections[0].get_paths()[0].get_extents()
     assert edges.y1 == pytest.approx(0.02, rel=1e-2)
     q = curves(pt.plot.quaternions(members)[0])[:, 0]

@@ -97,7 +97,7 @@ def test_the_plane_touches_the_ellipsoid_at_the_tip_of_omega(motion):
     (tip,) = (points(line)[0] for line in axes.lines if line.get_marker() == "o")
     G = inertia @ tip  # half the gradient of omega . I omega: the normal
     size = np.linalg.norm(motion.angular_momentum_space[index])
-    assert np.allclose(G, (0, 0, size), rtol=0, atol=1e-12 * size)
+    assert np.allclose(G, (0, 0, size), rtol=0, atol=1e-14 * size)
     height = np.sqrt(2 * motion.kinetic_energy[index] * np.linalg.inv(inertia)[2, 2])  # of the ellipsoid's top
     (herpolhode,) = (points(line) for line in axes.lines if line.get_color() == VERMILION)
     assert np.allclose(herpolhode[:, 2], tip[2], rtol=1e-12, atol=0)
@@ -134,7 +134,7 @@ def test_lengths_on_paper_are_lengths_across_the_line_of_sight(rng):
         paper = np.stack(proj_transform(*x.T, axes.get_proj())[:2])
         scale = (paper[0, 1] - paper[0, 0]) / ((x[1] - x[0]) @ right)
         seen = scale * np.stack([x @ right, x @ up])
-        assert np.allclose(np.diff(paper), np.diff(seen), rtol=0, atol=1e-12)
+        assert np.allclose(np.diff(paper), np.diff(seen), rtol=0, atol=1e-14)
 
 
 # ---------------------------------------------------------------------- polhode and herpolhode
@@ -188,7 +188,7 @@ def test_the_path_in_the_invariable_plane_is_the_closed_form_in_elliptic_functio
         (energy * I3 - size) * (1 / (I2 * (I3 - I2)) - 1 / (I1 * (I3 - I1)))
         - m * (size - energy * I1) / (I3 * (I3 - I1))
     )
-    assert np.allclose(path**2, squares - energy**2 / size, rtol=0, atol=1e-12)
+    assert np.allclose(path**2, squares - energy**2 / size, rtol=0, atol=1e-14)
 
 
 def test_other_polhodes_keep_the_momentum_too():
@@ -196,7 +196,7 @@ def test_other_polhodes_keep_the_momentum_too():
     axes, body = pt.plot.polhode(motion), motion.system.body
     for omega in drawn(axes, GREY) + drawn(axes, BLACK):
         G = np.linalg.norm(body.angular_momentum(omega), axis=-1)
-        assert np.allclose(G, G[0], rtol=1e-12, atol=0)
+        assert np.allclose(G, G[0], rtol=1e-14, atol=0)
 
 
 def test_a_forced_polhode_is_drawn_without_ellipsoid(top, start):

@@ -219,7 +219,7 @@ def test_roll_pitch_yaw_by_hand(motion):
     assert np.max(np.abs(np.sin(0.5 * (found - expected)))) < 1e-13
     assert np.max(np.abs(found)) <= np.pi
     drawn = [values[np.isfinite(values)] for values in curves(pt.plot.roll_pitch_yaw(motion, ORBIT))]
-    assert np.allclose(np.radians(drawn).T, found, rtol=0, atol=1e-12)
+    assert np.allclose(np.radians(drawn).T, found, rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("degrees", [True, False])
@@ -294,7 +294,7 @@ def test_difference_is_the_angle_between_attitudes(motion):
     turned = pt.propagate(SYSTEM, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.00101)), TIMES)
     drawn = curves(pt.plot.difference(motion, turned))[0]
     expected = np.degrees((motion.attitude.inv() * turned.attitude).magnitude())
-    assert np.allclose(drawn[1:], expected[1:], rtol=1e-9, atol=0)
+    assert np.allclose(drawn[1:], expected[1:], rtol=1e-11, atol=0)
 
 
 def test_times_that_a_file_of_dates_rounded_are_the_same_times(motion):
