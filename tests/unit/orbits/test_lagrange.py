@@ -33,7 +33,7 @@ def test_attraction_keeps_the_body_on_its_circle(name, mu):
     centrifugal = point.mean_motion**2 * (primary - (point.mass_ratio * 2.0, 0, 0))
     size = sum(map(np.linalg.norm, pulls))
     # The pull of a light secondary changes fast with the distance: by 1 / mu^(1/3) relative to that of the primary.
-    assert np.max(np.abs(sum(pulls) + centrifugal)) < 4e-16 * size / min(1, (mu / 3) ** (1 / 3))
+    assert np.max(np.abs(sum(pulls) + centrifugal)) < 8e-16 * size / min(1, (mu / 3) ** (1 / 3))
 
 
 def test_order_of_the_points():
@@ -49,7 +49,7 @@ def test_both_orbits_turn_with_the_frame(name):
     for orbit in (point.from_primary, point.from_secondary):
         frame, r = point.frame, np.stack(np.broadcast_arrays(*orbit.position_at(TIMES)), axis=-1)
         turned = frame.attitude(TIMES).apply(place(orbit, 0.4))
-        assert np.max(np.abs(r - turned)) < 1e-12
+        assert np.max(np.abs(r - turned)) < 1e-14
         velocity = np.stack(np.broadcast_arrays(*orbit.velocity_at(TIMES)), axis=-1)
         assert np.max(np.abs(velocity - np.cross(frame.omega_space(TIMES), r))) < 1e-15
         assert np.max(np.abs(np.linalg.norm(r, axis=-1) * orbit.inverse_distance_at(TIMES) - 1)) < 1e-15

@@ -41,9 +41,10 @@ def test_the_frame_is_a_product_of_three_turns(model):
     with mpmath.workdps(40):
         for time in (0.4, 3.0, -55.0):
             expected = np.array(by_hand(model, time).tolist(), dtype=float)
-            assert np.max(np.abs(model.attitude(time).as_matrix() - expected)) < 2e-15
+            # Three times the worst, here and below.
+            assert np.max(np.abs(model.attitude(time).as_matrix() - expected)) < 4e-15
             columns = np.array([list(axis) for axis in model.axes_at(time)], dtype=float).T
-            assert np.max(np.abs(columns - expected)) < 2e-15
+            assert np.max(np.abs(columns - expected)) < 4e-15
 
 
 @each_model
@@ -63,7 +64,7 @@ def test_angular_velocity_is_that_of_the_matrix(model):
 def test_vectors_go_to_the_planet_and_back(model):
     vector, time = (0.3, -1.2, 0.7), 12.5
     there = list(model.to_planet(vector, time))
-    assert np.allclose(there, model.attitude(time).inv().apply(vector), rtol=0, atol=1e-15)
+    assert np.allclose(there, model.attitude(time).inv().apply(vector), rtol=0, atol=1.5e-15)
     assert np.allclose(list(model.to_space(there, time)), vector, rtol=0, atol=1e-15)
 
 
