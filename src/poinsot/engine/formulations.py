@@ -55,6 +55,9 @@ class Formulation(ABC):
     planar = False
     """Whether it holds motions about the third body axis alone."""
 
+    conjugate = False
+    """Whether its variables are (q, Q): q . Q changes no motion, but its rounding hides momenta that shrink."""
+
     def check_variables(self, variables: NDArray[np.float64]) -> None:  # noqa: B027
         """Raise a ValueError if variables at the start, shape (..., size), are none of this formulation."""
 
@@ -184,6 +187,7 @@ class Canonical(Formulation):
     blocks: Mapping[str, int] = {"attitude": 4, "momentum": 4}
     tolerance = 2.0**-52
     """That of order 20: what order 18 leaves out has one sign along a motion, and the energy drifts far."""
+    conjugate = True
 
     @override
     def physical(self, variables: Any) -> tuple[Attitude, Vector]:

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Module, Record, Value
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value
 
 __all__ = ["Momenta", "Rescaling"]
 
@@ -28,6 +28,9 @@ class Momenta(NamedTuple):
         The band, and the size that they are given.
     bits : (int, int)
         The range of the scale over that of the start, powers of two.
+    conjugates : tuple of (int, int)
+        Where the quaternions and their conjugate momenta begin. Momenta that have shrunk lose q . Q, the rounding of
+        larger ones, which changes no motion but would hide those that shrink on.
     """
 
     places: tuple[int, ...] = ()
@@ -37,6 +40,7 @@ class Momenta(NamedTuple):
     most: float = math.inf
     size: float = 1.0
     bits: tuple[int, int] = (0, 0)
+    conjugates: tuple[tuple[int, int], ...] = ()
 
 
 class Rescaling:
@@ -91,7 +95,7 @@ class Rescaling:
 
     @staticmethod
     def _is_outside(work: Record, momenta: Sequence[Value], place: Value | int) -> Value:
-        square = functools.reduce(lambda total, m: m.fma(m, total), momenta[1:], momenta[0] * momenta[0])
+        square = _dot(momenta, momenta)
         least, most = (work.array(name, square.type)[place] for name in ("least", "most"))
         return (square.is_("lt", least) & square.is_("gt", 0.0)) | square.is_("gt", most)
 
@@ -135,11 +139,25 @@ class Rescaling:
         size = functools.reduce(Value.larger, [*map(abs, momenta), pushed])
         with lines.when(self._is_outside(work, momenta, lane) & size.is_("lt", math.inf)):
             change = (math.log2(self._momenta.size) - lines.call(DOUBLE, "log2", size)).intrinsic("rint").to_integer()
+            with lines.when(change.is_("gt", 0)):
+                self._drop_normal(states, lane)
             fewest, most = self._momenta.bits
             chosen = (bits + change).larger(fewest).smaller(most)
             work.array("bits", INTEGER)[lane] = chosen
             self._scale_states(work, lane, chosen - bits)
             self._scale_parameters(work, task, lane)
+
+    def _drop_normal(self, states: Array, lane: Value) -> None:
+        """Take what is along the quaternions out of their conjugate momenta."""
+        for places in self._momenta.conjugates:
+            q, Q = ([states[lane + (first + k) * self._lanes] for k in range(4)] for first in places)
+            share = _dot(q, Q) / _dot(q, q)
+            for k in range(4):
+                states[lane + (places[1] + k) * self._lanes] = Q[k] - share * q[k]
+
+
+def _dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
+    return functools.reduce(lambda total, pair: pair[0].fma(pair[1], total), zip(a[1:], b[1:], strict=True), a[0] * b[0])
 
 
 def _runs(keys: Sequence[Any]) -> list[tuple[int, int, Any]]:

@@ -176,7 +176,8 @@ class LoopedRun(Run):
         """Return which variables are rescaled on the way."""
         variables, powers = self.job.variables, program.powers.tolist()
         places = np.arange(variables.size)[variables.momenta].tolist()
-        return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS)
+        conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
+        return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS, conjugates)
 
     def _table(self, ready: Ready, values: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
         """Return the parameters of members at their start, shape (n, parameters), from what the replay gives."""

@@ -141,6 +141,10 @@ class Scales:
         size = max(float(np.max(np.abs(own[self._momenta]))), self._of(self._push, lane))
         if 0 < size < np.inf:
             bits = int(np.clip(self.bits[lane] + round(math.log2(SMALL) - math.log2(size)), *BITS))
+            if bits > self.bits[lane]:
+                for attitude, momenta in self._variables.conjugates:
+                    q = own[attitude].copy()
+                    own[momenta] -= (q @ own[momenta]) / (q @ q) * q
             own[:] = self._variables.rescaled(own, bits - int(self.bits[lane]))
             self.bits[lane] = bits
 

@@ -161,6 +161,13 @@ class StateVector:
         return [place for name in names for place in self.slots[name].momenta]
 
     @cached_property
+    def conjugates(self) -> list[tuple[slice, slice]]:
+        """Where q and Q of each body are, in a formulation of these."""
+        if not self.formulation.conjugate:
+            return []
+        return [(slice(own.start, own.start + 4), slice(own.start + 4, own.stop)) for own in self.charts]
+
+    @cached_property
     def structure(self) -> tuple[Any, ...]:
         """What selects the equations, without any real number of the system."""
         variations = self.variations and replace(self.variations, initial=None, sizes=())
