@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 import struct
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import new_file, unwritable
 from poinsot.checked import checked
+from poinsot.engine.progress import Progress, bar
 from poinsot.errors import optional, real_array
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
@@ -86,6 +88,7 @@ def spice_attitude(
     *,
     reference_frame: str = "J2000",
     calendar: Calendar = ET,
+    progress: bool | None = None,
 ) -> AttitudeTable:
     """Return the attitude of a frame of SPICE at given times: of a C-kernel, a planet, or any other that kernels know.
 
@@ -104,6 +107,8 @@ def spice_attitude(
         An inertial frame of SPICE. Its J2000 is the ICRF.
     calendar : Calendar
         Counts the times; default: TDB from 2000-01-01T12:00:00 in seconds, which is SPICE's ET.
+    progress : bool, optional
+        Show a bar of what lasts; default: on a terminal.
 
     Returns
     -------
@@ -124,13 +129,20 @@ def spice_attitude(
     """
     t = real_array("times", calendar.time(times), (None,))
     with loaded(kernels) as spice:
-        return _table(spice, frame, reference_frame, t, calendar)
+        shown = sys.stderr.isatty() if progress is None else progress
+        return _table(spice, frame, reference_frame, t, calendar, shown)
 
 
-def _table(spice: Kernels, frame: str, reference_frame: str, t: Array, calendar: Calendar) -> AttitudeTable:
+def _table(
+    spice: Kernels, frame: str, reference_frame: str, t: Array, calendar: Calendar, progress: Progress
+) -> AttitudeTable:
     ets = np.atleast_1d(ET.converted(t, calendar))
     blocks = np.array_split(ets, max(-(-ets.size // BLOCK), 1))
-    answers = [spice.ask("turned", frame, reference_frame, times=block)[1] for block in blocks]
+    answers = []
+    with bar("times", ets.size, progress) as told:
+        for block in blocks:
+            answers.append(spice.ask("turned", frame, reference_frame, times=block)[1])
+            told(block.size)
     matrices, *rates = map(np.concatenate, zip(*answers, strict=False))  # rates if all blocks have them
     q = quaternion_from_matrix(np.swapaxes(matrices, -1, -2))
     omega = quat.rotate(quat.conjugate(q), rates[0]) * SECONDS[calendar.unit] if rates else None
@@ -176,7 +188,7 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
             raise FileNotFoundError(f"{rule} spice_attitude reads it with any kernels.")
     with loaded(kernels) as spice:
         (frame, reference), (ets,) = spice.ask("instants", str(path), OWN)
-        return _table(spice, frame, reference, np.asarray(calendar.converted(ets, ET)), calendar)
+        return _table(spice, frame, reference, np.asarray(calendar.converted(ets, ET)), calendar, False)
 
 
 # ------------------------------------------------------------------ writing

@@ -1,5 +1,7 @@
 """C-kernels: read back by SPICE itself, at instants of their clock and through its frames."""
 
+import contextlib
+
 import numpy as np
 import pytest
 import spiceypy as spice
@@ -205,3 +207,16 @@ def test_blocks_of_times_give_the_same_as_all_together(kernels, monkeypatch):
     np.testing.assert_array_equal(table().quaternion, whole.quaternion)
     np.testing.assert_array_equal(table().omega_body, whole.omega_body)
     assert len(TIMES) > 2 * ck.BLOCK
+
+
+def test_blocks_of_times_are_told(kernels, monkeypatch):
+    told = []
+
+    def noted(what, total, wanted):
+        told.append((what, total, wanted))
+        return contextlib.nullcontext(told.append)
+
+    monkeypatch.setattr(ck, "BLOCK", 3)
+    monkeypatch.setattr(ck, "bar", noted)
+    pt.files.spice_attitude("SC_BODY_1", TIMES[:8], kernels, calendar=CALENDAR, progress=True)
+    assert told == [("times", 8, True), 3, 3, 2]
