@@ -37,6 +37,9 @@ __all__ = ["LoopedRun", "constants_of"]
 SLAB_BYTES = 16_000_000
 """The most that a thread holds of its members' variables before it hands them over."""
 
+SLAB_OF_EVENTS = 4096
+"""The most members of a slab whose events Python goes through before it hears Ctrl-C."""
+
 HANDED_BYTES = 1_000_000
 """What of it is handed over at a time: what is computed of it then stays in the cache, in memory that is there."""
 
@@ -266,7 +269,7 @@ class LoopedRun(Run):
     def _cut(self, order: NDArray[np.int_], threads: int) -> Iterator[NDArray[np.int_]]:
         """Yield members in slabs, fast rotators first and ever fewer, so that all threads end at the same time."""
         lanes, row = self.code.lanes, self.times.size * self.job.variables.size * 8
-        most = max(SLAB_BYTES // row, 1)
+        most = min(max(SLAB_BYTES // row, 1), SLAB_OF_EVENTS if self.job.problem.events else order.size)
         while order.size:
             fair = -(-order.size // (2 * threads)) if threads > 1 else order.size
             size = min(max(fair, 2 * lanes), most)
@@ -419,7 +422,11 @@ class _Tasks:
 
     def _happen(self, noted: NotedEvents) -> NDArray[np.int_]:
         """Let happen what the kernel has noted of events; return the tasks that go on behind one."""
-        stopped = noted.take(self._kernel.happened())
+        notes = self._kernel.happened()
+        if self._run.stop and not self._run.one:  # members under way are not kept
+            status = self.queue.tasks["status"][notes["task"]]
+            notes = notes[(status != UNDER_WAY) & (status != PAUSED)]
+        stopped = noted.take(notes)
         self._hopeless |= noted.failed
         return np.setdiff1d(stopped, list(noted.failed)) if noted.failed else stopped
 

@@ -10,6 +10,7 @@ import pytest
 import poinsot as pt
 from poinsot.engine import kernels, looped_kernel, looped_runs
 from poinsot.engine.looped_kernel import Run
+from poinsot.engine.noted_events import NotedEvents
 from poinsot.engine.runs import Rows
 from poinsot.engine.termination import HeldInterrupts
 
@@ -200,6 +201,30 @@ def test_an_interrupt_keeps_members_that_are_finished(pressed):
         assert np.all(np.isnan(motion.quaternion[~finished]))
         done.add(int(finished.sum()))
     assert len(done) > 2
+
+
+@pytest.mark.usefixtures("few_steps")
+def test_an_interrupt_waits_for_no_events_of_members_that_are_not_kept(pressed, monkeypatch):
+    monkeypatch.setattr(looped_runs, "SLAB_OF_EVENTS", kernels.LANES)
+    take, taken = NotedEvents.take, []
+
+    def counted(noted, notes):
+        taken.append((len(noted.records), np.unique(notes["task"]).size))
+        return take(noted, notes)
+
+    monkeypatch.setattr(NotedEvents, "take", counted)
+    batch, events = tops(3 * kernels.LANES), [pt.events.AxisCrossing((0, 0, 1), (0, 0, 1))]
+    count = pressed(0)
+    whole = pt.propagate(TOP, batch, GRID, events=events, threads=1).events[0]
+    assert [size for size, _ in taken] == [kernels.LANES] * 3
+    pressed(count.seen // 2)
+    with pytest.raises(pt.PropagationInterrupted) as caught:
+        pt.propagate(TOP, batch, GRID, events=events, threads=1)
+    motion = caught.value.trajectory
+    finished = np.flatnonzero(np.isfinite(motion.quaternion[:, -1, 0]))
+    assert 0 < finished.size < 3 * kernels.LANES
+    assert sum(members for _, members in taken[3:]) == np.unique(motion.events[0].members).size
+    assert np.array_equal(motion.events[0].times, whole.times[np.isin(whole.members, finished)])
 
 
 # ---------------------------------------------------------------------- members
