@@ -7,7 +7,7 @@ import poinsot as pt
 from laws.test_every_force_in_files import FIRST, OF_ONE, OF_TWO, PAIR, RUN, label
 from laws.test_every_part import BODY, PARTS
 from poinsot.mechanics.state import state_of
-from poinsot.propagation import trajectory
+from poinsot.propagation import columns
 from poinsot.propagation.pair_trajectory import PairTrajectory
 
 ROWS = 101
@@ -35,7 +35,7 @@ def assert_blocks_are_joined(motion, monkeypatch):
     for name, read in motion._columns.items():
         assert np.array_equal(whole[name].values, read(), equal_nan=True), name
     for rows in (40, 7):
-        monkeypatch.setattr(trajectory, "BLOCK", rows)
+        monkeypatch.setattr(columns, "BLOCK", rows)
         assert motion.dataset.identical(whole)
         assert all(np.array_equal(x, whole[f"drift_{name}"], equal_nan=True) for name, x in motion.drift.items())
 
@@ -78,5 +78,5 @@ def test_an_orbit_is_where_it_is_for_all_times_together(monkeypatch):
     start = system.body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.1, 0.2, 0.3))
     phase = {name: np.repeat(values[None], times.size, axis=0) for name, values in start.phase.items()}
     motion = pt.Trajectory(system, start, times, lambda: phase, RUN)
-    monkeypatch.setattr(trajectory, "BLOCK", 100)
+    monkeypatch.setattr(columns, "BLOCK", 100)
     assert np.array_equal(motion.dataset["potential_energy"], motion.potential_energy)

@@ -22,13 +22,13 @@ from poinsot.html_text import Summarized, curves, rounded, told, told_times
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Environment, within
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.frame import Frame, checked_frame
-from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
+from poinsot.propagation.columns import along_times
 from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, EventsOfMembers, EventSource, KnownEvents, StoredEvent
 from poinsot.propagation.relative_motion import RelativeMotion
@@ -50,9 +50,6 @@ EVERY = slice(None)
 SUMMARY = {"method", "formulation", "precision", "tolerance", "order", "steps", "wall_time", "kernel", "lanes"}
 SUMMARY |= {"norm_error", "tangency_error", "integrals"}
 """The entries of every summary; the others are drifts, and formulas used outside their range of validity."""
-ENERGIES, PROOF = {"kinetic_energy", "potential_energy"}, ("integral_", "drift_")
-BLOCK = 16_384
-"""Rows that variables of a dataset are computed of at once, so that what lies between them stays in the cache."""
 ORBIT = ("position", "momentum")
 """What a dataset has for the orbit of two bodies."""
 OF_PARTS = ("title", "calendar", "reference_frame")
@@ -405,7 +402,7 @@ class Trajectory(Summarized):
 
     def _proof(self, kind: str) -> dict[str, Array]:
         names = {f"{kind}_{name}": name for name in self._integral_names}
-        return {names[key]: values for key, values in self._along_times(names).items()}
+        return {names[key]: values for key, values in along_times(self, names).items()}
 
     @property
     def _momentum_size(self) -> Array:
@@ -421,7 +418,7 @@ class Trajectory(Summarized):
         """
         if self.store is not None:
             return self._told_run | self.store.summary
-        return self._summary_with(self._along_times(self._errors))
+        return self._summary_with(along_times(self, self._errors))
 
     def _summary_with(self, errors: Mapping[str, Array]) -> dict[str, Any]:
         """Return the summary of a motion with such errors along the times."""
@@ -563,7 +560,7 @@ class Trajectory(Summarized):
     def variables(self, names: Collection[str]) -> xarray.Dataset:
         """Return some variables of the dataset, with the start and the body."""
         frame, provenance = self.reference_frame, self.provenance
-        columns = self._along_times([name for name in names if name != "carried"])
+        columns = along_times(self, [name for name in names if name != "carried"])
         return dataset_of(
             Motion(
                 system=self.system,
@@ -583,46 +580,15 @@ class Trajectory(Summarized):
             )
         )
 
-    def _along_times(self, names: Collection[str]) -> dict[str, Array]:
-        """Return variables of the dataset, each computed once, in blocks of rows."""
-        found = self._at_hand(names)
-        left = {*names} - found.keys()
-        if not left:
-            return found
-        drifts = {key: each for each in self._integrals_of(left) if (key := f"drift_{each.name}") in left}
-        wanted = left - drifts.keys() | {f"integral_{each.name}" for each in drifts.values()}
-        wanted |= ENERGIES if drifts else set()
-        along, sizes = (EVERY,) if self.is_ensemble else (), np.zeros(())
-        whole = self if self.store is None else self.isel()
-        for at in self._blocks:
-            part = whole._part(at)
-            block = part._computed_columns(wanted)
-            sizes = np.fmax(sizes, part._sizes(block)) if drifts else sizes
-            for name, values in block.items():
-                if name not in found:
-                    shape = [*values.shape]
-                    shape[len(along)] = self.times.size
-                    found[name] = np.empty(shape, values.dtype)
-                found[name][*along, at] = values
-        found |= {key: self._drift_of(each, found[f"integral_{each.name}"], sizes) for key, each in drifts.items()}
-        return {name: found[name] for name in names}
-
     def _at_hand(self, names: Collection[str]) -> dict[str, Array]:
         """Return those of some variables of the dataset that need not be computed."""
         held = {name if name in RIGID else f"own_{name}": values for name, values in self.phase.items()}
         return {name: np.asarray(held[name]) for name in names if name in held}
 
-    def _integrals_of(self, names: Collection[str]) -> tuple[Integral, ...]:
-        """Return the integrals, if some of the names are of values or drifts of them."""
-        return self.system.integrals if any(name.startswith(PROOF) for name in names) else ()
-
     @property
-    def _blocks(self) -> Iterator[slice]:
-        """The times in blocks; formulas of orbits and rotation models round by all the times at once, so in one."""
-        dated = any(isinstance(each, Dated) for record in self.system.records for each in within(record))
-        count, members = max(self.times.size, 1), max(len(self), 1) if self.is_ensemble else 1
-        step = count if dated else BLOCK // members or count
-        return (slice(first, first + step) for first in range(0, count, step))
+    def _in_memory(self) -> Trajectory:
+        """The motion with its arrays in memory."""
+        return self if self.store is None else self.isel()
 
     def _part(self, at: slice) -> Trajectory:
         """Return the motion at some times, as it is read once: it keeps what it computes of its states."""
@@ -631,24 +597,6 @@ class Trajectory(Summarized):
         part = self._made_of(None, rows, self.times[at], changed(self.phase, rows))
         part._kept_state = part._state
         return part
-
-    def _computed_columns(self, names: Collection[str]) -> dict[str, Array]:
-        columns = {name: read() for name, read in self._columns.items() if name in names}
-        state = self._state
-        proof = {key: each for each in self._integrals_of(names) if (key := f"integral_{each.name}") in names}
-        return columns | {key: np.asarray(each.value(state)) for key, each in proof.items()}
-
-    def _sizes(self, columns: Mapping[str, Array]) -> Array:
-        """Return what drifts of energies and of momenta are measured against, the largest; shape (2, ...)."""
-        T_and_U = np.abs(columns["kinetic_energy"]) + np.abs(columns["potential_energy"])
-        return np.stack([np.fmax.reduce(each, axis=-1, initial=0.0) for each in (T_and_U, self._momentum_size)])
-
-    def _drift_of(self, integral: Integral, values: Array, sizes: Array) -> Array:
-        size = sizes[0 if integral.is_energy else 1]
-        with np.errstate(invalid="ignore"):
-            change: Array = values - np.asarray(integral.value(self.initial))[..., None]
-        change /= np.where(size > 0, size, 1.0)[..., None]
-        return change
 
     @property
     def _columns(self) -> dict[str, Callable[[], Array]]:
