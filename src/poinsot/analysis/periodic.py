@@ -187,7 +187,8 @@ def recognised(once: PeriodMap, point: Point, matrix: Array) -> PeriodicMotion:
 def _motion(system: System, state: State, period: float, frame: Frame, matrix: Array, free: Array) -> PeriodicMotion:
     """Return a motion with the multipliers of a matrix of displacements that no symmetry leaves alone."""
     multipliers = Multipliers(free).values
-    exponents = np.log(multipliers)
+    with np.errstate(divide="ignore"):  # what a sample sets anew has the multiplier 0
+        exponents = np.log(multipliers)
     frequencies, growth = (np.sort(part[part > SLOW]) / period for part in (exponents.imag, exponents.real))
     return PeriodicMotion(system, state, period, frame, matrix, multipliers, frequencies, growth)
 

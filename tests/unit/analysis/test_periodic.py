@@ -193,6 +193,19 @@ def test_numbers_of_a_motion_fit_together(cassini):
     assert re.match(text, repr(motion))
 
 
+def test_a_sampled_controller_has_multipliers_of_zero():
+    """A rate is multiplied by 1 - gain * step / moment at each sample; attitudes stay; the held torque is set anew."""
+    moments, gain, step = np.array([10.0, 12.0, 8.0]), 2.0, 0.5
+    law = pt.control.Sampled(pt.control.RateDamping(gain, limit=0.05), step)
+    system = pt.System(pt.Body(moments), law)
+    at_rest = system.state((0.1, 0.7, -0.5, 0.5), omega_body=(0, 0, 0))
+    motion = pt.analysis.periodic_motion(system, at_rest, 2 * step)
+    expected = np.concatenate([np.zeros(3), (1 - gain * step / moments) ** 2, np.ones(3)])
+    np.testing.assert_allclose(np.sort(motion.multipliers.real), np.sort(expected), rtol=0, atol=3e-15)  # roundings
+    assert np.max(np.abs(motion.multipliers.imag)) < 3e-15
+    assert motion.growth_rates.size == 0
+
+
 # ---------------------------------------------------------------------- Cassini states
 
 
