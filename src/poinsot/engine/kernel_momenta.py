@@ -157,7 +157,8 @@ class Rescaling:
 
 
 def _dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
-    return functools.reduce(lambda total, pair: pair[0].fma(pair[1], total), zip(a[1:], b[1:], strict=True), a[0] * b[0])
+    pairs = zip(a[1:], b[1:], strict=True)
+    return functools.reduce(lambda total, pair: pair[0].fma(pair[1], total), pairs, a[0] * b[0])
 
 
 def _runs(keys: Sequence[Any]) -> list[tuple[int, int, Any]]:
