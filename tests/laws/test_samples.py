@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from laws.test_every_force import FORCES, MAGNETIC_FIELDS
 from poinsot.analysis import transition_matrix
 from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
 from poinsot.engine import kernels, looped_kernel
@@ -468,3 +469,20 @@ def test_columns_that_are_computed_apart_are_of_the_same_noise(members, monkeypa
     for name in ("matrix", "sensitivity"):
         one, other = getattr(found, name), getattr(whole, name)
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-13 * np.max(np.abs(other)))
+
+
+HELD = [force for force in FORCES if isinstance(force, pt.Torque)]
+HELD += [pt.forces.BDot(0.8, field, 0.4) for field in MAGNETIC_FIELDS[1:]]
+
+
+@pytest.mark.parametrize("law", HELD, ids=lambda law: type(law).__name__)
+def test_every_torque_is_held_as_it_is_at_a_sample(law):
+    system, plain = pt.System(BODY, Sampled(law, 0.3, 0.1)), pt.System(BODY, law)
+    motion = pt.propagate(system, system.state(**START), TIMES[:3])
+    (held,) = motion.own.values()
+    state = {"attitude": motion.quaternion[1], "omega_body": motion.omega_body[1]}
+    torque = plain.torque_body(plain.state(time=TIMES[1], **state))
+    assert np.max(np.abs(torque)) > 1e-2
+    # Rounding of the position along an orbit and of the attitude: 3.1e-15 at worst in 20 starts a rounding away.
+    assert np.max(np.abs(held[1] - torque)) < 1e-14 * np.max(np.abs(torque))
+    assert np.array_equal(held[2], held[1])
