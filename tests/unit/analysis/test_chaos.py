@@ -74,7 +74,7 @@ def test_grids_of_parameters():
         for i in (0, 5, 11):
             alone = pt.analysis.chaos_indicators(system(i), start, [3.0, 20.0], **options)
             np.testing.assert_allclose(found.growth[i], alone.growth, rtol=0, atol=1e-11)
-            np.testing.assert_allclose(found.mean_megno[i], alone.mean_megno, rtol=0, atol=2e-3)
+            np.testing.assert_allclose(found.mean_megno[i], alone.mean_megno, rtol=0, atol=0.02)  # along other steps
 
 
 def test_members_that_start_at_their_own_times():
