@@ -117,16 +117,16 @@ def system_latex(system: Any) -> str:
     """Return the equations of motion of a body, and the formulas of its forces that are short, in LaTeX."""
     orbits = _orbits(system)
     equations = (each for force in system.forces for each in formula_of(force, system.body, orbits, LATEX))
-    lines = [_motion(system, *IN_LATEX), *equations]
-    return "$$\\begin{gathered}" + r" \\ ".join(filter(None, lines)) + "\\end{gathered}$$"
+    lines = [*_motion(system, LATEX), *equations]
+    return "$$\\begin{gathered}" + r" \\ ".join(lines) + "\\end{gathered}$$"
 
 
 def system_html(system: Any) -> str:
     """Return the formulas of a system as a table of a notebook, with the numbers in them and what is conserved."""
     units, orbits = DerivedUnits(system.units), _orbits(system)
     rows = [("body", html.escape(rounded(in_units(system.body, units))))]
-    if motion := _motion(system, *IN_MATHML):
-        rows.insert(0, ("motion", _math(motion)))
+    if motion := _motion(system, MATHML):
+        rows.insert(0, ("motion", "<br>".join(map(_math, motion))))
     for force in system.forces:
         equations = formula_of(force, system.body, orbits, MATHML)
         said = "<br>".join(map(_math, equations)) or html.escape(rounded(doc_of(force)))
@@ -144,11 +144,11 @@ def letters_of(formulas: Sequence[str], two_bodies: bool) -> dict[str, str]:
     return {name: what for name, what in letters.items() if any(MATHML.letter(name) in each for each in formulas)}
 
 
-def _motion(system: Any, of_any: str, of_rigid: str) -> str:
+def _motion(system: Any, notation: Notation) -> list[str]:
     """Return the equations of motion of one body; those of two have a page of their own."""
     if len(system.rigid_bodies) > 1:
-        return ""
-    return of_any if system.parts else of_any + of_rigid
+        return []
+    return written(OF_ANY if system.parts else OF_ANY + OF_RIGID, notation)
 
 
 def doc_of(thing: Any) -> str:
@@ -169,17 +169,7 @@ def _math(text: str) -> str:
     return f"<math>{text}</math>"
 
 
-IN_LATEX = (
-    r"\dot q = \tfrac12\, q\, \omega, \quad \dot g = g \times \omega + N",
-    r", \quad \omega = I^{-1} g",
-)
-IN_MATHML = (
-    "<mover><mi>q</mi><mo>˙</mo></mover><mo>=</mo><mfrac><mn>1</mn><mn>2</mn></mfrac><mi>q</mi><mi>ω</mi><mo>,</mo>"
-    '<mspace width="1em"/><mover><mi>g</mi><mo>˙</mo></mover><mo>=</mo>'
-    "<mi>g</mi><mo>×</mo><mi>ω</mi><mo>+</mo><mi>N</mi>",
-    '<mo>,</mo><mspace width="1em"/><mi>ω</mi><mo>=</mo>'
-    "<msup><mi>I</mi><mrow><mo>−</mo><mn>1</mn></mrow></msup><mi>g</mi>",
-)
+OF_ANY, OF_RIGID = "rate(q) = q*omega/2; rate(g) = cross(g, omega) + N", "; omega = I**-1*g"
 """The equations of motion of one body, and what there is beside them without parts."""
 
 
