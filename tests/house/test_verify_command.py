@@ -131,7 +131,7 @@ def test_late_closed_form_is_noticed(monkeypatch, title):
 def test_whole_command_in_a_pipe():
     code = "from poinsot.cli import app; app()"
     result = subprocess.run(
-        [sys.executable, "-c", code, "verify"], capture_output=True, text=True, timeout=120, check=True
+        [sys.executable, "-c", code, "verify"], capture_output=True, text=True, timeout=600, check=True
     )
     assert all(case.title in result.stdout for case in verify.CASES)
     assert "\x1b" not in result.stdout
