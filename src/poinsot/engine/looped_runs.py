@@ -90,7 +90,7 @@ def constants_of(job: Job) -> Constants | None:
     if constants.size > LARGEST:
         numbers = kernels.numbers_of(smooth, job.variables)
         with np.errstate(all="ignore"):
-            zeros = _zeros(job, constants, numbers, constants.values(numbers))
+            zeros = _zeros(job, constants, numbers, _values(constants.values, numbers))
         key = smooth.structure, job.variables.structure, zeros
         size = kernels.known(key, lambda: kernels.looped_program(smooth, job.variables, zeros).decomposition.size)
         if size > LARGEST:
@@ -102,6 +102,12 @@ def constants_of(job: Job) -> Constants | None:
 def _zeros(job: Job, constants: Constants, numbers: Sequence[Any], values: Sequence[Any]) -> tuple[int, ...]:
     """Return which constants are zero throughout: none that may change at knots, or where tangent vectors may jump."""
     return () if constants.jumps or job.problem.knots.size else constants.zeros(values, numbers)
+
+
+def _values(replay: Replay, numbers: Sequence[Any]) -> Sequence[Any]:
+    """Return what a replay gives for numbers, in double precision if all are scalars."""
+    values = replay(numbers)
+    return values if np.ndarray in map(type, values) else [*map(float, values)]
 
 
 @dataclass(frozen=True, slots=True, weakref_slot=True)
@@ -161,7 +167,7 @@ class LoopedRun(Run):
     def _found(self, ready: Ready | None) -> tuple[tuple[int, ...], Any]:
         """Return which constants are zero, and the parameters of members for a kernel, if one is given."""
         numbers = self._numbers
-        values = self._constants.values(numbers) if ready is None else ready.values(numbers)
+        values = _values(self._constants.values if ready is None else ready.values, numbers)
         zeros = _zeros(self.job, self._constants, numbers, values)
         return zeros, ready and self._table(ready, values, numbers)
 
@@ -190,7 +196,7 @@ class LoopedRun(Run):
             for place, column in enumerate(columns):
                 table[:, place] = column
         else:
-            table[:] = [*map(float, columns)]
+            table[:] = columns
         if ready.roots.places:
             ready.roots.set(table, numbers, starts, origins, self.job.variables.momenta)
         return table
@@ -211,7 +217,7 @@ class LoopedRun(Run):
         """Return the parameters of members, shape (n, parameters), between the knots around times."""
         own = self.numbers_around(times, members)
         with np.errstate(all="ignore"):
-            return self._table(self.ready, self.ready.values(own), own, members)
+            return self._table(self.ready, _values(self.ready.values, own), own, members)
 
     @override
     def go(self) -> None:

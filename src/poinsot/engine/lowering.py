@@ -152,7 +152,7 @@ class Constants:
         those that other numbers of members would change: no member depends on who else is in its ensemble.
         """
         arrays, own = np.ndarray in map(type, numbers), values[: self.count]
-        total = sum(map(float, [value for value in own if value.__class__ is not np.ndarray] if arrays else own))
+        total = sum([value for value in own if value.__class__ is not np.ndarray] if arrays else own)
         if total - total:
             return ()
         if not arrays:

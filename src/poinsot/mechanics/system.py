@@ -233,9 +233,8 @@ class System(Dynamics):
         each = [state.angular_momentum_body]
         for part in self.parts:
             each += [state.own[part.name][..., place] for place in part.momentum_places]
-        with np.errstate(over="ignore"):
-            for momenta in each:
-                largest = np.maximum(largest, np.sqrt(np.vecdot(momenta, momenta)))
+        for momenta in each:
+            largest = np.maximum(largest, np.hypot.reduce(momenta, axis=-1))
         return np.minimum(largest + (largest == 0), LARGEST)
 
     @property

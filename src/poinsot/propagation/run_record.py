@@ -29,7 +29,7 @@ class Method(StrEnum):
     ONE_OF_TWO = "Taylor, one of two bodies"
 
 
-@dataclass(frozen=True)
+@dataclass
 class Run:
     """How a trajectory was computed.
 
