@@ -19,7 +19,6 @@ from laws.test_every_force import (
 )
 from laws.test_every_force_in_files import comes_back
 from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
-from poinsot.engine import kernels
 from poinsot.mechanics.part import Part
 
 BODY = pt.Body.from_inertia([(1.2, 0.2, -0.1), (0.2, 1.0, 0.15), (-0.1, 0.15, 0.9)])
@@ -113,8 +112,8 @@ def changed(law):
 
 
 @each
-def test_other_numbers_use_the_same_kernel_and_reach_the_motion(law, monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_other_numbers_use_the_same_kernel_and_reach_the_motion(law, forget_kernels):
+    forget_kernels()
     first = motion(BODY, law)
     known = compiled()
     assert len(known) == 1

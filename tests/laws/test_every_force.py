@@ -339,8 +339,8 @@ def compiled():
 
 @each_body
 @each_force
-def test_other_numbers_use_the_same_kernel(force, body, monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_other_numbers_use_the_same_kernel(force, body, forget_kernels):
+    forget_kernels()
     first = motion(body, force)
     known = compiled()
     assert len(known) == 1
@@ -351,11 +351,11 @@ def test_other_numbers_use_the_same_kernel(force, body, monkeypatch):
 
 @each_body
 @each_force
-def test_reused_kernel_gives_what_a_new_one_gives(force, body, monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_reused_kernel_gives_what_a_new_one_gives(force, body, forget_kernels):
+    forget_kernels()
     motion(body, force)
     reused = motion(heavier(body), scaled(force, 1.2))
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    forget_kernels()
     new = motion(heavier(body), scaled(force, 1.2))
     assert np.array_equal(reused.quaternion, new.quaternion)
     assert np.array_equal(reused.conjugate_momenta, new.conjugate_momenta)
@@ -397,8 +397,8 @@ def nodes():
     return sum(type(found) is Node for found in gc.get_objects())
 
 
-def test_known_kernels_keep_no_formula(monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_known_kernels_keep_no_formula(forget_kernels):
+    forget_kernels()
     before = nodes()
     known = [motion(BODIES[0], force).times for force in FORCES]  # and of the motions nothing that is computed from
     assert len(compiled()) == len(known)
@@ -406,8 +406,8 @@ def test_known_kernels_keep_no_formula(monkeypatch):
 
 
 @each_force
-def test_each_number_of_a_force_reaches_the_motion(force, monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_each_number_of_a_force_reaches_the_motion(force, forget_kernels):
+    forget_kernels()
     first = motion(BODIES[0], force)
     others = {name: motion(BODIES[0], other) for name, other in nudged(force)}
     assert len(compiled()) == 1
@@ -529,8 +529,8 @@ def test_a_motion_without_the_zeros_is_that_with_them(force, body, monkeypatch):
 
 @looped
 @each_force
-def test_zeros_select_a_kernel_and_other_numbers_do_not(force, monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_zeros_select_a_kernel_and_other_numbers_do_not(force, forget_kernels):
+    forget_kernels()
     motion(BODIES[0], force)
     motion(SYMMETRIC, simple(force))
     known = compiled()

@@ -220,14 +220,14 @@ def one_of(many, i):
 
 
 @each_part
-def test_other_values_of_the_variables_build_no_other_kernel(part, monkeypatch):
+def test_other_values_of_the_variables_build_no_other_kernel(part, monkeypatch, forget_kernels):
     monkeypatch.setattr(type(part), "check_start", lambda *_: None)  # of wheels that are too fast
     system = pt.System(BODY, part)
     each = [{name: factor * values for name, values in started(system).own.items()} for factor in (1e-6, 1.0, 3e4)]
     starts = [system.state(IDENTITY, omega_body=OMEGA, **own) for own in each]
     built = []
     for start in starts:
-        monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+        forget_kernels()
         built.append(pt.propagate(system, start, [0.01]))
     monkeypatch.setattr(kernels, "_build", None)
     for start, expected in zip(starts, built, strict=True):

@@ -171,6 +171,11 @@ class Node(Comparable):
     def __repr__(self) -> str:
         return f"{self.name}({', '.join(map(repr, self.operands))})"
 
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """What its value is computed from: the operands but a rule, and what that takes derivatives by."""
+        return self.operands[:1] if self.name == "ruled" else self.operands
+
     __add__, __radd__ = _operators("add")
     __mul__, __rmul__ = _operators("mul")
     __truediv__, __rtruediv__ = _operators("div")

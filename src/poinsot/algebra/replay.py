@@ -65,7 +65,7 @@ class Replay:
             if node.name in ("value", HELD):
                 places[node.place] = self._new(node.value if node.name == "value" else 0.0)
             else:
-                operands = tuple(places[x.place] if isinstance(x, Node) else self._new(x) for x in node.operands)
+                operands = tuple(places[x.place] if isinstance(x, Node) else self._new(x) for x in node.arguments)
                 places[node.place] = self._new()
                 needs[places[node.place]] = own = functools.reduce(or_, (needs.get(x, 0) for x in operands), 0)
                 if node.name not in WRITTEN:

@@ -135,7 +135,7 @@ def written(lines: Lines, known: Mapping[int, Value], outputs: Sequence[Any]) ->
         return values[operand.place] if isinstance(operand, Node) else lines.constant(DOUBLE, operand)
 
     for node in needed([x for x in outputs if isinstance(x, Node)], known):
-        values[node.place] = _result(node, [value(x) for x in node.operands if not callable(x)])  # a rule is a function
+        values[node.place] = _result(node, [value(x) for x in node.arguments])
     return [value(output) for output in outputs]
 
 

@@ -462,7 +462,7 @@ def numbers_around(
 def counting(problem: Problem, variables: StateVector) -> Replay:
     """Return what gives, of variables, time and numbers, what is positive where zeros of events count."""
     field = _traced(problem, variables)
-    return Replay(field.counting, np.longdouble, field.own)
+    return Replay(field.counting, np.float64, field.own)
 
 
 def updates(problem: Problem, variables: StateVector) -> list[tuple[list[int], Replay, int]]:

@@ -43,8 +43,8 @@ __all__ = ["System"]
 OF_EVERY_RUN = attrgetter("orbits", "knots", "span")
 """What every run asks for: computed with the system."""
 
-LARGEST = 2.0**512
-"""Of a scale of momenta, whose square would overflow."""
+SMALLEST, LARGEST = 2.0**-512, 2.0**512
+"""Of a scale of momenta: the squares of others would underflow, and count as zero, or overflow."""
 
 AT_REST = 1e-9
 """Of the rate of a variable whose part has no momentum: what is slower is at rest, and its rate mostly rounding."""
@@ -235,7 +235,7 @@ class System(Dynamics):
             each += [state.own[part.name][..., place] for place in part.momentum_places]
         for momenta in each:
             largest = np.maximum(largest, np.hypot.reduce(momenta, axis=-1))
-        return np.minimum(largest + (largest == 0), LARGEST)
+        return np.minimum(largest + (largest < SMALLEST), LARGEST)
 
     @property
     def rigid_bodies(self) -> tuple[Body, ...]:

@@ -13,7 +13,7 @@ TIMES = np.linspace(0, 20, 41)
 
 
 @pytest.fixture
-def built(monkeypatch, request):
+def built(monkeypatch, forget_kernels, request):
     """An empty pool, and the list of what heyoka built since."""
     request.getfixturevalue("heyoka_alone")
     record, build = [], kernels._build
@@ -22,7 +22,7 @@ def built(monkeypatch, request):
         record.append(arguments)
         return build(*arguments, **options)
 
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    forget_kernels()
     monkeypatch.setattr(kernels, "_build", recorded)
     return record
 

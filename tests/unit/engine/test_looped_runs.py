@@ -58,15 +58,15 @@ def codes():
     return [known.code for known in kernels._pool._decided.values() if isinstance(known, looped_runs.Ready)]
 
 
-def test_a_sweep_through_zero_takes_one_kernel_more(monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_a_sweep_through_zero_takes_one_kernel_more(forget_kernels):
+    forget_kernels()
     for y in (-0.2, -0.1, 0.0, 0.1, 0.2):
         motion(pt.UniformGravity(0.7, (0.3, y, 0.5)))
     assert len(codes()) == 2
 
 
-def test_a_zero_of_some_members_is_none_of_the_others(monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_a_zero_of_some_members_is_none_of_the_others(forget_kernels):
+    forget_kernels()
     centers = [(0.3, 0.0, 0.0), (0.3, 0.2, 0.0)]
     motions = motion(pt.UniformGravity(0.7, centers))
     for center, quaternion in zip(centers, motions.quaternion, strict=True):

@@ -269,10 +269,10 @@ def test_members_along_hyperbolas_of_their_own():
 
 
 @pytest.mark.usefixtures("heyoka_alone")
-def test_other_numbers_use_the_same_kernel_also_across_the_parabola(monkeypatch):
+def test_other_numbers_use_the_same_kernel_also_across_the_parabola(forget_kernels):
     from poinsot.engine import kernels
 
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+    forget_kernels()
     motions = [pt.propagate(systems(name)["space"], START, RUN).quaternion for name in ("parabola", "nearly", "bent")]
     assert len(kernels._pool._idle) == 1
     assert np.max(np.abs(motions[0] - motions[1])) < 1e-11

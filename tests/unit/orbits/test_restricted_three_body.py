@@ -293,8 +293,8 @@ def test_axes_formulations_and_precisions_agree():
 
 
 @pytest.mark.usefixtures("heyoka_alone")
-def test_other_numbers_use_the_same_kernel(monkeypatch):
-    monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+def test_other_numbers_use_the_same_kernel(forget_kernels):
+    forget_kernels()
     motions = [pt.propagate(pt.System(BODY, *both(path)), START, RUN).quaternion for path in (PATH, OTHER)]
     assert len(kernels._pool._idle) == 1
     assert np.max(np.abs(motions[0] - motions[1])) > 1e-2
