@@ -135,6 +135,8 @@ class Decomposition:
     events : tuple of Crossing
     stops : tuple of int
         The conditions, by number, behind whose switch the motion stops, to go on with other variables.
+    attitude : tuple of int
+        The state variables that are attitudes.
     """
 
     operations: tuple[Operation, ...]
@@ -144,6 +146,7 @@ class Decomposition:
     conditions: tuple[int, ...] = ()
     events: tuple[Crossing, ...] = ()
     stops: tuple[int, ...] = ()
+    attitude: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:

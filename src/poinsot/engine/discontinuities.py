@@ -14,10 +14,10 @@ import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.engine.kernel_watch import AT_ONCE
 from poinsot.engine.problem import Problem
 
 __all__ = [
-    "AT_ONCE",
     "LARGE",
     "SMALL",
     "Discontinuities",
@@ -32,9 +32,6 @@ SMALL, LARGE = 0.05, 0.5
 
 The engine's step control looks at them as at the variables, of which the attitude is of size one.
 """
-
-AT_ONCE = 16 * np.finfo(float).eps
-"""Times that differ by less, relative to time and the time scale of the motion, are one: events may coincide."""
 
 BLIND = 1e-13
 """Ten times the time after a zero in which the engine does not look for the next one, times the scaled derivative."""

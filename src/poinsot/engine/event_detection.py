@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from poinsot.algebra.program import Node
 from poinsot.engine.discontinuities import (
-    AT_ONCE,
     LARGE,
     NEVER,
     SMALL,
@@ -27,6 +26,7 @@ from poinsot.engine.discontinuities import (
     set_alarm,
     time_scale,
 )
+from poinsot.engine.kernel_watch import AT_ONCE
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED

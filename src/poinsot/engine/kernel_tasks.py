@@ -72,6 +72,7 @@ class Tasks:
                 ("below", "f8", (self._kernel.variables,)),
                 ("parameters", "f8", (self._kernel.parameters,)),
                 ("time", "f8", (2,)),
+                ("span", "f8", (min(self._kernel.watch.count, 1),)),
                 ("sides", "f8", (self._kernel.watch.events,)),
                 ("branches", "f8", (2, len(self._kernel.watch.conditions))),
                 *self._kernel.sampling.of_tasks,
@@ -115,6 +116,7 @@ class Tasks:
             ("state", variables, self._kernel.layout.states(work.address, 0).of(DOUBLE)),
             ("below", variables, work.array("below")),
             ("time", 2, work.array("time")),
+            ("span", min(watch.count, 1), work.array("span")),
             ("sides", watch.events, work.array("sides")),
             ("branches", len(watch.conditions), work.array("branches")),
         ]

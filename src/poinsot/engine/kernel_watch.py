@@ -7,7 +7,6 @@ coefficients there; then a step waits for those that belong to the new branches.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -18,10 +17,11 @@ from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module
 from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.sign_changes import first_change
 
-__all__ = ["Outlook", "Watch"]
+__all__ = ["AT_ONCE", "Outlook", "Watch"]
 
-COINCIDENT = 16 * math.ulp(1.0)
-"""Times that differ by less, relative to the time and to the length of a step, are one."""
+AT_ONCE = 16 * np.finfo(float).eps
+"""Times that differ by less, relative to the time and to that in which the attitude changes, are one: events may
+coincide. A time in which the attitude changes is that of the run at most."""
 
 
 LINEAR = 2.0**-26
@@ -61,7 +61,9 @@ class Watch:
         self.count, self.events = len(decomposition.watched), len(decomposition.events)
         self._conditions, self._crossings = decomposition.conditions, decomposition.events
         self.conditions, self._stops = decomposition.conditions if decomposition.stops else (), decomposition.stops
+        self._attitude = decomposition.attitude
         self.fields = {
+            "span": (min(self.count, 1), self._lanes),
             "watched": (self.count, self._orders, self._lanes),
             "sides": (self.events, self._lanes),
             "branches": (len(self.conditions), self._lanes),
@@ -89,9 +91,9 @@ class Watch:
         if not self.count:
             return Outlook(h, nowhere, nowhere, nowhere)
         kind, way = self._kernel.kind, work.array("way", self._kernel.kind)[0]
-        # Behind a switch the time in which all happens at once is that before it: lengths of steps may differ much.
+        # Behind a zero it is no shorter than before it: an action may let the body turn much faster.
         kept = work.array("near", kind)
-        near = (COINCIDENT * abs(h).larger(abs(work.array("time", kind)[0]))).larger(kept[0])
+        near = self._near(work).larger(kept[0])
         chosen, cut, waits = lines.constant(self._kernel.whole, -1), nowhere, nowhere
         sides, shifts, wrong = self._sides(work), self._shifts(work, near.larger(LINEAR * abs(h))), list[Value]()
         for i, side in enumerate(sides):
@@ -132,6 +134,15 @@ class Watch:
         switched = work.array("switched", self._kernel.whole)
         switched[0] = waits.choose(switched[0] + 1, 0)
         return switched[0].is_("gt", 2 * self.count)
+
+    def _near(self, work: Record) -> Value:
+        """Return the time within which all happens at once: wherever the step is cut, the attitude hardly changes."""
+        kind, turning = self._kernel.kind, self._kernel.layout.states(work.address, 1)
+        scale = work.array("span", kind)[0]
+        if self._attitude:
+            fastest = functools.reduce(Value.larger, [abs(turning[place]) for place in self._attitude])
+            scale = (1.0 / fastest).smaller(scale)
+        return scale.larger(abs(work.array("time", kind)[0])) * AT_ONCE
 
     def _switched(self, lines: Lines, work: Record) -> Value:
         """Return where a condition that stops a lane has switched since its last step, if it has taken one."""

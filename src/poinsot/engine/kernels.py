@@ -412,7 +412,7 @@ def _looped_constants(problem: Problem, variables: StateVector, largest: int) ->
     if variables.formulation.nearness(field.own) is not None:
         return None
     refuse_constant_events(problem.events, field.events, variables.formulation.name)
-    program = _program(problem, field, ())
+    program = _program(problem, variables, field, ())
     if program.decomposition.size > largest:
         return None
     return Constants([*field.rates, *field.events], program, field.saltation is not None)
@@ -425,14 +425,14 @@ def _events(problem: Problem, field: _Field) -> Events:
 
 def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
     """Return the program for runs in which some of the constants are zero."""
-    return _program(problem, _traced(problem, variables), zeros)
+    return _program(problem, variables, _traced(problem, variables), zeros)
 
 
-def _program(problem: Problem, field: _Field, zeros: Iterable[int]) -> Program:
+def _program(problem: Problem, variables: StateVector, field: _Field, zeros: Iterable[int]) -> Program:
     program = simplified(field.graph, field.rates, zeros, _events(problem, field))
     stops = field.saltation.stops if field.saltation else ()
-    stopping = replace(program, decomposition=replace(program.decomposition, stops=tuple(stops)))
-    return stopping.with_jumps(field.graph, field.own, field.updates)
+    decomposition = replace(program.decomposition, stops=tuple(stops), attitude=tuple(variables.attitude))
+    return replace(program, decomposition=decomposition).with_jumps(field.graph, field.own, field.updates)
 
 
 def saltation_of(problem: Problem, variables: StateVector) -> Saltation | None:
@@ -655,7 +655,7 @@ def _build(
     made = Expressions(program.decomposition)
     values = iter(made.of(program.others))
     of_conditions, of_events, counting, nearness = ([next(values) for _ in each] for each in others)
-    attitude = made.rates[: next(iter(variables.formulation.blocks.values()))]
+    attitude = [made.rates[place] for place in variables.attitude]
     discontinuities, detection, stops = None, None, {}
     first = len(program.parameters)
     if with_knots or conditions:

@@ -164,7 +164,7 @@ class Queue:
         self._blank, self._memory = code.blank, bytearray(first + count * size)
         tasks = self.tasks = np.ndarray(count, code.task, self._memory, first)
         self._states, self._parameters, self._times = tasks["state"], tasks["parameters"], tasks["time"][:, 0]
-        self._ways, self._ends = tasks["way"], tasks["end"]
+        self._ways, self._ends, self._spans = tasks["way"], tasks["end"], tasks["span"]
         self._places = tasks.view(np.int64).reshape(count, size // 8)[:, code.places]
         self._record = np.ndarray(QUEUE.itemsize // 8, np.int64, self._memory)
         self._numbers = np.ndarray(count, np.int64, self._memory, QUEUE.itemsize)
@@ -179,6 +179,8 @@ class Queue:
         self._states[:], self._times[:], self._parameters[:] = states, times, parameters
         self._places[:], self._ways[:], self._ends[:] = output.tasks, output.tasks[:, 1], output.ends
         self._waiting, self.output, (grid, rows, *_) = self._numbers, output, output
+        if self._spans.size:
+            self._spans[:, 0] = np.abs(np.subtract(output.ends, times))
         if not (grid.flags.c_contiguous and rows.flags.c_contiguous and grid.itemsize == rows.itemsize == 8):
             raise ValueError("times and rows must be C-contiguous arrays of doubles, got others.")
         own, tasks = here + QUEUE.itemsize, here + self._first

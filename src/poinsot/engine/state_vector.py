@@ -141,6 +141,12 @@ class StateVector:
         size = self.formulation.size
         return [slice(i * size, (i + 1) * size) for i in range(len(self.ratios))]
 
+    @property
+    def attitude(self) -> list[int]:
+        """Where the attitudes are."""
+        count = next(iter(self.formulation.blocks.values()))
+        return [own.start + k for own in self.charts for k in range(count)]
+
     @cached_property
     def along_orbits(self) -> slice:
         """Where the variables of orbits are."""
