@@ -428,6 +428,35 @@ def test_events(kind, name, on_heyoka, monkeypatch):
                 assert np.array_equal(own.states.quaternion, other.member(k).states.quaternion)
 
 
+def kicked(name):
+    """Return random starts, and starts that are one but for rounding."""
+    rng = np.random.default_rng(5)
+    if name == "in ulps":
+        near = members_of(pt.System(*SYSTEMS["table with knots"]), 17)
+        own = {quantity: np.broadcast_to(x, (17, x.shape[-1]))[13] for quantity, x in near.phase.items()}
+        shaken = {quantity: x * (1 + EPS * rng.integers(-1, 2, (200, x.size))) for quantity, x in own.items()}
+        return pt.mechanics.state.state_of(shaken, near.time[13])
+    q = rng.normal(size=(1000, 4))
+    return BODY.state(q / np.linalg.norm(q, axis=1)[:, None], omega_body=rng.normal(size=(1000, 3)))
+
+
+@pytest.mark.parametrize("name", ["in ulps", "table with knots", "no force"])
+def test_actions_happen_once(name):
+    """The value that an action leaves is zero but for rounding: that is no zero ahead, however slowly it changes."""
+    system = pt.System(*SYSTEMS.get(name, SYSTEMS["table with knots"]))
+    motion = pt.propagate(system, kicked(name), [2.6], events=EVENTS["acting"][:1])
+    assert not motion.failures
+    found = motion.events[0]
+    follows = found.members[1:] == found.members[:-1]
+    assert np.min(np.diff(found.times)[follows]) > 1e-9
+    # The way in which a value leaves zero is opposite to that in which it comes back.
+    x, y, z = np.moveaxis(found.states.angular_momentum_body, -1, 0)
+    omega = 0.9 * np.stack([y, -x, z], axis=-1) / BODY.moments
+    turning = Rotation.from_quat(found.states.quaternion, scalar_first=True).apply(np.cross(omega, (0, 0, 1)))
+    rate = turning @ (1, 0.2, 0)
+    assert np.array_equal(found.directions[1:][follows], -np.sign(rate[:-1][follows]))
+
+
 # ---------------------------------------------------------------------- tangent vectors
 
 VARIED = (

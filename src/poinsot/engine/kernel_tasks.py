@@ -74,6 +74,7 @@ class Tasks:
                 ("time", "f8", (2,)),
                 ("span", "f8", (min(self._kernel.watch.count, 1),)),
                 ("sides", "f8", (self._kernel.watch.events,)),
+                ("uncertain", "f8", (self._kernel.watch.events,)),
                 ("branches", "f8", (2, len(self._kernel.watch.conditions))),
                 *self._kernel.sampling.of_tasks,
                 *((name, "f8") for name in doubles),
@@ -118,6 +119,7 @@ class Tasks:
             ("time", 2, work.array("time")),
             ("span", min(watch.count, 1), work.array("span")),
             ("sides", watch.events, work.array("sides")),
+            ("uncertain", watch.events, work.array("uncertain")),
             ("branches", len(watch.conditions), work.array("branches")),
         ]
 

@@ -66,6 +66,7 @@ class Watch:
             "span": (min(self.count, 1), self._lanes),
             "watched": (self.count, self._orders, self._lanes),
             "sides": (self.events, self._lanes),
+            "uncertain": (self.events, self._lanes),
             "branches": (len(self.conditions), self._lanes),
         }
         numbers = [(name, "i8") for name in ("task", "which", "rising")] + [(name, "f8") for name in ("time", "near")]
@@ -95,11 +96,14 @@ class Watch:
         kept = work.array("near", kind)
         near = self._near(work).larger(kept[0])
         chosen, cut, waits = lines.constant(self._kernel.whole, -1), nowhere, nowhere
-        sides, shifts, wrong = self._sides(work), self._shifts(work, near.larger(LINEAR * abs(h))), list[Value]()
+        linear = near.larger(LINEAR * abs(h))
+        left = self._left(work)
+        sides, shifts, wrong = self._sides(work, left), self._shifts(work, linear), list[Value]()
+        passed = self._passed(work, left, near, linear)
         for i, side in enumerate(sides):
-            reach = (abs(h).larger(near)).intrinsic("copysign", way)
+            reach = (abs(h).larger(passed[i])).intrinsic("copysign", way)
             coefficients = work.array("watched", kind).at(i * self._orders)
-            given = coefficients, reach, side, near / abs(reach)
+            given = coefficients, reach, side, passed[i] / abs(reach)
             found = lines.call(f"{{{kind}, {kind}}}", "first_change", *given)
             share, changes = found.part(0), found.part(1).is_("gt", 0.0)
             wrong.append(share.is_("eq", 0.0))
@@ -144,6 +148,27 @@ class Watch:
             scale = (1.0 / fastest).smaller(scale)
         return scale.larger(abs(work.array("time", kind)[0])) * AT_ONCE
 
+    def _left(self, work: Record) -> list[Value]:
+        """Return where an action has left the values of events at zero: no farther than they were known to be there."""
+        kind, found = self._kernel.kind, list[Value]()
+        for i in range(self.events):
+            side, uncertain = work.array("sides", kind)[i], work.array("uncertain", kind)[i]
+            value = work.array("watched", kind)[(len(self._conditions) + i) * self._orders]
+            found.append(side.is_("eq", 0.0) & abs(value).is_("le", uncertain))
+        return found
+
+    def _passed(self, work: Record, left: Sequence[Value], near: Value, most: Value) -> list[Value]:
+        """Return the times behind which to look for zeros; note how far off the values of events may be there.
+
+        The rate behind an action may be so small that the zero of the rounded value is far ahead.
+        """
+        found = [near] * len(self._conditions)
+        for i, mask in enumerate(left):
+            value, slope = (work.array("watched", near.type)[len(found) * self._orders + n] for n in (0, 1))
+            found.append(mask.choose(near.larger((2.0 * abs(value / slope)).smaller(most)), near))
+            work.array("uncertain", near.type)[i] = near * abs(slope)
+        return found
+
     def _switched(self, lines: Lines, work: Record) -> Value:
         """Return where a condition that stops a lane has switched since its last step, if it has taken one."""
         kind, switched = self._kernel.kind, lines.constant(vector(BOOL, self._lanes), 0)
@@ -152,13 +177,14 @@ class Watch:
             switched = switched | abs(change).is_("gt", 0.5)
         return switched
 
-    def _sides(self, work: Record) -> list[Value]:
-        """Return the signs that the functions have; of an event that is new the present one."""
-        kind = self._kernel.kind
+    def _sides(self, work: Record, left: Sequence[Value]) -> list[Value]:
+        """Return the signs of the functions; of an event that is new the present one, or that behind its zero."""
+        kind, way = self._kernel.kind, work.array("way", self._kernel.kind)[0]
         sides = [1.0 - 2.0 * work.array("parameters", kind)[place] for place in self._conditions]
-        for i in range(self.events):
-            side, value = work.array("sides", kind)[i], work.array("watched", kind)[len(sides) * self._orders]
-            sides.append(side.is_("eq", 0.0).choose(side.like(1.0).intrinsic("copysign", value), side))
+        for i, mask in enumerate(left):
+            value, slope = (work.array("watched", kind)[len(sides) * self._orders + n] for n in (0, 1))
+            side, present = work.array("sides", kind)[i], mask.choose(slope * way, value)
+            sides.append(side.is_("eq", 0.0).choose(side.like(1.0).intrinsic("copysign", present), side))
         return sides
 
     def _shifts(self, work: Record, most: Value) -> list[Value]:
