@@ -444,7 +444,7 @@ def kicked(name):
 def test_actions_happen_once(name):
     """The value that an action leaves is zero but for rounding: that is no zero ahead, however slowly it changes."""
     system = pt.System(*SYSTEMS.get(name, SYSTEMS["table with knots"]))
-    motion = pt.propagate(system, kicked(name), [2.6], events=EVENTS["acting"][:1])
+    motion = pt.propagate(system, kicked(name), [2.6], events=list(EVENTS["acting"])[:1])
     assert not motion.failures
     found = motion.events[0]
     follows = found.members[1:] == found.members[:-1]

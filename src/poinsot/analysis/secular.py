@@ -111,7 +111,7 @@ def secular_evolution(
         return _summed(effects, state_of(values))
 
     def reached(_: float, values: Array) -> float:
-        return float(until(state_of(values))) if until else 1.0
+        return float(real_array("what until returns", until(state_of(values)), ())) if until else 1.0
 
     floor = np.where(values, np.abs(values), 1.0)
     reached.terminal = True  # type: ignore[attr-defined]
@@ -136,8 +136,10 @@ def _summed(effects: Sequence[Effect], state: Mapping[str, float]) -> list[float
             raise ValueError(
                 f"start must have the variable {error}, got {', '.join(state) or 'none'}. {hint}"
             ) from None
+        if not isinstance(rates, Mapping):
+            raise TypeError(f"effects must return mappings of rates of change by name, got {type(rates).__name__}.")
         for name, rate in rates.items():
             if name not in total:
                 raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {name!r}.")
-            total[name] += rate
+            total[name] += float(real_array(f"the rate of change of {name}", rate, ()))
     return list(total.values())

@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
+from poinsot.errors import array_of, real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Vector
 from poinsot.mechanics.parameters import Parametric
 from poinsot.quantities import OR_NUMBER, Along, Rule
@@ -144,7 +144,7 @@ class Facets(Parametric):
         faces = np.repeat(np.prod(lengths) / lengths, 2)
         wings = real_array("wing_areas", wing_areas, (None,))
         normals, places = (
-            real_array(name, value if np.size(value) else np.zeros((0, 3)), (wings.size, 3))
+            real_array(name, value if array_of(name, value).size else np.zeros((0, 3)), (wings.size, 3))
             for name, value in (("wing_normals", wing_normals), ("wing_positions", wing_positions))
         )
         both = np.repeat(normals, 2, axis=0) * np.tile([1.0, -1.0], wings.size)[:, None]

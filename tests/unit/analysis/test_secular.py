@@ -50,8 +50,15 @@ def test_scales_of_variables_do_not_count():
         ),
         (([decay(0.1)], {"rate": np.inf}, [0, 1]), "rate must be finite"),
         (([lambda s: {"rate": s["rate"] ** 2}], {"rate": 1.0}, [0, 2]), "effects must have finite rates of change"),
+        (([lambda _: None], {"rate": 1.0}, [0, 1]), "effects must return mappings of rates of change by name, got"),
+        (([lambda _: {"rate": "1"}], {"rate": 1.0}, [0, 1]), "the rate of change of rate must be real numbers, got"),
     ],
 )
 def test_wrong_arguments_are_refused_in_sentences(arguments, sentence):
-    with pytest.raises(ValueError, match=f"^{sentence}"):
+    with pytest.raises((TypeError, ValueError), match=f"^{sentence}"):
         pt.analysis.secular_evolution(*arguments)
+
+
+def test_an_end_that_is_no_number_is_refused_in_a_sentence():
+    with pytest.raises(TypeError, match=r"^what until returns must be real numbers, got NoneType None\.$"):
+        pt.analysis.secular_evolution([decay(0.1)], {"rate": 1.0}, [0, 1], until=lambda _: None)
