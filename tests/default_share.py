@@ -1,8 +1,8 @@
 """The default run takes a share of the cases of large tests; the rest is marked `slow`.
 
 A test of more than SHARE cases runs one of SHARE, chosen by a hash of their ids, and of the others each with an entry
-of a list that no test of its module runs otherwise. So a product keeps about a third of its cases; a list that one test
-alone goes through (of wrong calls, say) is run whole, unless it is marked as `samples` of one statement; and where
+of a list that no test of its module runs otherwise. So a product keeps about a quarter of its cases; a list that one
+test alone goes through (of wrong calls, say) is run whole, unless it is marked as `samples` of one statement; and where
 several tests go through one list (of forces, of parts), each takes other members of it.
 """
 
@@ -12,7 +12,7 @@ from collections import defaultdict
 
 import pytest
 
-SHARE = 3
+SHARE = 4
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest leaves out what `-m` does not ask for

@@ -74,10 +74,10 @@ def test_share_and_rest_are_all_cases_in_every_process(tmp_path):
     assert not set(share) & set(rest)
     assert sorted(share + rest) == sorted(collected(tmp_path, "3"))
     product = of(share, "test_product")
-    assert 48 <= len(product) <= 60  # of 144
+    assert 36 <= len(product) <= 48  # of 144
     assert {size for size, _ in product} == {str(size) for size in range(12)}
     assert {colour for _, colour in product} == {*"abcdefghijkl"}
-    assert len(of(share, "test_the_same_list")) == len(of(share, "test_samples")) == 4
+    assert len(of(share, "test_the_same_list")) == len(of(share, "test_samples")) == 3
     assert len(of(share, "test_a_list_of_its_own")) == 12
     assert sorted(of(share, "test_with_a_fixture")) == [[str(number), "2"] for number in range(9)]
     assert len(of(share, "test_few")) == 3

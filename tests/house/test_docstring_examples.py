@@ -62,6 +62,7 @@ def folder(tmp_path_factory):
     return path
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_the_example_prints_what_it_says(name, folder, tmp_path, monkeypatch):
     monkeypatch.chdir(shutil.copytree(folder, tmp_path, dirs_exist_ok=True))

@@ -34,6 +34,7 @@ def run(monkeypatch, cases):
     return CliRunner().invoke(app, ["verify"], env=WIDE)
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("case", marked(verify.CASES))
 def test_case_holds(case):
     rows = verify.rows_of(case)
@@ -103,6 +104,7 @@ def failing(case):
 INTEGRATIONS = [case for case in verify.CASES if case.title not in ("Chaos of Hyperion", "Dzhanibekov flip", "File")]
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("case", marked(INTEGRATIONS))
 def test_careless_integrator_is_noticed(monkeypatch, case):
     right, transition = pt.propagate, pt.analysis.state_transition

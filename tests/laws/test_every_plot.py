@@ -57,6 +57,7 @@ def of_data(panel, line):
     return hasattr(line, "_verts3d") or line.get_transform() == panel.transData
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("name", pt.plot.__all__)
 def test_every_plot_draws_where_it_is_told(calls, name):
     draw, arguments = calls[name]

@@ -214,6 +214,7 @@ def test_numbers_that_are_infinite_or_none(good, name, number):
     path.write_bytes(before)
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("mark", [b"\x02", b"\x1b[31m", "\u202e".encode()])
 @pytest.mark.parametrize("name", sorted(set(READERS) - {*BINARY, "it.zarr"}))
 def test_sentences_have_nothing_that_a_terminal_obeys(good, name, mark):

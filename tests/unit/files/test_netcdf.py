@@ -198,6 +198,7 @@ def motions():
     return {name: make() for name, make in MOTIONS.items()}
 
 
+@pytest.mark.samples
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
 @pytest.mark.parametrize("name", MOTIONS)
 def test_back_to_the_bit(motions, name, suffix, tmp_path):
