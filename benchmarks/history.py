@@ -81,7 +81,8 @@ def _worsening(now, then, limit):
 
 
 def _commit():
-    done = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False, cwd=PATH.parent
-    )
-    return done.stdout.strip() or "unknown"
+    """Return the commit, and whether the package differs from it: figures of the report do by then."""
+    root = PATH.parents[1]
+    done = subprocess.run(["git", "describe", "--always"], capture_output=True, text=True, check=False, cwd=root)
+    changed = subprocess.run(["git", "diff", "--quiet", "HEAD", "--", "src"], check=False, cwd=root).returncode == 1
+    return f"{done.stdout.strip()}-dirty" if changed else done.stdout.strip() or "unknown"

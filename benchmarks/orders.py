@@ -13,7 +13,7 @@ from poinsot.engine.formulations import FORMULATIONS
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.propagation.arguments import ROUNDING
 
-TOLERANCES = {20: ROUNDING["double"], 19: 4e-16, 18: FORMULATIONS["lie_poisson"].tolerance, 17: 1.3e-14}
+TOLERANCES = {20: ROUNDING["double"], 19: FORMULATIONS["lie_poisson"].tolerance, 18: 1.72e-15, 17: 1.3e-14}
 STARTS, SPREAD = 64, 0.05
 ENDS = ((P2, 300.0), (P3, 5 * PERIOD))
 
