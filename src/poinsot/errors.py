@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import importlib
+import re
 import sys
 import warnings
 from types import FrameType
@@ -14,6 +16,7 @@ from numpy.typing import NDArray
 from poinsot.quantities import plain
 
 __all__ = [
+    "DATES",
     "PropagationError",
     "PropagationInterrupted",
     "array_of",
@@ -32,6 +35,11 @@ __all__ = [
     "scalar",
     "warn_of_negative",
 ]
+
+DATES = dt.date | np.datetime64
+"""Classes of a date, beside text and astropy's: it has a scale where it has a time zone."""
+
+DURATIONS = dt.timedelta | np.timedelta64
 
 
 class _Stopped(BaseException):
@@ -111,8 +119,18 @@ def reals_or_nan(name: str, value: Any, time_unit: str | None = None) -> NDArray
     """Return `value` as floats of any shape, finite or not; a quantity of time in a unit."""
     array = array_of(name, value, time_unit)
     if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.")
+        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.{_hint(name, array)}")
     return array.astype(float, copy=False)
+
+
+def _hint(name: str, array: NDArray[Any]) -> str:
+    """Return how dates and durations become numbers; nothing of other values."""
+    first = array.flat[0] if array.size else None
+    if isinstance(first, DURATIONS):
+        return f" Durations become numbers: np.array({name}, 'm8[us]') / np.timedelta64(1, 's')."
+    if isinstance(first, DATES) or hasattr(first, "jd1") or (isinstance(first, str) and re.match(r"\d{4}-\d", first)):
+        return f" A calendar makes numbers of dates: {name}=pt.Calendar('2026-01-01T00:00:00', 'UTC').time(dates)."
+    return ""
 
 
 def scalar(name: str, value: Any) -> Any:

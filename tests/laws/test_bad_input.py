@@ -156,7 +156,7 @@ NOT_REAL = {
     "truth_for_time": (lambda: pt.State(ONE, (0, 1, 0, 0), True), "time must be real numbers, got bool True."),
     "word_for_time_in_a_frame": (
         lambda: BODY.state(ONE, omega_body=(1, 0, 0), time="a", frame=ORBIT.frame),
-        "time must be a number, got 'a'. A date becomes one: orbit.calendar.time(date).",
+        "time must be real numbers, got str 'a'.",
     ),
     "word_for_attitude": (
         lambda: BODY.state("x", omega_body=(1, 0, 0)),

@@ -1,10 +1,12 @@
 """Quantities with a unit: which convert, to what, and the sentences about the others."""
 
+import datetime as dt
 import functools
 
 import numpy as np
 import pytest
 from astropy import units as u
+from astropy.time import Time
 
 import poinsot as pt
 from poinsot.propagation.run_record import Run
@@ -100,6 +102,39 @@ def test_others_are_refused(name):
     with pytest.raises(TypeError) as caught:
         call()
     assert str(caught.value) == sentence
+
+
+DATED = {
+    "datetime": [dt.datetime(2026, 1, 1)],
+    "date": [dt.date(2026, 1, 1)],
+    "numpy": np.array(["2026-01-01", "2026-01-02"], "M8[D]"),
+    "text": ["2026-01-01T00:00:00 UTC"],
+    "astropy": Time(["2026-01-01", "2026-01-02"]),
+    "astropy, in a list": [Time("2026-01-01")],
+}
+
+
+@pytest.mark.parametrize("name", DATED)
+def test_dates_without_a_calendar_are_told_how_they_become_numbers(name):
+    calls = {
+        "times": [lambda t: pt.propagate(TOP, START, t), lambda t: pt.free_motion(TOP.body, START, t)],
+        "time": [lambda t: TOP.body.state((1, 0, 0, 0), omega_body=(0, 0, 1), time=t), lambda t: pt.events.AtTime(t)],
+    }
+    for argument, those in calls.items():
+        for call in those:
+            with pytest.raises(TypeError) as caught:
+                call(DATED[name])
+            sentence = f"{argument}=pt.Calendar('2026-01-01T00:00:00', 'UTC').time(dates)."
+            assert str(caught.value).startswith(f"{argument} must be real numbers, got ")
+            assert str(caught.value).endswith(f" A calendar makes numbers of dates: {sentence}")
+
+
+@pytest.mark.parametrize("times", [[dt.timedelta(0), dt.timedelta(seconds=2)], np.array([0, 2], "m8[s]")])
+def test_durations_are_told_how_they_become_numbers(times):
+    hint = r"np.array\(times, 'm8\[us\]'\) / np.timedelta64\(1, 's'\)"
+    with pytest.raises(TypeError, match=rf"^times must be real numbers, got .* Durations become numbers: {hint}\.$"):
+        pt.propagate(TOP, START, times)
+    np.testing.assert_array_equal(np.array(times, "m8[us]") / np.timedelta64(1, "s"), [0.0, 2.0])
 
 
 def test_an_inclination_is_no_number_of_degrees():

@@ -369,10 +369,9 @@ def started(
     attitude: Rotation | ArrayLike, given: dict[str, ArrayLike | None], time: ArrayLike, frame: Frame | None
 ) -> tuple[NDArray[np.float64], str, NDArray[np.float64]]:
     """Return the quaternion of a start, and the name and the body components of the one vector that is given."""
-    from poinsot.mechanics.calendar import refuse_date
     from poinsot.mechanics.frame import checked_frame
 
-    refuse_date("time", time)
+    time = real_numbers("time", time)
     q = unit_quaternion(attitude)
     name, value = exactly_one("state", given)
     if frame is not None and not name.startswith("omega"):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.errors import optional, real_numbers
+from poinsot.errors import DATES, optional, real_numbers
 
 __all__ = ["SCALES", "Calendar", "checked_calendar", "holds_dates", "span_of"]
 
@@ -90,7 +90,7 @@ class Calendar:
 
         Parameters
         ----------
-        epoch : str, astropy.time.Time, float, or array of these
+        epoch : str, astropy.time.Time, datetime with a time zone, float, or array of these
             A date that says its scale: "2026-11-21T00:00:00 UTC", "... TDB"; a final Z is UTC. A number is a time
             already, and returned as it is.
 
@@ -109,8 +109,8 @@ class Calendar:
         """
         if _is_instant(epoch):
             times = self._counted(epoch)
-        elif isinstance(epoch, str):
-            times = self._of_texts([epoch])[0]
+        elif isinstance(epoch, str | DATES):
+            times = self._of_texts([_text(epoch)])[0]
         elif holds_dates(epoch):
             times = self._of_array(_rectangular(epoch))
         else:
@@ -134,8 +134,8 @@ class Calendar:
         return times if calendar == self else np.asarray(self.time(calendar.date(times)))
 
     def _of_array(self, epochs: NDArray[Any]) -> NDArray[np.float64]:
-        if epochs.dtype.kind == "U":
-            return self._of_texts(epochs.ravel().tolist()).reshape(epochs.shape)
+        if epochs.dtype.kind in "UM":
+            return self._of_texts(epochs.astype(str).ravel().tolist()).reshape(epochs.shape)
         return np.array([self.time(epoch) for epoch in epochs.ravel()]).reshape(epochs.shape)
 
     def _of_texts(self, texts: list[str]) -> NDArray[np.float64]:
@@ -188,18 +188,19 @@ def _is_instant(value: Any) -> bool:
     return module is not None and isinstance(value, module.Time)
 
 
-def refuse_date(name: str, value: Any) -> None:
-    """Refuse a date where only a number tells the instant."""
-    if holds_dates(value) or isinstance(value, dt.date | np.datetime64):
-        raise TypeError(f"{name} must be a number, got {_short(value)}. A date becomes one: orbit.calendar.time(date).")
-
-
 def holds_dates(values: Any) -> bool:
     """Whether something is a date, or a list or an array that begins with one."""
     first = values
     while (isinstance(first, list | tuple) or (isinstance(first, np.ndarray) and first.ndim)) and len(first):
         first = first[0]
-    return isinstance(first, str) or _is_instant(first)
+    return isinstance(first, str | DATES) or _is_instant(first)
+
+
+def _text(date: Any) -> str:
+    """Return a date as text: in UTC if it has a time zone, else without a scale."""
+    if isinstance(date, dt.datetime) and date.tzinfo is not None:
+        return date.astimezone(dt.UTC).replace(tzinfo=None).isoformat() + " UTC"
+    return date.isoformat() if isinstance(date, dt.date) else str(date)
 
 
 def _rectangular(epochs: Any) -> NDArray[Any]:

@@ -152,7 +152,23 @@ def test_rows_of_unequal_length():
         J2000.time([[1.0], [2.0, 3.0]])
 
 
-@pytest.mark.parametrize("epoch", [None, dt.datetime(2026, 1, 1), 1j, np.datetime64("2026-01-01"), True])
+def test_datetimes_with_a_time_zone():
+    east = dt.timezone(dt.timedelta(hours=2))
+    dates = [dt.datetime(2017, 1, 1, 2, 0, 0, 500_000, east), dt.datetime(2017, 1, 1, tzinfo=dt.UTC)]
+    assert LEAP.time(dates[0]) == 3.5
+    np.testing.assert_array_equal(LEAP.time(dates), [3.5, 3.0])
+
+
+@pytest.mark.parametrize("date", [dt.datetime(2026, 1, 1), dt.date(2026, 1, 1), np.datetime64("2026-01-01T00:00:00.5")])
+def test_dates_without_a_scale(date):
+    for given_date in (date, [date], np.array([date])):
+        with pytest.raises(
+            ValueError, match=r"^epoch must say its scale, got '2026-01-01.*'\. Write '2026-01-01.* UTC'"
+        ):
+            J2000.time(given_date)
+
+
+@pytest.mark.parametrize("epoch", [None, dt.timedelta(1), 1j, np.timedelta64(1, "s"), True])
 def test_what_is_neither_date_nor_number(epoch):
     with pytest.raises(TypeError, match="epoch must be real numbers"):
         J2000.time(epoch)
