@@ -187,7 +187,9 @@ class KernelProgram:
             states[k] = goes.choose(value, states[k])
             below[k] = goes.choose(following[self.variables + k], below[k])
         stalled = self._move(work, goes, last, h, target)
-        paused = self._count(work, goes, ~last & ~cut, abs(h))
+        steps = work.array("steps", self.whole)
+        steps[0] = steps[0] + goes.to_integer()
+        paused = steps[0].is_("ge", work.array("pause", self.whole)[0])
         held = self.watch.held(work, waits)
         done = arrived if self._arrives else last
         going = finite & ~done & ~stalled & ~paused & ~held & ~stops
@@ -214,15 +216,6 @@ class KernelProgram:
         time[0] = goes.choose(last.choose(target, later), high)
         time[1] = goes.choose(last.choose(low * 0.0, rest - (later - total)), low)
         return goes & ~last & total.is_("eq", high)
-
-    def _count(self, work: Record, goes: Value, whole: Value, length: Value) -> Value:
-        """Count the steps and book their lengths; return where it is time to pause."""
-        steps, counted = work.array("steps", self.whole), goes & whole
-        shortest, longest = work.array("shortest", self.kind), work.array("longest", self.kind)
-        steps[0] = steps[0] + goes.to_integer()
-        shortest[0] = counted.choose(shortest[0].smaller(length), shortest[0])
-        longest[0] = counted.choose(longest[0].larger(length), longest[0])
-        return steps[0].is_("ge", work.array("pause", self.whole)[0])
 
     def _rows(self, lines: Lines, work: Record, goes: Value, h: Value, last: Value) -> None:
         """Write the rows of the output times within a step; of one up to a sample the next step writes the last."""

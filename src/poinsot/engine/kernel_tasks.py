@@ -14,7 +14,7 @@ __all__ = ["DOUBLES", "INTEGERS", "QUEUE", "Status", "Tasks"]
 
 QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
 
-DOUBLES = ("end", "limit", "way", "shortest", "longest", "near")
+DOUBLES = ("end", "limit", "way", "near")
 INTEGERS = ("steps", "pause", "index", "bits", "which", "rising")
 """What a lane takes of a task as it is."""
 
@@ -174,8 +174,7 @@ class Tasks:
                 held = work.array("parameters")[lane + place * self._kernel.lanes]
                 task.array("branches")[len(self._kernel.watch.conditions) + i] = held
             self._kernel.sampling.leave(work, task, lane)
-            for name in ("shortest", "longest", "near"):
-                task.array(name)[0] = work.array(name)[lane]
+            task.array("near")[0] = work.array("near")[lane]
             for name in ("status", "steps", "index", "bits", "which", "rising"):
                 task.array(name, INTEGER)[0] = work.array(name, INTEGER)[lane]
             lines.run("take", address, lane)

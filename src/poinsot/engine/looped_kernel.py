@@ -77,7 +77,7 @@ class Code:
         self.work, self.task, self.step, self.note = kernel.work, kernel.task, kernel.step, kernel.watch.note
         self.events, self.conditions = kernel.watch.events, kernel.watch.conditions
         blank = np.zeros(1, self.task)
-        blank["limit"], blank["shortest"], blank["pause"], blank["branches"] = LONGEST, np.inf, FOREVER, np.nan
+        blank["limit"], blank["pause"], blank["branches"] = LONGEST, FOREVER, np.nan
         fields: Any = self.task.fields
         first = fields["count"][1] // 8
         self.blank, self.places = blank.tobytes(), slice(first, first + 4)
@@ -154,8 +154,8 @@ class Queue:
         What is to do, and later what has been done. Before a run, and where a task has left its lane, one may change
         `state`, `below` (what was rounded off it), `parameters`, `end`, `limit` (the longest step), `pause` (the number
         of steps after which the task leaves its lane) and `push` (momenta that forces give a body at rest). Results are
-        `state`, `time` (two parts), `status`, `steps`, `index` (how many rows are written), `bits` (of the scale of
-        momenta) and, of the steps that are not cut at the end, the `shortest` and the `longest`.
+        `state`, `time` (two parts), `status`, `steps`, `index` (how many rows are written) and `bits` (of the scale of
+        momenta).
     """
 
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:

@@ -17,7 +17,7 @@ pytestmark = [
     pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite"),
 ]
 
-RESULTS = ("state", "time", "status", "steps", "index", "bits", "shortest", "longest", "pause")
+RESULTS = ("state", "time", "status", "steps", "index", "bits", "pause")
 TOP = DECOMPOSITIONS["top"]
 
 
