@@ -584,6 +584,26 @@ def test_momenta_stay_in_their_scale_where_no_other_is_better():
     np.testing.assert_allclose(rows[:, 0, 0], np.array([0.5, 0.5, 0.0, 100.0]) * np.exp(-20.0), rtol=1e-6, atol=0)
 
 
+@pytest.mark.parametrize("lanes", [1, 2])
+def test_momenta_that_shrink_lose_what_is_along_their_quaternions(lanes):
+    """Q' = k Q and q' = 0, two of each: where k < 0, what is left of Q is perpendicular to q."""
+    q = np.array([[0.5, -1.1, 0.2, 0.8], [-0.3, 0.9, 1.2, 0.4]])
+    Q = np.array([[0.4, 0.1, -0.3, 0.2], [0.1, 0.6, 0.2, 0.3]])
+    places = tuple(range(8, 16))
+    momenta = Momenta(places, places, (0,), 1 / 160, 1.0, 0.1, (-400, 400), conjugates=((0, 8), (4, 12)))
+
+    def rates(states, _):
+        return [0.0 * x for x in states[:8]] + [Coefficient(1.0, 0) * x for x in states[8:]]
+
+    code = compiled(decomposed(16, rates, 1), ORDER, lanes, "batch", momenta)
+    k, time = np.array([[-1.0], [1.0]]), 10.0
+    rows, *_ = integrated(code, np.tile([*q.flat, *Q.flat], (2, 1)), [time], parameters=k)
+    shares = np.sum(q * Q, axis=1) / np.sum(q * q, axis=1)
+    assert np.all(np.abs(shares) > 0.05)
+    found = rows[:, 0, 8:].reshape(2, 2, 4) * np.exp(-k * time)[:, :, None]
+    np.testing.assert_allclose(found, [Q - shares[:, None] * q, Q], rtol=0, atol=1e-12)  # as the decays above
+
+
 def test_kept_steps_are_the_polynomials_of_the_run():
     code, start, end = compiled(DECOMPOSITIONS["top"], ORDER, 1, "single"), starts("top"), 400.0
     rows, tasks, run = integrated(code, start, [-5.0, end])
