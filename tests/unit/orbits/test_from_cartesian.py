@@ -271,6 +271,9 @@ def test_an_oblate_attractor_tells_what_its_orbit_did_not():
     ):
         with pytest.warns(UserWarning, match="is 0.075 below the equatorial radius"):
             pt.forces.Oblateness(still, **flat)
+    two = pt.KeplerOrbit(1, semimajor_axis=2, eccentricity=np.array([0.01, 0.1]), radius=1.7)
+    with pytest.warns(UserWarning, match="the periapsis of 1 of 2 members is below the equatorial radius"):
+        pt.forces.Oblateness(two, **flat)
     with pytest.warns(UserWarning, match="KeplerOrbit"):
         orbit = pt.KeplerOrbit(**ELEMENTS, radius=1.9)
     for quiet in (
