@@ -174,15 +174,15 @@ class State(Summarized):
         return 2 * quat.product(self.quaternion, quat.pure(self.phase["angular_momentum_body"]))
 
     @functools.cached_property
-    def _double_momentum(self) -> NDArray[np.float64]:
-        return quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.phase["conjugate_momenta"]))
+    def _angular_momentum_body(self) -> NDArray[np.float64]:
+        return 0.5 * quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.phase["conjugate_momenta"]))
 
     @property
     def angular_momentum_body(self) -> NDArray[np.float64]:
         """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3)."""
         if (g := self.phase.get("angular_momentum_body")) is not None:
             return g
-        return 0.5 * self._double_momentum
+        return self._angular_momentum_body
 
     @property
     def angular_momentum_space(self) -> NDArray[np.float64]:

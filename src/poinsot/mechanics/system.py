@@ -233,8 +233,7 @@ class System(Dynamics):
         each = [state.angular_momentum_body]
         for part in self.parts:
             each += [state.own[part.name][..., place] for place in part.momentum_places]
-        for momenta in each:
-            largest = np.maximum(largest, np.hypot.reduce(momenta, axis=-1))
+        largest = _largest(largest, *[np.hypot.reduce(momenta, axis=-1) for momenta in each])
         return np.minimum(largest + (largest < SMALLEST), LARGEST)
 
     @property
@@ -278,7 +277,7 @@ class System(Dynamics):
         return self._scale(self.sample_torque if one else self._strongest_at_samples(branching))
 
     def _scale(self, torque: Any) -> Any:
-        return np.sqrt(np.maximum.reduce(self.body.moments, axis=-1) * torque)
+        return np.sqrt(_largest(*self.body.moments.T) * torque)
 
     def _strongest_at_samples(self, branching: bool) -> Any:
         with np.errstate(all="ignore"):
@@ -310,6 +309,11 @@ class System(Dynamics):
         own = {part.name: Vector((1.0,) * part.size) for part in self.parts}
         parts = self.with_numbers(self.numbers).parts
         return CompositeBody.of(self.body, parts, own, 0.0) if parts else self.body
+
+
+def _largest(*numbers: Any) -> Any:
+    """Return the largest of some numbers, for each member of arrays."""
+    return functools.reduce(np.maximum, numbers) if np.ndarray in map(type, numbers) else max(numbers)
 
 
 def _stacked(scalars: Iterable[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -46,9 +46,9 @@ def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.
         raise ValueError("times must not be empty, got shape (0,).")
     before, after = t[:-1], t[1:]
     onward = after > before if t.size > 1 and t[1] > t[0] else after < before
-    if np.count_nonzero(onward) < onward.size or not (isfinite(t[0]) and isfinite(t[-1])):
+    if (t.size > 1 and not onward[onward.argmin()]) or not (isfinite(t[0]) and isfinite(t[-1])):
         real_numbers("times", t)
-        i = int(np.argmin(onward))
+        i = int(onward.argmin())
         relation = f"= times[{i + 1}] = {t[i]}" if t[i] == t[i + 1] else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
         raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
     return t

@@ -12,8 +12,6 @@ from importlib import metadata
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 if TYPE_CHECKING:
     from poinsot.engine.runs import Report
 
@@ -65,7 +63,7 @@ class Run:
     @classmethod
     def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> Run:
         """Return what a driver reports of a run."""
-        steps = int(np.add.reduce(report.steps))
+        steps = sum(report.steps.tolist())
         own = (report.tolerance, report.order, steps, report.wall_time)
         return cls(method, formulation, precision, *own, versions(), report.kernel, report.lanes)
 
