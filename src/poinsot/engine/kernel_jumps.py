@@ -34,16 +34,14 @@ class Sampling:
     ----------
     count : int
         How many parts jump.
-    fields, of_tasks : dict and list
-        The fields that the memory of a run and that of a task have for it: of each sample its number, the time between
-        two and that of number 0, and the key of the numbers drawn; the times of the next ones and of the soonest.
+    of_tasks : list
+        The fields that a lane and a task have for it: of each sample its number, the time between two and that of
+        number 0, and the key of the numbers drawn.
     """
 
     def __init__(self, kernel: Any, jumps: Jumps | None) -> None:
         self._kernel, self._jumps, self._lanes = kernel, jumps or NO_JUMPS, kernel.lanes
         self.count = count = len(self._jumps.updates)
-        self.fields = dict.fromkeys((*OF_TASKS, "samples", "keys"), (count, self._lanes))
-        self.fields["sample"] = (min(count, 1), self._lanes)
         self.of_tasks = [*((name, "f8", (count,)) for name in OF_TASKS), ("keys", "i8", (count,))]
 
     def define(self, module: Module) -> None:
@@ -52,18 +50,10 @@ class Sampling:
             module.function("next_sample", "void", [POINTER, INTEGER], self._next_sample)
             module.function("jump", "void", [POINTER, INTEGER], self._jump)
 
-    def take(self, work: Record, task: Record, lane: Value) -> None:
-        """Give a lane the samples of a task."""
+    def take(self, work: Record, lane: Value) -> None:
+        """Look ahead to the next samples of a lane."""
         if self.count:
-            for name in (*OF_TASKS, "keys"):
-                for j in range(self.count):
-                    work.array(name, INTEGER)[lane + j * self._lanes] = task.array(name, INTEGER)[j]
             lane.function.run("next_sample", work.address, lane)
-
-    def leave(self, work: Record, task: Record, lane: Value) -> None:
-        """Note in a task which samples come next."""
-        for j in range(self.count):
-            task.array("numbers")[j] = work.array("numbers")[lane + j * self._lanes]
 
     def target(self, work: Record) -> Value:
         """Return the time at which a step ends at the latest: the end of the task, or a sample before it."""
@@ -79,15 +69,15 @@ class Sampling:
             self._kernel.for_each(lines, work, due, "jump")
 
     def _next_sample(self, address: Value, lane: Value) -> None:
-        """Set the times of the next samples of a lane."""
+        """Set the time of the next sample of a lane."""
         work = Record(address, self._kernel.work)
-        times = []
-        for j in range(self.count):
-            place = lane + j * self._lanes
-            number, period, phase = (work.array(name)[place] for name in OF_TASKS)
-            times.append(number * period + phase)
-            work.array("samples")[place] = times[-1]
+        times = [self._time(work, lane + j * self._lanes) for j in range(self.count)]
         work.array("sample")[lane] = functools.reduce(Value.smaller, times)
+
+    @staticmethod
+    def _time(work: Record, place: Value) -> Value:
+        number, period, phase = (work.array(name)[place] for name in OF_TASKS)
+        return number * period + phase
 
     def _jump(self, address: Value, lane: Value) -> None:
         """Give the variables of a lane their new values, one part after another."""
@@ -95,7 +85,7 @@ class Sampling:
         time = work.array("time")[lane]
         for j, update in enumerate(self._jumps.updates):
             place = lane + j * self._lanes
-            with lines.when(work.array("samples")[place].is_("eq", time)):
+            with lines.when(self._time(work, place).is_("eq", time)):
                 self._update(work, lane, update, place)
                 number = work.array("numbers")
                 number[place] = number[place] + 1.0

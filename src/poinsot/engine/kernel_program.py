@@ -15,7 +15,7 @@ from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_jumps import Sampling
 from poinsot.engine.kernel_layouts import Batch, Layout, Single
 from poinsot.engine.kernel_momenta import Momenta, Rescaling
-from poinsot.engine.kernel_tasks import DOUBLES, INTEGERS, QUEUE, Status, Tasks
+from poinsot.engine.kernel_tasks import QUEUE, Status, Tasks
 from poinsot.engine.kernel_watch import Watch
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
 from poinsot.engine.llvm_ir import Function as Lines
@@ -71,19 +71,16 @@ class KernelProgram:
             "coefficients": (-(-self.layout.size // 8) * 8,),
             "following": (2 * self.variables, lanes),
             "row": (2 * self.variables, lanes),
-            "below": (self.variables, lanes),
-            "parameters": (self.parameters, lanes),
             "zeros": (len(self.schedule.zeros), lanes),
             "reciprocals": (len(self.schedule.reciprocals), lanes),
-            "time": (2, lanes),
-            **self.watch.fields,
-            **self.sampling.fields,
+            "watched": (self.watch.count, self.order + 1, lanes),
         }
-        doubles = ("output_time", "least", "most", "outward", "shift", *DOUBLES)
-        integers = ("active", "status", "flags", "task", "switched", *INTEGERS)
+        doubles = ("output_time", "least", "most", "outward", "shift", "sample")
+        integers = ("active", "flags", "task", "switched")
         return np.dtype(
             [
                 *((name, "f8", size) for name, size in sizes.items()),
+                *((name, kind, (*shape, lanes)) for name, kind, shape in self.tasks.fields),
                 *((name, "f8", (lanes,)) for name in doubles),
                 *((name, "i8", (lanes,)) for name in integers),
                 ("reciprocals_of_orders", "f8", (self.order + 1,)),

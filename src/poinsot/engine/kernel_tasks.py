@@ -10,13 +10,9 @@ import numpy as np
 
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value
 
-__all__ = ["DOUBLES", "INTEGERS", "QUEUE", "Status", "Tasks"]
+__all__ = ["QUEUE", "Status", "Tasks"]
 
 QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
-
-DOUBLES = ("end", "limit", "way", "near")
-INTEGERS = ("steps", "pause", "index", "bits", "which", "rising")
-"""What a lane takes of a task as it is."""
 
 
 class Status(IntEnum):
@@ -42,13 +38,38 @@ class Tasks:
 
     Attributes
     ----------
+    fields : list
+        What lanes have of their tasks, in one order there and here: names, types and shapes. They give back all that
+        is behind the parameters and the pause.
     type, step : structured types
         Of a task, and of a step that is kept.
     """
 
     def __init__(self, kernel: Any) -> None:
         self._kernel = kernel
-        self.type, self.step = self._task_type(), self._step_type()
+        self.fields = [
+            ("parameters", "f8", (kernel.parameters,)),
+            ("pause", "i8", ()),
+            ("below", "f8", (kernel.variables,)),
+            ("time", "f8", (2,)),
+            *kernel.watch.of_tasks,
+            *kernel.sampling.of_tasks,
+            *((name, "f8", ()) for name in ("end", "limit", "way", "near")),
+            *((name, "i8", ()) for name in ("steps", "index", "bits", "which", "rising", "status")),
+        ]
+        self._taken = np.dtype(self.fields).itemsize // 8
+        self._given_back = self._taken - kernel.parameters - 1
+        self.type = np.dtype(
+            [
+                ("state", "f8", (kernel.variables,)),
+                *self.fields,
+                ("behind", "f8", (len(kernel.watch.conditions),)),
+                ("push", "f8"),
+                *((name, "i8") for name in ("count", "stride", "first", "place")),
+            ]
+        )
+        coefficients = "coefficients", "f8", (kernel.order + 1, kernel.variables)
+        self.step = np.dtype([("task", "i8"), ("start", "f8", (2,)), ("length", "f8"), coefficients])
 
     def define(self, module: Module) -> None:
         """Write the functions that it needs."""
@@ -60,37 +81,14 @@ class Tasks:
 
     def of(self, work: Record, lane: Value) -> Record:
         """Return the task of a lane."""
-        queue = Record(work.array("queue", POINTER)[0], QUEUE)
-        tasks = Array(queue.array("tasks", POINTER)[0], f"[{self.type.itemsize} x i8]")
+        tasks = Array(_queue(work).array("tasks", POINTER)[0], f"[{self.type.itemsize} x i8]")
         return Record(tasks.at(work.array("task", INTEGER)[lane]), self.type)
-
-    def _task_type(self) -> np.dtype[Any]:
-        doubles, integers = ("push", *DOUBLES), ("status", "count", "stride", "first", "place", *INTEGERS)
-        return np.dtype(
-            [
-                ("state", "f8", (self._kernel.variables,)),
-                ("below", "f8", (self._kernel.variables,)),
-                ("parameters", "f8", (self._kernel.parameters,)),
-                ("time", "f8", (2,)),
-                ("span", "f8", (min(self._kernel.watch.count, 1),)),
-                ("sides", "f8", (self._kernel.watch.events,)),
-                ("uncertain", "f8", (self._kernel.watch.events,)),
-                ("branches", "f8", (2, len(self._kernel.watch.conditions))),
-                *self._kernel.sampling.of_tasks,
-                *((name, "f8") for name in doubles),
-                *((name, "i8") for name in integers),
-            ]
-        )
-
-    def _step_type(self) -> np.dtype[Any]:
-        coefficients = (self._kernel.order + 1, self._kernel.variables)
-        return np.dtype([("task", "i8"), ("start", "f8", (2,)), ("length", "f8"), ("coefficients", "f8", coefficients)])
 
     def _write_row(self, address: Value, lane: Value) -> None:
         """Write a row of a lane, and turn to its next output time."""
         work = Record(address, self._kernel.work)
-        queue, task = Record(work.array("queue", POINTER)[0], QUEUE), self.of(work, lane)
-        index, rows = work.array("index", INTEGER), Array(queue.array("rows", POINTER)[0], DOUBLE)
+        task, index = self.of(work, lane), work.array("index", INTEGER)
+        rows = Array(_queue(work).array("rows", POINTER)[0], DOUBLE)
         place = task.array("place", INTEGER)[0] + index[lane] * task.array("stride", INTEGER)[0]
         out = rows.at(place * self._kernel.variables)
         self._copy(self._kernel.variables, work.array("row"), lane, Array(out, DOUBLE))
@@ -100,8 +98,7 @@ class Tasks:
     def _look_ahead(self, work: Record, task: Record, lane: Value) -> None:
         """Set the next output time of a lane, infinity if it has none."""
         lines, index = lane.function, work.array("index", INTEGER)[lane]
-        queue = Record(work.array("queue", POINTER)[0], QUEUE)
-        times = Array(queue.array("times", POINTER)[0], DOUBLE)
+        times = Array(_queue(work).array("times", POINTER)[0], DOUBLE)
 
         def ahead() -> list[Value]:
             return [times[task.array("first", INTEGER)[0] + index * task.array("stride", INTEGER)[0]]]
@@ -110,18 +107,9 @@ class Tasks:
         (following,) = lines.either(index.is_("lt", task.array("count", INTEGER)[0]), none, ahead)
         work.array("output_time")[lane] = following
 
-    def _arrays(self, work: Record) -> list[tuple[str, int, Array]]:
-        """Return what a lane takes and gives back: the names, how many numbers, and where those of all lanes are."""
-        watch, variables = self._kernel.watch, self._kernel.variables
-        return [
-            ("state", variables, self._kernel.layout.states(work.address, 0).of(DOUBLE)),
-            ("below", variables, work.array("below")),
-            ("time", 2, work.array("time")),
-            ("span", min(watch.count, 1), work.array("span")),
-            ("sides", watch.events, work.array("sides")),
-            ("uncertain", watch.events, work.array("uncertain")),
-            ("branches", len(watch.conditions), work.array("branches")),
-        ]
+    def _states(self, work: Record) -> Array:
+        states: Array = self._kernel.layout.states(work.address, 0)
+        return states.of(DOUBLE)
 
     def _copy(self, count: int, source: Array, lane: Value, out: Array) -> None:
         """Copy the numbers of a lane to memory without gaps."""
@@ -142,7 +130,7 @@ class Tasks:
     def _take(self, address: Value, lane: Value) -> None:
         """Give a lane the next task of the queue, if there is one."""
         work, lines = Record(address, self._kernel.work), address.function
-        queue = Record(work.array("queue", POINTER)[0], QUEUE)
+        queue = _queue(work)
         place = lines.new(INTEGER, f"atomicrmw add ptr {queue.array('next').address.name}, i64 1 monotonic")
         work.array("active", INTEGER)[lane] = 0
         with lines.when(place.is_("lt", queue.array("count", INTEGER)[0])):
@@ -150,15 +138,10 @@ class Tasks:
             work.array("switched", INTEGER)[lane] = 0
             work.array("task", INTEGER)[lane] = Array(queue.array("members", POINTER)[0], INTEGER)[place]
             task = self.of(work, lane)
-            self._spread(self._kernel.parameters, task.array("parameters"), lane, work.array("parameters"))
-            for name, count, own in self._arrays(work):
-                self._spread(count, task.array(name), lane, own)
-            for name in DOUBLES:
-                work.array(name)[lane] = task.array(name)[0]
-            for name in INTEGERS:
-                work.array(name, INTEGER)[lane] = task.array(name, INTEGER)[0]
+            self._spread(self._kernel.variables, task.array("state"), lane, self._states(work))
+            self._spread(self._taken, task.array("parameters", INTEGER), lane, work.array("parameters", INTEGER))
             self._look_ahead(work, task, lane)
-            self._kernel.sampling.take(work, task, lane)
+            self._kernel.sampling.take(work, lane)
             self._kernel.momenta.take(work, task, lane)
 
     def _leave(self, address: Value, lane: Value) -> None:
@@ -168,15 +151,10 @@ class Tasks:
         with lines.when(status.is_("ne", 0)):
             task = self.of(work, lane)
             self._kernel.momenta.leave(work, lane)
-            for name, count, own in self._arrays(work):
-                self._copy(count, own, lane, task.array(name))
+            self._copy(self._kernel.variables, self._states(work), lane, task.array("state"))
+            self._copy(self._given_back, work.array("below", INTEGER), lane, task.array("below", INTEGER))
             for i, place in enumerate(self._kernel.watch.conditions):
-                held = work.array("parameters")[lane + place * self._kernel.lanes]
-                task.array("branches")[len(self._kernel.watch.conditions) + i] = held
-            self._kernel.sampling.leave(work, task, lane)
-            task.array("near")[0] = work.array("near")[lane]
-            for name in ("status", "steps", "index", "bits", "which", "rising"):
-                task.array(name, INTEGER)[0] = work.array(name, INTEGER)[lane]
+                task.array("behind")[i] = work.array("parameters")[lane + place * self._kernel.lanes]
             lines.run("take", address, lane)
         with lines.when(status.is_("eq", 0)):
             self._kernel.momenta.fit(work, lane)
@@ -200,3 +178,7 @@ class Tasks:
                 out[k] = self._kernel.momenta.outwards(work, k, states[k])
 
         lines.count(self._kernel.order + 1, order)
+
+
+def _queue(work: Record) -> Record:
+    return Record(work.array("queue", POINTER)[0], QUEUE)

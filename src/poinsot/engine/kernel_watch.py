@@ -51,6 +51,8 @@ class Watch:
         How many functions are watched, and how many of them are values of events.
     conditions : tuple of int
         The parameters that hold the conditions whose switches may stop a lane; empty if none does.
+    of_tasks : list
+        The fields that a lane and a task have for it.
     note : structured type
         What is noted of events: task, which (bits), which of them rise, time, the time within which others are at
         once, and variables.
@@ -62,13 +64,9 @@ class Watch:
         self._conditions, self._crossings = decomposition.conditions, decomposition.events
         self.conditions, self._stops = decomposition.conditions if decomposition.stops else (), decomposition.stops
         self._attitude = decomposition.attitude
-        self.fields = {
-            "span": (min(self.count, 1), self._lanes),
-            "watched": (self.count, self._orders, self._lanes),
-            "sides": (self.events, self._lanes),
-            "uncertain": (self.events, self._lanes),
-            "branches": (len(self.conditions), self._lanes),
-        }
+        sizes = {"span": min(self.count, 1), "branches": len(self.conditions)}
+        sizes |= dict.fromkeys(("sides", "uncertain"), self.events)
+        self.of_tasks = [(name, "f8", (size,)) for name, size in sizes.items()]
         numbers = [(name, "i8") for name in ("task", "which", "rising")] + [(name, "f8") for name in ("time", "near")]
         self.note = np.dtype([*numbers, ("state", "f8", (kernel.variables,))])
 

@@ -445,8 +445,8 @@ class _Tasks:
             inputs = self._run.numbers_around(time, self._members[self.own[[k]]])
             numbers = [float(np.ravel(number)[0]) for number in inputs]
             jump = Jump(saltation, task["state"], time[0], numbers, float(task["near"]))
-            before, behind = task["branches"].copy()
-            task["branches"][0], task["parameters"][places] = behind, behind
+            before, behind = task["branches"].copy(), task["behind"].copy()
+            task["branches"][:], task["parameters"][places] = behind, behind
             task["below"][job.variables.tangent_vectors] = 0.0
             try:
                 task["state"][job.variables.tangent_vectors] = jump.across(before, behind)
