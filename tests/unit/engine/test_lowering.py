@@ -282,6 +282,17 @@ def test_what_differs_in_constants_alone_is_one_product():
     assert np.allclose(got, [0.3 * 0.9 * (2.0 - 0.7 - 1.1), 1.8], rtol=1e-15, atol=0)
 
 
+def test_multiples_that_differ_in_sign_have_one_parameter():
+    graph = Graph()
+    x, y, a = graph.symbol(0), graph.symbol(1), graph.input(0)
+    program = lowered(graph, [(2 * a) * x + (-2 * a) * y, (-2 * a) * y])
+    assert program.decomposition.parameters == 1
+    made = Expressions(program.decomposition)
+    pars = np.array(program.values(np.float64)([0.7]), dtype=float)
+    got = hy.cfunc(made.rates, made.symbols)([0.3, 0.9], pars=pars)
+    assert np.allclose(got, [1.4 * (0.3 - 0.9), -1.4 * 0.9], rtol=1e-15, atol=0)
+
+
 def factors_by_counting(monomials):
     """Count all pairs of factors anew for each product."""
     ways, left = {}, {x: tuple((factor,) for factor in x) for x in monomials}
