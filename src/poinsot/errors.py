@@ -200,7 +200,7 @@ def refuse_zero(name: str, vector: Any, hint: str = "") -> None:
 
 def refuse_other_length(name: str, vector: Any, hint: str = "") -> None:
     """Raise a ValueError if a direction, shape (..., 3), is no unit vector to 1e-9."""
-    lengths = np.atleast_1d(np.linalg.norm(vector, axis=-1))
+    lengths = np.ravel(np.linalg.norm(vector, axis=-1))
     worst = lengths[np.argmax(np.abs(lengths - 1))]
     if abs(worst - 1) > 1e-9:
         raise ValueError(f"{name} must be a unit vector, got length {worst:.10g}. {hint}".rstrip())

@@ -392,6 +392,10 @@ def test_slosh_pendulum(planar):
         (lambda: ReactionWheels(WHEELS, 0.1, Wanted(TORQUE), 0, 1), "largest_torques must be positive, got 0.0."),
         (lambda: ReactionWheels(2 * WHEELS, 0.1, Wanted(TORQUE), 1, 1), "axes must be a unit vector, got length 2."),
         (
+            lambda: ReactionWheels([WHEELS, 2 * WHEELS], 0.1, Wanted(TORQUE), 1, 1),
+            "axes must be a unit vector, got length 2.",
+        ),
+        (
             lambda: ReactionWheels([(1, 0, 0), (0, 1, 0), (0.6, 0.8, 0)], 0.1, Wanted(TORQUE), 1, 1),
             "axes must span 3 dimensions, got 3 in 2.",
         ),

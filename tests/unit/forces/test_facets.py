@@ -242,13 +242,16 @@ def test_bad_facets_are_told(wrong, sentence):
 def test_a_facet_inside_out_and_a_whole_surface_inside_out_are_told():
     box = Facets.from_box((1, 2, 3))
     one = box.normals * np.where(np.arange(6) == 2, -1, 1)[:, None]
-    with pytest.raises(ValueError, match=r"normals must close: .* of length 6\. Is a facet inside out"):
-        Facets(box.areas, one, box.positions, closed=True)
     two = box.normals * np.where(np.arange(6) < 2, -1, 1)[:, None]  # opposite ones, whose sum stays zero
-    with pytest.raises(ValueError, match=r"normals and positions must be .* closed surface, .* by 8\. Are two facets"):
-        Facets(box.areas, two, box.positions, closed=True)
-    with pytest.raises(ValueError, match=r"normals must point outwards, .* volume -6\. All are inside out"):
-        Facets(box.areas, -box.normals, box.positions, closed=True)
+    for normals, sentence in (
+        (one, r"normals must close: .* of length 6\. Is a facet inside out"),
+        (two, r"normals and positions must be .* closed surface, .* by 8\. Are two facets"),
+        (-box.normals, r"normals must point outwards, .* volume -6\. All are inside out"),
+    ):
+        for given in (normals, np.array([box.normals, normals])):  # of one, and of one member of two
+            with pytest.raises(ValueError, match=sentence):
+                Facets(box.areas, given, box.positions, closed=True)
+    assert Facets(box.areas, np.array([box.normals] * 2), box.positions, closed=True).closed
 
 
 def test_a_sun_in_other_units_is_told():
