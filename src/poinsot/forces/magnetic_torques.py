@@ -58,7 +58,7 @@ class MagneticMoment(Potential):
 def _refuse_indefinite(name: str, tensor: Any, hint: str) -> None:
     """Raise a ValueError for a tensor by which a torque could do work."""
     size = np.max(np.abs(tensor), axis=(-1, -2), keepdims=True)
-    skew = np.max(np.abs(tensor - np.swapaxes(tensor, -1, -2)) - 1e-12 * size)
+    skew = np.max(tensor - np.swapaxes(tensor, -1, -2) - 1e-12 * size)
     least = np.min(np.linalg.eigvalsh(tensor) + 1e-12 * size[..., 0])
     if skew > 0 or least < 0:
         what = "one that is not symmetric" if skew > 0 else f"the eigenvalue {least:.6g}"

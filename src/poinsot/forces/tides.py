@@ -21,9 +21,9 @@ from poinsot.mechanics.two_bodies import BODIES, GRAVITATIONAL_CONSTANT, check_n
 __all__ = ["LibrationDamping", "TidalFriction", "TidalTorque", "pseudo_synchronous_rate"]
 
 
-def _slip(r: Any, v: Any, omega: Any) -> Vector:
+def _slip(r: Vector, v: Vector, omega: Vector) -> Vector:
     """Return the velocity of the other body as the body sees it that turns with omega."""
-    return Vector(v) - functions.cross(omega, r)
+    return v - functions.cross(omega, r)
 
 
 def _across(tide: Any, strength: Scalar, inverse_square: Scalar) -> Scalar:
