@@ -127,5 +127,7 @@ def test_bad_numbers_of_torques():
         pt.forces.EddyCurrents(-2.0, field)
     with pytest.raises(ValueError, match=r"^tensor must be symmetric and not negative, got one that is not symmetric"):
         pt.forces.EddyCurrents([(1, 0.5, 0), (0, 1, 0), (0, 0, 1)], field)
+    for dull in (0.0, np.diag([0.0, 0.0, 2.0])):  # no conductor, and a flat plate
+        pt.forces.EddyCurrents(dull, field)
     with pytest.raises(ValueError, match=r"^degree must be at least 1, got 0\.$"):
         pt.forces.MagneticHarmonics(ORBIT, AXES, 0, 1.0, [[0.0]], [[0.0]])

@@ -266,10 +266,10 @@ def test_an_oblate_attractor_tells_what_its_orbit_did_not():
         assert [str(warning.message) for warning in told] == [sentence]
         assert told[0].filename == __file__
     for still in (
-        pt.orbits.FixedPosition(1.0, position=(0, 0, 1.8)),
-        pt.orbits.RotatingPosition(1.0, position=(1.8, 0, 0), rate=0.3),
+        pt.orbits.FixedPosition(1.0, position=(0, 0, 0.8)),
+        pt.orbits.RotatingPosition(1.0, position=(0.8, 0, 0), rate=0.3),
     ):
-        with pytest.warns(UserWarning, match="is 0.075 below the equatorial radius"):
+        with pytest.warns(UserWarning, match="is 1.075 below the equatorial radius"):
             pt.forces.Oblateness(still, **flat)
     two = pt.KeplerOrbit(1, semimajor_axis=2, eccentricity=np.array([0.01, 0.1]), radius=1.7)
     with pytest.warns(UserWarning, match="the periapsis of 1 of 2 members is below the equatorial radius"):
