@@ -105,9 +105,9 @@ def _zeros(job: Job, constants: Constants, numbers: Sequence[Any], values: Seque
 
 
 def _values(replay: Replay, numbers: Sequence[Any]) -> Sequence[Any]:
-    """Return what a replay gives for numbers, in double precision if all are scalars."""
+    """Return what a replay gives for numbers: a list of floats if all are scalars, else a tuple that has arrays."""
     values = replay(numbers)
-    return values if np.ndarray in map(type, values) else [*map(float, values)]
+    return values if np.ndarray in map(type, numbers) else [*map(float, values)]
 
 
 @dataclass(frozen=True, slots=True, weakref_slot=True)
@@ -190,15 +190,15 @@ class LoopedRun(Run):
 
     def _table(self, ready: Ready, values: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
         """Return the parameters of members at their start, shape (n, parameters), from what the replay gives."""
-        starts, origins, columns = self.starts[members], self.origins[members], values[self._constants.count :]
+        origins, columns = self.origins[members], values[self._constants.count :]
         table = np.empty((origins.size, len(columns)))
-        if np.ndarray in map(type, columns):
+        if isinstance(columns, list):
+            table[:] = columns
+        else:
             for place, column in enumerate(columns):
                 table[:, place] = column
-        else:
-            table[:] = columns
         if ready.roots.places:
-            ready.roots.set(table, numbers, starts, origins, self.job.variables.momenta)
+            ready.roots.set(table, numbers, self.starts[members], origins, self.job.variables.momenta)
         return table
 
     def numbers_around(self, times: Array, members: NDArray[np.int_]) -> list[Any]:

@@ -148,14 +148,16 @@ class Constants:
     def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
         """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
 
-        Further values may follow those of the constants. Those on which a formula branches are not among them, nor
-        those that other numbers of members would change: no member depends on who else is in its ensemble.
+        Values are a list of floats if all numbers are scalars; further ones may follow those of the constants. Those
+        on which a formula branches are not among them, nor those that other numbers of members would change: no member
+        depends on who else is in its ensemble.
         """
-        arrays, own = np.ndarray in map(type, numbers), values[: self.count]
-        total = sum([value for value in own if value.__class__ is not np.ndarray] if arrays else own)
+        own = values[: self.count]
+        alike = isinstance(own, list)
+        total = sum(own if alike else [value for value in own if value.__class__ is not np.ndarray])
         if total - total:
             return ()
-        if not arrays:
+        if alike:
             return tuple([number for number in self._never_conditions if not own[number]])
         found = [number for number in self._never_conditions if _is_zero_for_all(values[number])]
         if found:

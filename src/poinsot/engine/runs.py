@@ -234,7 +234,7 @@ class Run(ABC):
     def __init__(self, job: Job, state: State, times: Array, sink: Sink, ways: tuple[bool, ...]) -> None:
         self.job, self.state, self.times, self.sink, self.ways = job, state, times, sink, ways
         self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
-        self.rising, self.origins = np.array(times[self.turn], order="C"), state.time.reshape(-1)
+        self.rising, self.origins = times[self.turn].copy(), state.time.reshape(-1)
         self.report, self.stop = Report(np.zeros(self.origins.size, dtype=int)), False
         start = job.variables.from_state(state if job.precision == "double" else _in_precision(state, job.precision))
         self.starts = start.reshape(-1, start.shape[-1])

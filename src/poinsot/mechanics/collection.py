@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
-from operator import attrgetter
 from typing import Any, Self
 
 import numpy as np
@@ -17,8 +16,6 @@ from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, fram
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 
 __all__ = ["Collection"]
-
-SHAPE_OF = attrgetter("shape")
 
 SAME_KNOT = 64
 """Roundings of a time by which two tables may miss each other's knots."""
@@ -61,7 +58,7 @@ class Collection(ABC):
     @cached_property
     def members(self) -> tuple[int, ...]:
         """The shape of the member axis of the numbers: () for one body, (members,) for an ensemble."""
-        shapes = set(map(SHAPE_OF, self.numbers)) - {()}
+        shapes = {number.shape for number in self.numbers if number.ndim}
         if len(shapes) > 1:
             counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
             raise ValueError(f"body and forces must have equally many members, got {counts}.")
