@@ -152,10 +152,11 @@ def switches(system):
     return kernels.looped_constants(problem.between_knots(), variables, LARGEST).switches
 
 
-def same_steps(looped, heyoka, system, members=1):
+def same_steps(looped, heyoka, system, members=1, each=1):
     """Whether both take equally many steps, but for one in each direction; knots and switches limit heyoka's."""
     more = looped.run.steps - heyoka.run.steps
-    return (more if system.knots.size or switches(system) else abs(more)) <= 2 * members + 0.01 * heyoka.run.steps
+    limit = 2 * each * members + 0.01 * heyoka.run.steps
+    return (more if system.knots.size or switches(system) else abs(more)) <= limit
 
 
 def _plainly(function, *arguments, **options):
@@ -172,7 +173,8 @@ def test_one_body(name, formulation, omega, on_heyoka):
     judge = pt.propagate(system, start, TIMES, formulation=formulation, precision="extended")
     assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
     assert looped.run.order == heyoka.run.order
-    assert same_steps(looped, heyoka, system)
+    # Behind a start at rest the root in a drag is linear in time: high orders are rounding, and with them steps.
+    assert same_steps(looped, heyoka, system, each=2 if name == "drag" and not any(omega) else 1)
     # A rounding a step adds up as the root of the steps; by how much the motion makes it larger, heyoka's errors say
     # of starts some roundings away.
     floor = 4 * EPS * np.sqrt(looped.run.steps)
