@@ -72,6 +72,7 @@ class Single:
         self._left: dict[int, int] = {}
         self._filled = collections.Counter(place // WIDTH for places in self._places.values() for place in places)
         self._sums = (order + 1) * self._stride
+        self._ahead = (order + (len(schedule.outputs) > variables)) & 1
         self._states = self._sums + 2 * self._count
         self.size = self._states + (order + 1) * variables
 
@@ -91,22 +92,25 @@ class Single:
                 del self._left[block]
 
     def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
-        """Write the inner sums of an order; an odd one adds most terms of the next too, and loads nothing for them."""
+        """Write the inner sums of an order; every other adds most terms of the next too, and loads nothing for them.
+
+        These are such that the last order needs nothing ahead of it; nor does the second need anything of the first.
+        """
         lines, whole, kind = n.function, Array(memory, DOUBLE), vector(DOUBLE, WIDTH)
         found, ahead = (Array(whole.at(self._sums + i * self._count), kind) for i in range(2))
         blocks = list(range(self._count // WIDTH))
-        odd = (n & 1).is_("eq", 1)
+        first_of_two = (n & 1).is_("eq", self._ahead) | n.is_("eq", 1)
 
         def rows(j: Value | int) -> Array:
             return Array(whole.at(j * self._stride), kind)
 
-        with lines.when(odd):
+        with lines.when(first_of_two):
             for part in _parts([blocks], _registers(WIDTH) // 3):
                 pairs = [(block, block + len(blocks)) for block in part]
                 own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
                 for block, total, later in zip(part, own, next_ones, strict=True):
                     found[block], ahead[block] = total, later
-        with lines.when(~odd):
+        with lines.when(~first_of_two):
             newest = n.is_("gt", 2).choose(n - 1, 0)  # row 0 is zero
             for block in blocks:
                 total = rows(newest)[block].fma(rows(newest.smaller(1))[block + len(blocks)], ahead[block])
@@ -117,7 +121,7 @@ class Single:
 def _two_multiplied(
     n: Value, rows: Callable[[Value | int], Array], stride: int, pairs: Sequence[tuple[int, int]]
 ) -> tuple[list[Value], list[Value]]:
-    """Write the sums of `_multiplied` of an odd order, and those of the next without j = n and, at last, j = 1."""
+    """Write the sums of `_multiplied`, and those of the next order without j = n and, at last, j = 1."""
     count, kind = len(pairs), rows(1).type
 
     def body(j: Value, up: Value, down: Value, *carried: Value) -> list[Value]:
