@@ -45,14 +45,6 @@ class Formulation(ABC):
     tangent: tuple[int, ...] = ()
     """Which of the six tangent coordinates it has: rotation vector, change of angular momentum, body axes."""
 
-    tolerance = 2.32e-16
-    """What a run in double precision has by default: the smallest of order 19, which begins at e^-36 = 2.3195e-16.
-
-    A step h turns an oscillation by about 1 rad at any order p. What it leaves out changes the size of the oscillation,
-    with the same sign at every step: by h^(p+1) / (p+1)! where p is odd, by h^(p+2) / ((p+2) p!) where it is even. At
-    order 18 that is 6e-18, which adds up to more than rounding in long runs; at order 19 it is an eighth of it.
-    """
-
     planar = False
     """Whether it holds motions about the third body axis alone."""
 
@@ -186,8 +178,6 @@ class Canonical(Formulation):
 
     name = "canonical"
     blocks: Mapping[str, int] = {"attitude": 4, "momentum": 4}
-    tolerance = 2.0**-52
-    """That of order 20: by what order 19 leaves out the energy drifts in one direction, four times as far."""
     conjugate = True
 
     @override

@@ -72,9 +72,7 @@ def propagate(
         have g from their own: the rate about an axis of small moment loses I_max / I_min roundings of theirs.
         "planar": one angle, for a body that turns about its third axis alone.
     tolerance : float, optional
-        Relative error per step, at least the rounding unit of the precision. Default: 2.32e-16, whose truncation is
-        below rounding in long runs too; for "canonical", two bodies and wider precision, where it is not, the rounding
-        unit.
+        Relative error per step. Default, and the least: the rounding unit of the precision, 2.2e-16 in double.
     dense : bool
         Keep the Taylor polynomials, so that `motion(t)` gives the state at any time in between.
     precision : {"double", "extended", "quadruple"}
@@ -107,7 +105,7 @@ def propagate(
     """
     t = checked_times(times, system)
     chosen = checked_formulation(formulation)
-    asked = checked_tolerance(tolerance, precision, chosen, system)
+    asked = checked_tolerance(tolerance, precision)
     problem = Problem(system, events)
     check_bodies(system, state)
     check_span(problem, state, t)

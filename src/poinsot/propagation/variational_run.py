@@ -88,10 +88,7 @@ class VariationalRun:
         if not chosen.tangent:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
             raise ValueError(f"formulation must be one of {able} for variational equations, got {chosen.name!r}.")
-        self._tolerance, self._threads = (
-            checked_tolerance(tolerance, "double", chosen, system),
-            checked_threads(threads),
-        )
+        self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
         self._progress = sys.stderr.isatty() if progress is None else progress
         check_bodies(system, state)
         self.system, self.problem, self.members = system, Problem(system), members_of(system, state)

@@ -146,7 +146,7 @@ def test_repr_says_what_ran_and_how_well(motion):
     lines = repr(motion).splitlines()
     assert lines[0].startswith("Trajectory of System(Body(")
     assert lines[1] == "  times: 21, -1 ... 9"
-    assert lines[2].startswith(f"  method: Taylor, order 19, {motion.run.steps} steps, tolerance 2.32e-16")
+    assert lines[2].startswith(f"  method: Taylor, order 20, {motion.run.steps} steps, tolerance 2.22e-16")
     for word in ("variables: lie_poisson, double precision", "norm error: ", "drift: energy "):
         assert any(line.strip().startswith(word) for line in lines)
 

@@ -32,7 +32,6 @@ from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.propagation.arguments import (
     check_span,
-    checked_formulation,
     checked_times,
     checked_tolerance,
     members_of,
@@ -519,5 +518,5 @@ def _places(node: Any, path: str = "") -> Iterator[str]:
 def _one(tolerance: Any, precision: str) -> float:
     if np.ndim(tolerance):
         raise ValueError(f"tolerance must be one number, got shape {np.shape(tolerance)}.")
-    checked_tolerance(float(tolerance), precision, checked_formulation(None))
+    checked_tolerance(float(tolerance), precision)
     return float(tolerance)
