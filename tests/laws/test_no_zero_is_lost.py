@@ -9,7 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import integration, kernels
+from poinsot.engine import integration, kernels, looped_kernel
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 EPS = np.finfo(float).eps
@@ -103,6 +103,16 @@ def test_a_switch_behind_which_steps_are_much_shorter():
 
 def test_actions_at_zeros_of_products_of_times():
     assert lost_events(np.random.default_rng(2), 40, 10.0, 1, Kick, 1e-3) == 0
+
+
+@pytest.mark.parametrize("looped", [True, False], ids=["looped", "heyoka"])
+@pytest.mark.parametrize("sign", [1, -1], ids=["forwards", "backwards"])
+def test_a_zero_at_the_start_hides_none_in_the_first_step(sign, looped, monkeypatch):
+    monkeypatch.setattr(looped_kernel, "available", lambda: looped)
+    zeros = np.array([(0.0, b, 1e3) for b in (3e-4, 0.003, 0.05, 0.3)])
+    start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 1.0))
+    motion = pt.propagate(pt.System(BODY), start, [30.0 * sign], events=[Product(*(sign * zeros.T))])
+    assert check(motion, zeros[:, 1:], 30.0, sign, 1.0) == 0
 
 
 @pytest.mark.parametrize("precision", ["extended", "quadruple"])

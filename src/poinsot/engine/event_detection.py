@@ -43,6 +43,9 @@ ZENO = 1e-5
 LARGEST = float(np.sqrt(np.finfo(float).max))
 """Momenta above this have rates that overflow."""
 
+LIFT = 1e-100
+"""Of values that are exactly zero; others do not change by it."""
+
 POLISHES = 4
 """Evaluations of a function at most for the time of its zero."""
 
@@ -101,7 +104,7 @@ class EventDetection:
         self.rehearsing, self.certain = False, True
         self.settle: Callable[[Any, int], object] = lambda _engine, _lane: None
         self._events, self._lanes, self._look = events, lanes, look
-        self._scales = first + np.arange(len(events))
+        self._scales, self._lifts = first + np.arange(2 * len(events)).reshape(2, -1)
         self._sizes, self._last = np.zeros((2, lanes, len(events)))
         self._paces, self.spans = np.zeros(lanes), np.zeros(lanes)
         self._since, self._longest = np.zeros((2, lanes, len(events)))
@@ -109,10 +112,11 @@ class EventDetection:
         self._follows = np.zeros(lanes, dtype=bool)
         self._sides, self._way = np.zeros((lanes, len(events)), dtype=int), 1
         self._directions = np.array([event.direction for event in events])
-        scaled = [hy.par[scale] * function for scale, function in zip(self._scales, functions, strict=True)]
+        places_of_each = zip(functions, self._scales, self._lifts, strict=True)
+        scaled = [hy.par[scale] * function + hy.par[lift] for function, scale, lift in places_of_each]
         stop, pass_by = event_class(lanes, kind), event_class(lanes, kind, terminal=False)
         ways = {-1: hy.event_direction.negative, 0: hy.event_direction.any, 1: hy.event_direction.positive}
-        self._alarm = first + len(events)
+        self._alarm = first + 2 * len(events)
         self.passed: list[Any] = []
         self.stops = [stop(0.1 * (f**2 - LARGE**2), callback=self._growing(i)) for i, f in enumerate(scaled)]
         for i, (event, f) in enumerate(zip(events, scaled, strict=True)):
@@ -163,6 +167,7 @@ class EventDetection:
             directions[found[0]] = found[1]
         for i in due:
             self._sides[lane, i] = directions[i] * self._way
+        self._lift(engine, lane, [*due])
         due = {i for i in due if counting[i] > 0}
         new = [i for i in sorted(due) if self._is_new(i, lane, time)]
         return self._let_happen(engine, lane, [(i, directions[i]) for i in new], time)
@@ -319,6 +324,13 @@ class EventDetection:
         at_zero = np.abs(values) <= self._near(lane, float(np.ravel(engine.time)[lane])) * np.abs(rates)
         self._sides[lane] = np.nan_to_num(np.sign(np.where(at_zero, rates * self._way, values)))
         self._set_scales(engine, lane)
+        self._lift(engine, lane, np.flatnonzero(at_zero))
+
+    def _lift(self, engine: Any, lane: int, numbers: Any) -> None:
+        """Put exact zeros where a lane stands just behind it: in a step the engine finds them again, and no other."""
+        lifts = np.zeros(self._lifts.size)
+        lifts[numbers] = LIFT * self._sides[lane, numbers]
+        lane_of(engine.pars, lane)[self._lifts] = lifts
 
     def _set_scales(self, engine: Any, lane: int) -> None:
         sizes = self._sizes[lane]
