@@ -22,13 +22,14 @@ from poinsot.engine.decomposition import (
     Sum,
     Time,
 )
+from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.kernel_program import KernelProgram
 from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Run, Status, compiled, order_of
 
 pytestmark = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
 
 EPS = np.finfo(float).eps
-TOLERANCE = 1.72e-15
+TOLERANCE = FORMULATIONS["lie_poisson"].tolerance
 ORDER = order_of(TOLERANCE)
 MU = 398600.4418
 MOTION = np.sqrt(MU / 7000.0**3)
@@ -416,25 +417,28 @@ def test_rows_are_those_of_heyoka():
     later = judge.propagate_grid(np.append(1.5, times[times > 1.5]))[5][1:]
     judge.time, judge.state[:] = 1.5, start[0]
     earlier = judge.propagate_grid(np.append(1.5, times[times <= 1.5][::-1]))[5][1:]
-    np.testing.assert_allclose(rows[0], np.concatenate([earlier[::-1], later]), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(rows[0], np.concatenate([earlier[::-1], later]), rtol=0, atol=1e-14)
 
 
 def test_a_member_that_fails_ends_alone():
-    """x' = x^2 + sqrt(y), y' = -1: infinite where x is large at the start, not finite where y becomes negative."""
+    """x' = x^2 + sqrt(y), y' = -1: infinite where x is large at the start, not finite where y becomes negative.
+
+    Coefficients grow as powers of x, up to the inverse of a rounding of the time: from 50 on none of them overflows.
+    """
     decomposition = decomposed(
         2, lambda x, _: [x[0] * x[0] + x[1].function("sqrt", slopes=lambda own: (0.5 / own,)), -1.0]
     )
     states = np.array([[-1.0, 9.0], [2.0, 9.0], [-1.0, -1.0], [-2.0, 9.0], [-1.5, 9.0]])
-    rows, tasks, _ = integrated(compiled(decomposition, ORDER, 2), states, [0.5, 1.0])
+    rows, tasks, _ = integrated(compiled(decomposition, ORDER, 2), states, [50.5, 51.0], origin=50.0)
     expected = [Status.DONE, Status.STALLED, Status.NOT_FINITE, Status.DONE, Status.DONE]
     np.testing.assert_array_equal(tasks["status"], expected)
     np.testing.assert_array_equal(tasks["index"], [2, 0, 0, 2, 2])
     np.testing.assert_array_equal(np.isnan(rows[:, 0, 0]), [False, True, True, False, False])
     np.testing.assert_array_equal(tasks["state"][2], states[2])
-    assert 0.3 < tasks["time"][1, 0] < 0.5
+    assert 50.3 < tasks["time"][1, 0] < 50.5
     assert tasks["state"][1, 0] > 1e12
-    np.testing.assert_array_equal([tasks["time"][2, 0], tasks["steps"][2]], 0)
-    alone, _, _ = integrated(compiled(decomposition, ORDER, 2), states[[0, 3, 4]], [0.5, 1.0])
+    np.testing.assert_array_equal([tasks["time"][2, 0], tasks["steps"][2]], [50.0, 0])
+    alone, _, _ = integrated(compiled(decomposition, ORDER, 2), states[[0, 3, 4]], [50.5, 51.0], origin=50.0)
     np.testing.assert_array_equal(rows[[0, 3, 4]], alone)
 
 
@@ -513,7 +517,7 @@ def test_a_parameter_selects_one_of_two_values():
     parameters = np.array([[0.0, 0.3], [1.0, 0.3], [-2.0, -0.1]])
     rows, _, _ = integrated(code, np.full((3, 2), 0.5), [2.0], parameters=parameters)
     expected = [[0.5 * np.exp(2.0), 1.5], [1.7, 2.7], [0.1, 1.1]]
-    np.testing.assert_allclose(rows[:, 0], expected, rtol=1e-14)
+    np.testing.assert_allclose(rows[:, 0], expected, rtol=4 * EPS)
 
 
 def test_what_has_no_recurrence_is_refused():
@@ -541,7 +545,10 @@ def test_the_time_is_compensated():
 
 @pytest.mark.parametrize(("lanes", "layout"), [(1, "single"), (1, "batch"), (4, "batch")])
 def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
-    """m' = -k m + f, k to power 0 and f to power 1 of the scale, and x' = g m, g to power -1."""
+    """m' = -k m + f, k to power 0 and f to power 1 of the scale, and x' = g m, g to power -1.
+
+    Momenta that fall by exp(-25) lose 25 roundings of their rates.
+    """
     momenta = Momenta((0, 1), (0, 1), (0, 1, -1), least=1 / 160, most=1.0, size=0.1, bits=(-400, 64))
 
     def rates(states, _):
@@ -558,13 +565,13 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
     if code.lanes == 1:  # kept steps are in the scale of the start
         (kept,) = run.kept
         first = kept[kept["task"] == 0]
-        np.testing.assert_allclose(first["coefficients"][:, 0, 0], 0.8 * np.exp(-first["start"][:, 0]), rtol=1e-12)
-        np.testing.assert_allclose(first["coefficients"][:, 1, 0], -0.8 * np.exp(-first["start"][:, 0]), rtol=1e-12)
+        m = 0.8 * np.exp(-first["start"][:, :1])
+        np.testing.assert_allclose(first["coefficients"][:, :2, 0], m * [1, -1], rtol=100 * EPS)
     for row, (k, f, g), (m1, _, x) in zip(rows, parameters, states, strict=True):
         decay = np.exp(-k * times)
         exact = (m1 - f / k) * decay + f / k
-        np.testing.assert_allclose(row[:, 0], exact, rtol=1e-12)
-        np.testing.assert_allclose(row[:, 2], x + g * ((m1 - f / k) * (1 - decay) / k + f / k * times), rtol=1e-14)
+        np.testing.assert_allclose(row[:, 0], exact, rtol=100 * EPS)
+        np.testing.assert_allclose(row[:, 2], x + g * ((m1 - f / k) * (1 - decay) / k + f / k * times), rtol=4 * EPS)
     sizes = np.ldexp(np.linalg.norm(rows[:, -1, :2], axis=1), tasks["bits"])
     assert np.all((sizes > momenta.least / 3) & (sizes < 3 * momenta.most))  # they were within as the last step began
     assert np.all(np.abs(tasks["bits"]) > 10)
@@ -581,7 +588,7 @@ def test_momenta_stay_in_their_scale_where_no_other_is_better():
 
     rows, tasks, _ = integrated(code, np.array([[0.5], [0.5], [0.0], [100.0]]), [20.0], change=pushed)
     np.testing.assert_array_equal(tasks["bits"], [5, 0, 0, 5])
-    np.testing.assert_allclose(rows[:, 0, 0], np.array([0.5, 0.5, 0.0, 100.0]) * np.exp(-20.0), rtol=1e-6, atol=0)
+    np.testing.assert_allclose(rows[:, 0, 0], np.array([0.5, 0.5, 0.0, 100.0]) * np.exp(-20.0), rtol=2e-9, atol=0)
 
 
 @pytest.mark.parametrize("lanes", [1, 2])
