@@ -99,10 +99,9 @@ def hint_of(annotation: Any, space: dict[str, Any]) -> Any:
 
 
 def _converters(hint: Any) -> list[Converter]:
-    """Return what `Annotated` says beside a type that can be called."""
-    return [
-        extra for way in _ways(hint) if get_origin(way) is Annotated for extra in get_args(way)[1:] if callable(extra)
-    ]
+    """Return what `Annotated` says beside a type that can be called, and changes values."""
+    extras = [extra for way in _ways(hint) if get_origin(way) is Annotated for extra in get_args(way)[1:]]
+    return [extra for extra in extras if callable(extra) and getattr(extra, "converts", True)]
 
 
 def _unexpected(call: str, name: str) -> NoReturn:

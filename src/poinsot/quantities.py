@@ -76,9 +76,14 @@ class Quantity:
     kind: str
     largest: float = math.inf
 
+    @property
+    def converts(self) -> bool:
+        """Whether it changes a value when it is called."""
+        return self.kind == "angle"
+
     def __call__(self, name: str, value: Any) -> Any:
         """Return an angle without its unit, in radians; any other value unchanged."""
-        if self.kind != "angle":
+        if not self.converts:
             return value
         value = plain(name, value, "rad")
         if math.isfinite(self.largest):

@@ -72,6 +72,8 @@ class Replay:
                     self._scope[node.name] = operation_of(node)
                 self._steps.append((places[node.place], node.name, operands, own))
         self._places = [places[x.place] if isinstance(x, Node) else self._new(x) for x in outputs]
+        used = {place for _, _, operands, own in self._steps for place in operands if needs.get(place) != own}
+        self._kept = used.union(self._places)  # what other sweeps may read
         self._sweeps: dict[tuple[int, ...], _Sweep] = {}
         self._order, self._last = range(max(self._given, default=-1) + 1), NOTHING
 
@@ -120,7 +122,7 @@ class Replay:
             if not changed or needs & bits:
                 own = [*map(named, operands)]
                 result = WRITTEN[name].format(*own) if name in WRITTEN else f"{name}({', '.join(own)})"
-                lines.append(f"known[{place}] = x{place} = {result}")
+                lines.append(f"{f'known[{place}] = ' * (place in self._kept)}x{place} = {result}")
                 new.add(place)
         lines.append(f"return ({' '.join(f'{named(place)},' for place in self._places)})")
         scope = self._scope.copy()

@@ -178,7 +178,7 @@ class Queue:
         self._memory[self._first :] = self._blank * count
         self._states[:], self._times[:], self._parameters[:] = states, times, parameters
         self._places[:], self._ways[:], self._ends[:] = output.tasks, output.tasks[:, 1], output.ends
-        self._waiting, self.output, (grid, rows, *_) = self._numbers, output, output
+        self._waiting, self.output, grid, rows = self._numbers, output, output.times, output.rows
         if self._spans.size:
             self._spans[:, 0] = np.abs(np.subtract(output.ends, times))
         if not (grid.flags.c_contiguous and rows.flags.c_contiguous and grid.itemsize == rows.itemsize == 8):

@@ -234,7 +234,7 @@ class System(Dynamics):
         for part in self.parts:
             each += [state.own[part.name][..., place] for place in part.momentum_places]
         largest = _largest(largest, *[np.hypot.reduce(momenta, axis=-1) for momenta in each])
-        return np.minimum(largest + (largest < SMALLEST), LARGEST)
+        return _smallest(largest + (largest < SMALLEST), LARGEST)
 
     @property
     def rigid_bodies(self) -> tuple[Body, ...]:
@@ -314,6 +314,11 @@ class System(Dynamics):
 def _largest(*numbers: Any) -> Any:
     """Return the largest of some numbers, for each member of arrays."""
     return functools.reduce(np.maximum, numbers) if np.ndarray in map(type, numbers) else max(numbers)
+
+
+def _smallest(*numbers: Any) -> Any:
+    """Return the smallest of some numbers, for each member of arrays."""
+    return functools.reduce(np.minimum, numbers) if np.ndarray in map(type, numbers) else min(numbers)
 
 
 def _stacked(scalars: Iterable[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:
