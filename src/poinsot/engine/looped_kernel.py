@@ -115,7 +115,7 @@ class Output(NamedTuple):
     times : array (m,)
     rows : array (members, m, variables)
         Both C-contiguous and writable.
-    tasks : array (n, 4)
+    tasks : sequence (n, 4)
         Of each task: how many rows it writes, at least one; whether at later ones of the times (1) or at earlier ones
         (-1); the first of these; and where the row of that is among all rows.
     ends : sequence (n,)
@@ -124,7 +124,7 @@ class Output(NamedTuple):
 
     times: Doubles
     rows: Doubles
-    tasks: NDArray[np.int64]
+    tasks: Any
     ends: Any
 
     @classmethod
@@ -177,7 +177,8 @@ class Queue:
         count, here = self._numbers.size, self.address
         self._memory[self._first :] = self._blank * count
         self._states[:], self._times[:], self._parameters[:] = states, times, parameters
-        self._places[:], self._ways[:], self._ends[:] = output.tasks, output.tasks[:, 1], output.ends
+        self._places[:], self._ends[:] = output.tasks, output.ends
+        self._ways[:] = self._places[:, 1]
         self._waiting, self.output, grid, rows = self._numbers, output, output.times, output.rows
         if self._spans.size:
             self._spans[:, 0] = np.abs(np.subtract(output.ends, times))

@@ -49,7 +49,7 @@ LARGEST = 8000
 LARGEST_WITH_ZEROS = 2 * LARGEST
 """Operations of which those that are left beside constants that are zero may be few enough."""
 
-NONE = np.empty(0, dtype=int)
+NONE, NO_TASKS = np.empty(0, dtype=int), np.empty((0, 4), dtype=int)
 
 EPSILON = float(np.finfo(float).eps)
 
@@ -348,7 +348,7 @@ class _Tasks:
         self.queue.tasks["push"] = run.push if run.push.ndim == 0 else run.push[chosen]
         if run.clock is not None:
             run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
-        self._legs = self._legs_of(members[self.own], output.tasks[:, 1]) if run.job.problem.knots.size else None
+        self._legs = self._legs_of(members[self.own]) if run.job.problem.knots.size else None
         self._noted = self._noted_of(members[self.own]) if run.job.problem.events else None
 
     def _noted_of(self, members: NDArray[np.int_]) -> NotedEvents:
@@ -356,10 +356,10 @@ class _Tasks:
         given = job.problem, job.variables, run.counting, self.queue, members
         return NotedEvents(*given, run.numbers_around, run.interrupt, lambda: run.stop)
 
-    def _legs_of(self, members: NDArray[np.int_], stride: NDArray[np.int_]) -> Legs:
-        run, roots = self._run, self._run.ready.roots.places
+    def _legs_of(self, members: NDArray[np.int_]) -> Legs:
+        run, roots, tasks = self._run, self._run.ready.roots.places, self.queue.tasks
         knots, origins = run.job.problem.knots, run.origins[members]
-        return Legs(knots, self.queue.tasks, members, stride, origins, run.parameters_around, roots, run.one)
+        return Legs(knots, tasks, members, tasks["stride"], origins, run.parameters_around, roots, run.one)
 
     def _of_many(self) -> Output:
         """Return where the rows of tasks go, and set the member of each; a row at the start is written."""
@@ -388,7 +388,7 @@ class _Tasks:
         self._place, self._first, self.forwards = place, first, [task[1] > 0 for task in tasks]
         self.own = np.zeros(len(tasks), dtype=np.int64)
         ends = [rising[-1 if forwards else 0] for forwards in self.forwards]
-        return Output(rising, self._rows, np.array(tasks, dtype=np.int64).reshape(-1, 4), ends)
+        return Output(rising, self._rows, tasks or NO_TASKS, ends)
 
     def run(self, told: Callable[[float], None]) -> None:
         """Take steps until all is done or the run is to stop."""
