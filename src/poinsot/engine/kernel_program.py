@@ -172,7 +172,7 @@ class KernelProgram:
         lines.run("evaluate", work.address, following.address, h)
         moved = [following[k] for k in range(self.variables)]
         finite = _in_pairs([value * 0.0 for value in moved], Value.__add__).is_("eq", 0.0)
-        finite = (finite & self.watch.defined(work)) | waits if self.watch.events else finite | waits
+        finite = self.watch.defined(work, finite) | waits
         goes = active & finite & ~waits & ~arrived
         seen = active & finite if self.sampling.count else goes
         if self.lanes == 1:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module
 from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.sign_changes import first_change
 
-__all__ = ["AT_ONCE", "Outlook", "Watch"]
+__all__ = ["AT_ONCE", "Watch"]
 
 AT_ONCE = 16 * np.finfo(float).eps
 """Times that differ by less, relative to the time and to that in which the attitude changes, are one: events may
@@ -26,15 +26,6 @@ coincide. A time in which the attitude changes is that of the run at most."""
 
 LINEAR = 2.0**-26
 """The part of a step in which variables are linear."""
-
-
-class Outlook(NamedTuple):
-    """What a step is to be: its length, and where it is cut, where it waits, and where an event stops the lane."""
-
-    h: Value
-    cut: Value
-    waits: Value
-    stops: Value
 
 
 class Watch:
@@ -50,7 +41,7 @@ class Watch:
     count, events : int
         How many functions are watched, and how many of them are values of events.
     conditions : tuple of int
-        The parameters that hold the conditions whose switches may stop a lane; empty if none does.
+        The parameters that hold the conditions.
     of_tasks : list
         The fields that a lane and a task have for it.
     note : structured type
@@ -61,9 +52,8 @@ class Watch:
     def __init__(self, kernel: Any, decomposition: Decomposition) -> None:
         self._kernel, self._lanes, self._orders = kernel, kernel.lanes, kernel.order + 1
         self.count, self.events = len(decomposition.watched), len(decomposition.events)
-        self._conditions, self._crossings = decomposition.conditions, decomposition.events
-        self.conditions, self._stops = decomposition.conditions if decomposition.stops else (), decomposition.stops
-        self._attitude = decomposition.attitude
+        self.conditions, self._crossings = decomposition.conditions, decomposition.events
+        self._stops, self._attitude = decomposition.stops, decomposition.attitude
         sizes = {"span": min(self.count, 1), "branches": len(self.conditions)}
         sizes |= dict.fromkeys(("sides", "uncertain"), self.events)
         self.of_tasks = [(name, "f8", (size,)) for name, size in sizes.items()]
@@ -84,20 +74,22 @@ class Watch:
         for i, value in enumerate(outputs):
             work.array("watched", self._kernel.kind)[n + i * self._orders] = value
 
-    def look(self, lines: Lines, work: Record, h: Value, active: Value) -> Outlook:
-        """Cut a step at the first sign change, and note the events at its start."""
+    def look(self, lines: Lines, work: Record, h: Value, active: Value) -> tuple[Value, ...]:
+        """Cut a step at the first sign change, and note the events at its start.
+
+        Return its length, and where it is cut, where it waits, and where an event or a switch stops the lane.
+        """
         nowhere = lines.constant(vector(BOOL, self._lanes), 0)
         if not self.count:
-            return Outlook(h, nowhere, nowhere, nowhere)
+            return h, nowhere, nowhere, nowhere
         kind, way = self._kernel.kind, work.array("way", self._kernel.kind)[0]
         # Behind a zero it is no shorter than before it: an action may let the body turn much faster.
         kept = work.array("near", kind)
         near = self._near(work).larger(kept[0])
         chosen, cut, waits = lines.constant(self._kernel.whole, -1), nowhere, nowhere
         linear = near.larger(LINEAR * abs(h))
-        left = self._left(work)
-        sides, shifts, wrong = self._sides(work, left), self._shifts(work, linear), list[Value]()
-        passed = self._passed(work, left, near, linear)
+        sides, passed, shifts = self._starts(work, near, linear)
+        wrong = list[Value]()
         for i, side in enumerate(sides):
             reach = (abs(h).larger(passed[i])).intrinsic("copysign", way)
             coefficients = work.array("watched", kind).at(i * self._orders)
@@ -111,23 +103,24 @@ class Watch:
         kept[0] = near
         for target in ("end", "output_time") if self.events else ():  # an event two roundings beside these is there
             ahead = (work.array(target, kind)[0] - work.array("time", kind)[0]) - work.array("time", kind)[1]
-            there = chosen.is_("ge", len(self._conditions)) & abs(ahead - h).is_("le", 0.125 * near)
+            there = chosen.is_("ge", len(self.conditions)) & abs(ahead - h).is_("le", 0.125 * near)
             h = there.choose(ahead, h)
         stops = self._note_all(lines, work, sides, shifts, wrong, active) | (self._switched(lines, work) & ~waits)
         waits = waits | stops
         for i, place in enumerate(self.conditions):
             branches = work.array("branches", kind)
             branches[i] = waits.choose(branches[i], work.array("parameters", kind)[place])
-        here = [wrong[i] | (~waits & chosen.is_("eq", i)) for i in range(self.count)]
+        here = [mask | (~waits & chosen.is_("eq", i)) for i, mask in enumerate(wrong)]
         self._turn(work, sides, here, ~waits)
         kept[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
-        return Outlook(waits.choose(h.like(0.0), h), cut | waits, waits, stops)
+        return waits.choose(h.like(0.0), h), cut | waits, waits, stops
 
-    def defined(self, work: Record) -> Value:
-        """Return where the values of all events are numbers."""
-        first, values = len(self._conditions), work.array("watched", self._kernel.kind)
-        numbers = [(values[(first + i) * self._orders] * 0.0).is_("eq", 0.0) for i in range(self.events)]
-        return functools.reduce(Value.__and__, numbers)
+    def defined(self, work: Record, finite: Value) -> Value:
+        """Return where the values of all events are numbers too."""
+        values = work.array("watched", self._kernel.kind)
+        for i in range(len(self.conditions), self.count):
+            finite = finite & (values[i * self._orders] * 0.0).is_("eq", 0.0)
+        return finite
 
     def held(self, work: Record, waits: Value) -> Value:
         """Return where conditions switch without end: the motion leads back from both sides."""
@@ -146,26 +139,26 @@ class Watch:
             scale = (1.0 / fastest).smaller(scale)
         return scale.larger(abs(work.array("time", kind)[0])) * AT_ONCE
 
-    def _left(self, work: Record) -> list[Value]:
-        """Return where an action has left the values of events at zero: no farther than they were known to be there."""
-        kind, found = self._kernel.kind, list[Value]()
-        for i in range(self.events):
-            side, uncertain = work.array("sides", kind)[i], work.array("uncertain", kind)[i]
-            value = work.array("watched", kind)[(len(self._conditions) + i) * self._orders]
-            found.append(side.is_("eq", 0.0) & abs(value).is_("le", uncertain))
-        return found
+    def _starts(self, work: Record, near: Value, linear: Value) -> tuple[list[Value], list[Value], list[Value]]:
+        """Return the signs of the functions, the times behind which to look for zeros, and those to zeros of events.
 
-    def _passed(self, work: Record, left: Sequence[Value], near: Value, most: Value) -> list[Value]:
-        """Return the times behind which to look for zeros; note how far off the values of events may be there.
-
-        The rate behind an action may be so small that the zero of the rounded value is far ahead.
+        Of an event that is new the sign is the present one; where an action has left its value at zero, no farther
+        than it was known to be there, that behind the zero. The rate behind an action may be so small that the zero of
+        the rounded value is far ahead. Rounding may let a step pass a zero, by no more than is linear.
         """
-        found = [near] * len(self._conditions)
-        for i, mask in enumerate(left):
-            value, slope = (work.array("watched", near.type)[len(found) * self._orders + n] for n in (0, 1))
-            found.append(mask.choose(near.larger((2.0 * abs(value / slope)).smaller(most)), near))
-            work.array("uncertain", near.type)[i] = near * abs(slope)
-        return found
+        kind, way = near.type, work.array("way", near.type)[0]
+        sides = [1.0 - 2.0 * work.array("parameters", kind)[place] for place in self.conditions]
+        passed, shifts = [near] * len(sides), list[Value]()
+        for i in range(self.events):
+            value, slope = (work.array("watched", kind)[len(sides) * self._orders + n] for n in (0, 1))
+            side, uncertain, shift = work.array("sides", kind)[i], work.array("uncertain", kind), -value / slope
+            left = side.is_("eq", 0.0) & abs(value).is_("le", uncertain[i])
+            present = left.choose(slope * way, value)
+            sides.append(side.is_("eq", 0.0).choose(side.like(1.0).intrinsic("copysign", present), side))
+            passed.append(left.choose(near.larger((2.0 * abs(shift)).smaller(linear)), near))
+            shifts.append(abs(shift).is_("le", linear).choose(shift, 0.0))
+            uncertain[i] = near * abs(slope)
+        return sides, passed, shifts
 
     def _switched(self, lines: Lines, work: Record) -> Value:
         """Return where a condition that stops a lane has switched since its last step, if it has taken one."""
@@ -175,29 +168,10 @@ class Watch:
             switched = switched | abs(change).is_("gt", 0.5)
         return switched
 
-    def _sides(self, work: Record, left: Sequence[Value]) -> list[Value]:
-        """Return the signs of the functions; of an event that is new the present one, or that behind its zero."""
-        kind, way = self._kernel.kind, work.array("way", self._kernel.kind)[0]
-        sides = [1.0 - 2.0 * work.array("parameters", kind)[place] for place in self._conditions]
-        for i, mask in enumerate(left):
-            value, slope = (work.array("watched", kind)[len(sides) * self._orders + n] for n in (0, 1))
-            side, present = work.array("sides", kind)[i], mask.choose(slope * way, value)
-            sides.append(side.is_("eq", 0.0).choose(side.like(1.0).intrinsic("copysign", present), side))
-        return sides
-
-    def _shifts(self, work: Record, most: Value) -> list[Value]:
-        """Return the times from the start of the step to the zeros of events: rounding may let a step pass one."""
-        found = []
-        for i in range(len(self._conditions), self.count):
-            value, slope = (work.array("watched", most.type)[i * self._orders + n] for n in (0, 1))
-            shift = -value / slope
-            found.append(abs(shift).is_("le", most).choose(shift, 0.0))
-        return found
-
     def _turn(self, work: Record, sides: Sequence[Value], here: Sequence[Value], moves: Value) -> None:
         """Switch conditions and turn the sides of events; note which of these are at the end of the step."""
-        kind, whole, first = self._kernel.kind, self._kernel.whole, len(self._conditions)
-        for i, place in enumerate(self._conditions):
+        kind, whole, first = self._kernel.kind, self._kernel.whole, len(self.conditions)
+        for i, place in enumerate(self.conditions):
             held = work.array("parameters", kind)[place]
             work.array("parameters", kind)[place] = here[i].choose(1.0 - held, held)
         for name in ("which", "rising") if self.events else ():
@@ -208,7 +182,7 @@ class Watch:
 
     def _bits(self, work: Record, sides: Sequence[Value], here: Sequence[Value], name: str) -> Value:
         """Return the events that happen, or those of them that rise with time, as bits."""
-        way, first = work.array("way", self._kernel.kind)[0], len(self._conditions)
+        way, first = work.array("way", self._kernel.kind)[0], len(self.conditions)
         total = work.array("which", self._kernel.whole)[0] * 0
         for i, mask in enumerate(here):
             chosen = mask & (sides[first + i] * way).is_("lt", 0.0) if name == "rising" else mask
@@ -228,7 +202,7 @@ class Watch:
         if not self.events:
             return lines.constant(vector(BOOL, self._lanes), 0)
         known = [work.array("sides", self._kernel.kind)[i].is_("ne", 0.0) for i in range(self.events)]
-        here = [mask & side for mask, side in zip(wrong[len(self._conditions) :], known, strict=True)]
+        here = [mask & side for mask, side in zip(wrong[len(self.conditions) :], known, strict=True)]
         for name in ("which", "rising"):
             bits = work.array(name, self._kernel.whole)
             bits[0] = bits[0] ^ self._bits(work, sides, here, name)  # what turns back is not there yet

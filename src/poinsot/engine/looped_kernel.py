@@ -64,7 +64,7 @@ class Code:
     variables, parameters : int
         How many a member has.
     conditions : tuple of int
-        The parameters that hold the conditions behind which it stops, and the others beside them.
+        The parameters that hold them.
     blank : bytes
         A task without numbers of its own.
     places : slice
