@@ -17,8 +17,8 @@ from typing_extensions import override
 from poinsot.engine import looped_kernel
 from poinsot.engine.cuda_source import translated
 from poinsot.engine.decomposition import Decomposition
-from poinsot.engine.kernel_program import KernelProgram, Momenta, Status
-from poinsot.engine.looped_kernel import CACHED, FOREVER, NO_MOMENTA, Queue
+from poinsot.engine.kernel_program import KernelProgram, Status
+from poinsot.engine.looped_kernel import CACHED, FOREVER, Queue
 from poinsot.errors import optional
 
 __all__ = ["Code", "Run", "check_device", "compiled", "most_members"]
@@ -88,9 +88,9 @@ class Code(looped_kernel.Code):
 
 
 @functools.lru_cache(CACHED)
-def compiled(decomposition: Decomposition, order: int, momenta: Momenta = NO_MOMENTA) -> Code:
+def compiled(decomposition: Decomposition, order: int) -> Code:
     """Return the kernel of a decomposition; it is compiled when it is launched first."""
-    return Code(KernelProgram(decomposition, order, 1, "batch", momenta))
+    return Code(KernelProgram(decomposition, order, 1, "batch"))
 
 
 class Run:

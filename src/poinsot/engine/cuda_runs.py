@@ -22,7 +22,7 @@ class CudaRun(LoopedRun):
 
     @override
     def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> cuda_kernel.Code:
-        return cuda_kernel.compiled(program.decomposition, order, self.momenta(program))
+        return cuda_kernel.compiled(program.decomposition, order)
 
     @override
     def _go_on_members(self) -> None:

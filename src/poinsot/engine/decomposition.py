@@ -24,6 +24,7 @@ __all__ = [
     "Decomposition",
     "Function",
     "Integral",
+    "Momenta",
     "Operation",
     "Product",
     "Quotient",
@@ -113,6 +114,30 @@ class Crossing(NamedTuple):
     stops: bool
 
 
+class Momenta(NamedTuple):
+    """Momenta that are rescaled by a power of two where their norm leaves a band as a step begins.
+
+    Parameters
+    ----------
+    places : tuple of int
+        Of the state variables whose norm it is.
+    scaled : tuple of int
+        Of all that go with the scale.
+    powers : tuple of int
+        To which power of the scale each parameter goes.
+    conjugates : tuple of (int, int)
+        Where the quaternions and their conjugate momenta begin. Momenta that have shrunk lose q . Q, the rounding of
+        larger ones, which changes no motion but would hide those that shrink on.
+    """
+
+    places: tuple[int, ...] = ()
+    scaled: tuple[int, ...] = ()
+    powers: tuple[int, ...] = ()
+    conjugates: tuple[tuple[int, int], ...] = ()
+
+
+NO_MOMENTA = Momenta()
+
 Operation = State | Time | Sum | Product | Quotient | Function | Select | Integral
 
 
@@ -137,6 +162,8 @@ class Decomposition:
         The conditions, by number, behind whose switch the motion stops, to go on with other variables.
     attitude : tuple of int
         The state variables that are attitudes.
+    momenta : Momenta
+        Those that a looped kernel rescales.
     """
 
     operations: tuple[Operation, ...]
@@ -147,6 +174,7 @@ class Decomposition:
     events: tuple[Crossing, ...] = ()
     stops: tuple[int, ...] = ()
     attitude: tuple[int, ...] = ()
+    momenta: Momenta = NO_MOMENTA
 
     @property
     def size(self) -> int:

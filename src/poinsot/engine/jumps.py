@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra.draws import key_of, uniforms
-from poinsot.algebra.program import Graph, Node
+from poinsot.algebra.program import Node
 from poinsot.algebra.replay import Replay
 from poinsot.mechanics.part import Part
 
@@ -36,7 +36,6 @@ class Jumps:
 
     Parameters
     ----------
-    graph : Graph
     own : list of Node
         The variables and, behind them, the time.
     updates : list of Update
@@ -45,11 +44,10 @@ class Jumps:
     first : int
     """
 
-    graph: Graph
     own: list[Node]
     updates: list[Update]
-    constants: list[Node] = field(default_factory=list)
-    first: int = 0
+    constants: list[Node]
+    first: int
 
 
 class Clock:

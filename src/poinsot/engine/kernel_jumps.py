@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from poinsot.algebra.draws import UNUSED, uniform, words
-from poinsot.algebra.program import OPERATORS, Graph, Node, needed
+from poinsot.algebra.program import OPERATORS, Node, needed
 from poinsot.engine import llvm_functions
 from poinsot.engine.decomposition import Coefficient, Function
 from poinsot.engine.jumps import Jumps, Update
@@ -17,7 +17,7 @@ from poinsot.engine.llvm_ir import Function as Lines
 
 __all__ = ["Sampling"]
 
-NO_JUMPS = Jumps(Graph(), [], [])
+NO_JUMPS = Jumps([], [], [], 0)
 
 OF_TASKS = ("numbers", "periods", "phases")
 

@@ -6,41 +6,23 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
+from poinsot.engine.decomposition import Momenta
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value
 
-__all__ = ["Momenta", "Rescaling"]
+__all__ = ["BITS", "LEAST", "MOST", "SMALL", "Rescaling"]
 
 
-class Momenta(NamedTuple):
-    """Momenta that are rescaled by a power of two where their norm leaves a band as a step begins.
+SMALL = 0.1
+"""The size given to the momenta: below that of q, so that the step control, which looks at the largest variable, keeps
+its grip on the attitude."""
 
-    Parameters
-    ----------
-    places : tuple of int
-        Of the state variables whose norm it is.
-    scaled : tuple of int
-        Of all that go with the scale.
-    powers : tuple of int
-        To which power of the scale each parameter goes.
-    least, most, size : float
-        The band, and the size that they are given.
-    bits : (int, int)
-        The range of the scale over that of the start, powers of two.
-    conjugates : tuple of (int, int)
-        Where the quaternions and their conjugate momenta begin. Momenta that have shrunk lose q . Q, the rounding of
-        larger ones, which changes no motion but would hide those that shrink on.
-    """
+LEAST, MOST = SMALL / 16, 1.0
+"""The band of momenta where a step begins, outside of which the scale is chosen anew."""
 
-    places: tuple[int, ...] = ()
-    scaled: tuple[int, ...] = ()
-    powers: tuple[int, ...] = ()
-    least: float = 0.0
-    most: float = math.inf
-    size: float = 1.0
-    bits: tuple[int, int] = (0, 0)
-    conjugates: tuple[tuple[int, int], ...] = ()
+BITS = (-400, 400)
+"""The range of the scale over that of the start, powers of two: nothing overflows, and who comes to rest may rest."""
 
 
 class Rescaling:
@@ -108,7 +90,7 @@ class Rescaling:
 
     def _scale_parameters(self, work: Record, task: Record, lane: Value) -> None:
         """Set the parameters and the limits of the band for the scale of a lane."""
-        least, most, (fewest, largest) = self._momenta.least, self._momenta.most, self._momenta.bits
+        fewest, largest = BITS
         bits = work.array("bits", INTEGER)[lane]
         source, out = task.array("parameters"), work.array("parameters")
         for first, count, power in _runs(self._momenta.powers):
@@ -123,11 +105,11 @@ class Rescaling:
                 lane.function.count(count, scale)
         work.array("outward")[lane] = _power_of_two(0 - bits)
         # No other scale is better at the ends of its range, or where forces give a body at rest as much.
-        pushed = (task.array("push")[0] * _power_of_two(bits)).is_("ge", least)
+        pushed = (task.array("push")[0] * _power_of_two(bits)).is_("ge", LEAST)
         zero = lane.function.constant(DOUBLE, 0.0)
-        work.array("least")[lane] = (pushed | bits.is_("ge", largest)).choose(zero, least**2)
+        work.array("least")[lane] = (pushed | bits.is_("ge", largest)).choose(zero, LEAST**2)
         infinite = lane.function.constant(DOUBLE, math.inf)
-        work.array("most")[lane] = bits.is_("le", fewest).choose(infinite, most**2)
+        work.array("most")[lane] = bits.is_("le", fewest).choose(infinite, MOST**2)
 
     def _fit(self, address: Value, lane: Value) -> None:
         """Choose the scale of a lane anew if its momenta are out of the band."""
@@ -138,11 +120,10 @@ class Rescaling:
         pushed = task.array("push")[0] * _power_of_two(bits)
         size = functools.reduce(Value.larger, [*map(abs, momenta), pushed])
         with lines.when(self._is_outside(work, momenta, lane) & size.is_("lt", math.inf)):
-            change = (math.log2(self._momenta.size) - lines.call(DOUBLE, "log2", size)).intrinsic("rint").to_integer()
+            change = (math.log2(SMALL) - lines.call(DOUBLE, "log2", size)).intrinsic("rint").to_integer()
             with lines.when(change.is_("gt", 0)):
                 self._drop_normal(states, lane)
-            fewest, most = self._momenta.bits
-            chosen = (bits + change).larger(fewest).smaller(most)
+            chosen = (bits + change).larger(BITS[0]).smaller(BITS[1])
             work.array("bits", INTEGER)[lane] = chosen
             self._scale_states(work, lane, chosen - bits)
             self._scale_parameters(work, task, lane)

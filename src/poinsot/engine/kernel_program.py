@@ -14,7 +14,7 @@ from poinsot.engine.decomposition import Decomposition
 from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_jumps import Sampling
 from poinsot.engine.kernel_layouts import Batch, Layout, Single
-from poinsot.engine.kernel_momenta import Momenta, Rescaling
+from poinsot.engine.kernel_momenta import Rescaling
 from poinsot.engine.kernel_tasks import QUEUE, Status, Tasks
 from poinsot.engine.kernel_watch import Watch
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
@@ -22,7 +22,7 @@ from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.taylor_recurrences import HigherOrder, ZerothOrder
 from poinsot.engine.taylor_schedule import Schedule
 
-__all__ = ["QUEUE", "KernelProgram", "Momenta", "Status"]
+__all__ = ["QUEUE", "KernelProgram", "Status"]
 
 AT_ONCE = 8
 """Polynomials that are evaluated side by side: their sums stay in registers."""
@@ -40,7 +40,6 @@ class KernelProgram:
         order: int,
         lanes: int,
         layout: Layout,
-        momenta: Momenta,
         jumps: Jumps | None = None,
     ) -> None:
         self.schedule, self.order = Schedule(decomposition), order
@@ -52,7 +51,7 @@ class KernelProgram:
         )
         lanes = self.lanes = self.layout.lanes
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
-        self.momenta = Rescaling(self, momenta)
+        self.momenta = Rescaling(self, decomposition.momenta)
         self.watch, self.sampling = Watch(self, decomposition), Sampling(self, jumps)
         # What happens at the end is seen in one step more.
         self._arrives = bool(self.watch.events or self.sampling.count)

@@ -23,19 +23,20 @@ from poinsot import functions
 from poinsot.algebra.draws import normals
 from poinsot.algebra.program import Graph, Node, ordered, tangents
 from poinsot.algebra.replay import Replay
-from poinsot.engine.decomposition import Crossing
+from poinsot.engine.decomposition import Crossing, Momenta
 from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class, lane_of
 from poinsot.engine.event_detection import EventDetection, refuse_constant_events
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.heyoka_expressions import Expressions
 from poinsot.engine.jumps import Update
+from poinsot.engine.kernel_momenta import SMALL
 from poinsot.engine.lowering import TIME, Constants, Events, Program, conditions_of, lowered, simplified
 from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
 from poinsot.engine.roots import Roots
 from poinsot.engine.saltation import Jump, NoDerivative, Saltation
 from poinsot.engine.scales import Scales
-from poinsot.engine.state_vector import SMALL, StateVector, factors_of_parts
+from poinsot.engine.state_vector import StateVector, factors_of_parts
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME, Variations
 from poinsot.engine.termination import LONGEST
 from poinsot.engine.variational import TurningBody, VariationalEquations
@@ -430,9 +431,16 @@ def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int
 
 def _program(problem: Problem, variables: StateVector, field: _Field, zeros: Iterable[int]) -> Program:
     program = simplified(field.graph, field.rates, zeros, _events(problem, field))
-    stops = field.saltation.stops if field.saltation else ()
-    decomposition = replace(program.decomposition, stops=tuple(stops), attitude=tuple(variables.attitude))
-    return replace(program, decomposition=decomposition).with_jumps(field.graph, field.own, field.updates)
+    program = program.with_jumps(field.own, field.updates)
+    places = np.arange(variables.size)[variables.momenta].tolist()
+    conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
+    decomposition = replace(
+        program.decomposition,
+        stops=tuple(field.saltation.stops if field.saltation else ()),
+        attitude=tuple(variables.attitude),
+        momenta=Momenta(tuple(places), tuple(variables.scaled), tuple(program.powers.tolist()), conjugates),
+    )
+    return replace(program, decomposition=decomposition)
 
 
 def saltation_of(problem: Problem, variables: StateVector) -> Saltation | None:

@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from poinsot.engine.decomposition import Decomposition
 from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_layouts import Layout
-from poinsot.engine.kernel_program import QUEUE, KernelProgram, Momenta, Status
+from poinsot.engine.kernel_program import QUEUE, KernelProgram, Status
 from poinsot.engine.llvm_functions import LIBRARY
 from poinsot.engine.llvm_ir import host_features, machine_code
 
-__all__ = ["Code", "Momenta", "Output", "Queue", "Run", "Status", "available", "compiled", "order_of"]
+__all__ = ["Code", "Output", "Queue", "Run", "Status", "available", "compiled", "order_of"]
 
 LONGEST = 2.0**46
 """The longest step: of Taylor coefficients that underflow none is missed in it."""
@@ -51,7 +51,6 @@ STEPS_KEPT, BLOCK_BYTES = 256, 16_000_000
 address_of, byte_of = ctypes.addressof, ctypes.c_char.from_buffer
 
 Doubles = NDArray[np.float64]
-NO_MOMENTA = Momenta()
 RECORD = struct.Struct(f"{QUEUE.itemsize // 8}q")
 
 
@@ -339,7 +338,6 @@ def compiled(
     order: int,
     lanes: int,
     layout: Layout = "batch",
-    momenta: Momenta = NO_MOMENTA,
     jumps: Jumps | None = None,
 ) -> Code:
     """Return the kernel of a decomposition.
@@ -352,16 +350,14 @@ def compiled(
     lanes : int
         How many members the layout "batch" integrates at a time: 1, 2, 4 or 8.
     layout : {"batch", "single"}
-    momenta : Momenta, optional
-        What is rescaled on the way.
     jumps : Jumps, optional
         What is done at samples; such kernels are not kept here.
     """
     if jumps is not None:
-        return Code(KernelProgram(decomposition, order, lanes, layout, momenta, jumps))
-    return _compiled(decomposition, order, lanes, layout, momenta)
+        return Code(KernelProgram(decomposition, order, lanes, layout, jumps))
+    return _compiled(decomposition, order, lanes, layout)
 
 
 @functools.lru_cache(CACHED)
-def _compiled(decomposition: Decomposition, order: int, lanes: int, layout: Layout, momenta: Momenta) -> Code:
-    return Code(KernelProgram(decomposition, order, lanes, layout, momenta))
+def _compiled(decomposition: Decomposition, order: int, lanes: int, layout: Layout) -> Code:
+    return Code(KernelProgram(decomposition, order, lanes, layout))

@@ -20,15 +20,13 @@ from poinsot.engine import kernels, looped_kernel
 from poinsot.engine.dense_output import DenseOutput, KeptSteps
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.legs import Legs
-from poinsot.engine.looped_kernel import Code, Momenta, Output, Status
+from poinsot.engine.looped_kernel import Code, Output, Status
 from poinsot.engine.lowering import Constants, Program
 from poinsot.engine.noted_events import NotedEvents
 from poinsot.engine.progress import bar
 from poinsot.engine.roots import StartRoots
 from poinsot.engine.runs import BOTH_WAYS, Job, Rows, Run, Stop
 from poinsot.engine.saltation import Jump, NoDerivative
-from poinsot.engine.scales import BITS, LEAST, MOST
-from poinsot.engine.state_vector import SMALL
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.engine.termination import INTERRUPTED, reason
 
@@ -179,14 +177,7 @@ class LoopedRun(Run):
 
     def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
         """Return the kernel of a program."""
-        return looped_kernel.compiled(program.decomposition, order, lanes, layout, self.momenta(program), program.jumps)
-
-    def momenta(self, program: Program) -> Momenta:
-        """Return which variables are rescaled on the way."""
-        variables, powers = self.job.variables, program.powers.tolist()
-        places = np.arange(variables.size)[variables.momenta].tolist()
-        conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
-        return Momenta(tuple(places), tuple(variables.scaled), tuple(powers), LEAST, MOST, SMALL, BITS, conjugates)
+        return looped_kernel.compiled(program.decomposition, order, lanes, layout, program.jumps)
 
     def _table(self, ready: Ready, values: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
         """Return the parameters of members at their start, shape (n, parameters), from what the replay gives."""

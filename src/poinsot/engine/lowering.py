@@ -77,12 +77,12 @@ class Program:
     given: Sequence[Node] = ()
     jumps: Jumps | None = None
 
-    def with_jumps(self, graph: Graph, own: list[Node], updates: list[Update]) -> Program:
+    def with_jumps(self, own: list[Node], updates: list[Update]) -> Program:
         """Return the program with the formulas of updates, whose constants are parameters behind the others."""
         if not updates:
             return self
         first, constants = len(self.parameters), _constants_met([x for update in updates for x in update.values])
-        jumps = Jumps(graph, own, updates, constants, first)
+        jumps = Jumps(own, updates, constants, first)
         decomposition = replace(self.decomposition, parameters=first + len(constants))
         return replace(self, decomposition=decomposition, parameters=[*self.parameters, *constants], jumps=jumps)
 

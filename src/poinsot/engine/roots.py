@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from poinsot.algebra.replay import Replay, wide
 from poinsot.engine.discontinuities import lane_of
 from poinsot.engine.heyoka_expressions import Expressions
+from poinsot.engine.kernel_momenta import SMALL
 from poinsot.engine.lowering import TIME, Program
-from poinsot.engine.state_vector import SMALL
 
 __all__ = ["Roots", "StartRoots"]
 

@@ -14,18 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine.discontinuities import lane_of
-from poinsot.engine.state_vector import SMALL, StateVector
+from poinsot.engine.kernel_momenta import BITS, LEAST, MOST, SMALL
+from poinsot.engine.state_vector import StateVector
 from poinsot.mechanics.force import PairLoad, Torque
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.system import System
 
 __all__ = ["Scales"]
-
-LEAST, MOST = SMALL / 16, 1.0
-"""The band of momenta where a step begins, outside of which the scale is chosen anew."""
-
-BITS = (-400, 400)
-"""The range of the scale over that of the start, powers of two: nothing overflows, and who comes to rest may rest."""
 
 FAST, STEADY = 32.0, 4.0
 """How large momenta may have been for all that the steps say, from which on they may have left the band unseen."""

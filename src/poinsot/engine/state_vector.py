@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.engine.formulations import Formulation
+from poinsot.engine.kernel_momenta import SMALL
 from poinsot.engine.problem import Problem
 from poinsot.engine.tangent_vectors import Variations
 from poinsot.engine.turned_rows import turn_rows
@@ -21,13 +22,9 @@ from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
 
-__all__ = ["SMALL", "Slot", "StateVector", "blocks_of", "factors_of_parts"]
+__all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]
 
 Array = NDArray[np.float64]
-
-SMALL = 0.1
-"""The size given to the momenta: below that of q, so that the engine's step control, which looks at the
-largest variable, keeps its grip on the attitude."""
 
 BLOCK = 8192
 """Rows converted together: their intermediate results stay in the processor's cache."""

@@ -8,8 +8,8 @@ import pytest
 
 import cuda_on_cpu
 from poinsot.engine import cuda_kernel, looped_kernel
-from poinsot.engine.decomposition import Coefficient
-from poinsot.engine.looped_kernel import NO_MOMENTA, Momenta, Output, Queue, Status
+from poinsot.engine.decomposition import Coefficient, Momenta
+from poinsot.engine.looped_kernel import Output, Queue, Status
 from unit.engine.test_looped_kernel import DECOMPOSITIONS, ORDER, SYSTEMS, decomposed, starts, with_slopes
 
 pytestmark = [
@@ -59,10 +59,10 @@ def done(run):
     return count
 
 
-def on_both(decomposition, states, times, parameters=None, momenta=NO_MOMENTA):
+def on_both(decomposition, states, times, parameters=None):
     """Return queues that the processor's kernel and the other one have worked on."""
-    own = looped_kernel.compiled(decomposition, ORDER, 4, "batch", momenta)
-    other = cuda_kernel.compiled(decomposition, ORDER, momenta)
+    own = looped_kernel.compiled(decomposition, ORDER, 4)
+    other = cuda_kernel.compiled(decomposition, ORDER)
     queues = [queue_of(code, states, times, parameters) for code in (own, other)]
     done(begun(looped_kernel.Run(own), queues[0]))
     done(begun(cuda_kernel.Run(other), queues[1]))
@@ -101,7 +101,7 @@ def test_so_are_those_of_every_elementary_function():
 @pytest.mark.usefixtures("few_steps")
 def test_so_are_those_of_momenta_that_are_rescaled():
     """m' = -k m + f and x' = g m, as a test of the other kernel has it; in launches of seven steps."""
-    momenta = Momenta((0, 1), (0, 1), (0, 1, -1), least=1 / 160, most=1.0, size=0.1, bits=(-400, 64))
+    momenta = Momenta((0, 1), (0, 1), (0, 1, -1))
 
     def rates(states, _):
         m1, m2, _ = states
@@ -110,7 +110,8 @@ def test_so_are_those_of_momenta_that_are_rescaled():
 
     states = np.array([[0.8, 0.0, 0.5], [0.05, 0.0, 0.5], [0.8, 0.0, 0.5]])
     parameters = [[1.0, 0.0, 0.25], [-1.0, 0.0, 0.25], [1.0, 1e-6, 0.25]]
-    own, other = on_both(decomposed(3, rates, 3), states, [5.0, 15.0, 25.0], parameters, momenta)
+    decomposition = decomposed(3, rates, 3, momenta=momenta)
+    own, other = on_both(decomposition, states, [5.0, 15.0, 25.0], parameters)
     assert np.all(np.abs(own.tasks["bits"]) > 10)
     assert_same(own, other)
 

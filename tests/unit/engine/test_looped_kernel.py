@@ -9,12 +9,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from poinsot.engine import llvm_ir, looped_kernel
+from poinsot.engine import kernel_momenta, llvm_ir, looped_kernel
 from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
     Function,
     Integral,
+    Momenta,
     Product,
     Quotient,
     Select,
@@ -22,8 +23,9 @@ from poinsot.engine.decomposition import (
     Sum,
     Time,
 )
+from poinsot.engine.kernel_momenta import LEAST, MOST
 from poinsot.engine.kernel_program import KernelProgram
-from poinsot.engine.looped_kernel import Code, Momenta, Output, Queue, Run, Status, compiled, order_of
+from poinsot.engine.looped_kernel import Code, Output, Queue, Run, Status, compiled, order_of
 
 pytestmark = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
 
@@ -112,12 +114,12 @@ def of_eccentric_anomaly(eccentricity, mean_anomaly):
     return sine, cosine, anomaly
 
 
-def decomposed(variables, rates, parameters=0):
+def decomposed(variables, rates, parameters=0, **others):
     """Return the decomposition of rates that are written as a function of the states and the time."""
     operations = []
     states = [Symbol(operations, State(place)) for place in range(variables)]
     found = tuple(map(operand, rates(states, Symbol(operations, Time()))))
-    return Decomposition(tuple(operations), found, parameters)
+    return Decomposition(tuple(operations), found, parameters, **others)
 
 
 def heyoka_system(variables, rates):
@@ -273,7 +275,7 @@ def test_optimization_changes_no_bit(layout, name, monkeypatch):
     found = []
     for level in (0, 1, 2):
         monkeypatch.setattr(llvm_ir, "CODE_GENERATION", level)
-        code = Code(KernelProgram(DECOMPOSITIONS[name], ORDER, 8, layout, Momenta()))
+        code = Code(KernelProgram(DECOMPOSITIONS[name], ORDER, 8, layout))
         found.append(integrated(code, states, times)[0])
     for other in found[1:]:
         np.testing.assert_array_equal(other, found[0])
@@ -548,14 +550,14 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
 
     Momenta that fall by exp(-25) lose 25 roundings of their rates.
     """
-    momenta = Momenta((0, 1), (0, 1), (0, 1, -1), least=1 / 160, most=1.0, size=0.1, bits=(-400, 64))
+    momenta = Momenta((0, 1), (0, 1), (0, 1, -1))
 
     def rates(states, _):
         m1, m2, _ = states
         k = Coefficient(-1.0, 0)
         return [k * m1 + Coefficient(1.0, 1), k * m2 - 0.5 * m1, Coefficient(1.0, 2) * m1]
 
-    code = compiled(decomposed(3, rates, 3), ORDER, lanes, layout, momenta)
+    code = compiled(decomposed(3, rates, 3, momenta=momenta), ORDER, lanes, layout)
     times = np.array([5.0, 15.0, 25.0])
     parameters = np.array([[1.0, 0.0, 0.25], [-1.0, 0.0, 0.25], [1.0, 1e-6, 0.25]])
     states = np.array([[0.8, 0.0, 0.5], [0.05, 0.0, 0.5], [0.8, 0.0, 0.5]])
@@ -572,15 +574,16 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
         np.testing.assert_allclose(row[:, 0], exact, rtol=100 * EPS)
         np.testing.assert_allclose(row[:, 2], x + g * ((m1 - f / k) * (1 - decay) / k + f / k * times), rtol=4 * EPS)
     sizes = np.ldexp(np.linalg.norm(rows[:, -1, :2], axis=1), tasks["bits"])
-    assert np.all((sizes > momenta.least / 3) & (sizes < 3 * momenta.most))  # they were within as the last step began
+    assert np.all((sizes > LEAST / 3) & (sizes < 3 * MOST))  # they were within as the last step began
     assert np.all(np.abs(tasks["bits"]) > 10)
     np.testing.assert_array_equal(tasks["state"], rows[:, -1])
 
 
-def test_momenta_stay_in_their_scale_where_no_other_is_better():
+def test_momenta_stay_in_their_scale_where_no_other_is_better(monkeypatch):
     """Those that forces give a body at rest keep the scale; so does its range."""
-    momenta = Momenta((0,), (0,), (), least=1 / 160, most=1.0, size=0.1, bits=(-3, 5))
-    code = compiled(decomposed(1, lambda x, _: [-1.0 * x[0]]), ORDER, 2, "batch", momenta)
+    monkeypatch.setattr(kernel_momenta, "BITS", (-3, 5))
+    decomposition = decomposed(1, lambda x, _: [-1.0 * x[0]], momenta=Momenta((0,), (0,), ()))
+    code = Code(KernelProgram(decomposition, ORDER, 2, "batch"))
 
     def pushed(tasks):
         tasks["push"][1] = 0.01
@@ -596,12 +599,12 @@ def test_momenta_that_shrink_lose_what_is_along_their_quaternions(lanes):
     q = np.array([[0.5, -1.1, 0.2, 0.8], [-0.3, 0.9, 1.2, 0.4]])
     Q = np.array([[0.4, 0.1, -0.3, 0.2], [0.1, 0.6, 0.2, 0.3]])
     places = tuple(range(8, 16))
-    momenta = Momenta(places, places, (0,), 1 / 160, 1.0, 0.1, (-400, 400), conjugates=((0, 8), (4, 12)))
+    momenta = Momenta(places, places, (0,), conjugates=((0, 8), (4, 12)))
 
     def rates(states, _):
         return [0.0 * x for x in states[:8]] + [Coefficient(1.0, 0) * x for x in states[8:]]
 
-    code = compiled(decomposed(16, rates, 1), ORDER, lanes, "batch", momenta)
+    code = compiled(decomposed(16, rates, 1, momenta=momenta), ORDER, lanes)
     k, time = np.array([[-1.0], [1.0]]), 10.0
     rows, *_ = integrated(code, np.tile([*q.flat, *Q.flat], (2, 1)), [time], parameters=k)
     shares = np.sum(q * Q, axis=1) / np.sum(q * q, axis=1)

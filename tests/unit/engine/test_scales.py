@@ -5,8 +5,9 @@ import numpy as np
 import poinsot as pt
 from poinsot.engine import kernels
 from poinsot.engine.formulations import FORMULATIONS
+from poinsot.engine.kernel_momenta import LEAST, MOST
 from poinsot.engine.problem import Problem
-from poinsot.engine.scales import LEAST, MOST, Scales
+from poinsot.engine.scales import Scales
 
 SYSTEM = pt.System(pt.Body((1.0, 1.3, 1.7)))
 START = SYSTEM.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
