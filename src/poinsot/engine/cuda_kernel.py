@@ -64,12 +64,7 @@ advance(work, {budget}LL);
 
 
 class Code(looped_kernel.Code):
-    """A kernel in CUDA C.
-
-    Attributes
-    ----------
-    source : str
-    """
+    """A kernel in CUDA C, its `source`."""
 
     @override
     def load(self, text: str) -> None:
@@ -94,12 +89,7 @@ def compiled(decomposition: Decomposition, order: int) -> Code:
 
 
 class Run:
-    """The memory of a device that works on queues of tasks.
-
-    Parameters
-    ----------
-    code : Code
-    """
+    """The memory of a device that works on queues of tasks."""
 
     def __init__(self, code: Code) -> None:
         self._cupy, self._code = optional("cupy", "device='cuda'", "cuda"), code

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from poinsot.algebra.program import Graph, Node, ordered, partials
+from poinsot.algebra.program import Node, ordered, partials
 from poinsot.algebra.replay import HELD
 from poinsot.engine.decomposition import Coefficient, Function, Quotient, Select, State, Sum, Time
 from poinsot.engine.products import Monomial
@@ -42,7 +42,6 @@ class Drafts:
 
     Parameters
     ----------
-    graph : Graph
     groups : sequence of sequences of scalars
         The formulas.
 
@@ -61,8 +60,7 @@ class Drafts:
         Of each square root its argument, the value of that and the parameter that is added to it.
     """
 
-    def __init__(self, graph: Graph, groups: Sequence[Sequence[Any]]) -> None:
-        self._graph = graph
+    def __init__(self, groups: Sequence[Sequence[Any]]) -> None:
         self.drafts: list[Any] = []
         self.constants: list[Node] = []
         self.conditions: dict[int, int] = {}
@@ -176,7 +174,7 @@ class Drafts:
 
     def _form_of_where(self, condition: Any, a: Any, b: Any) -> Linear:
         if condition.varies:
-            held = self._parameter(self._graph.node(HELD, (condition.place,), False))
+            held = self._parameter(condition.graph.node(HELD, (condition.place,), False))
             self.conditions[condition.place] = held
         else:
             held = self._parameter(condition)
@@ -185,7 +183,7 @@ class Drafts:
     def _function(self, node: Node) -> Function:
         arguments = [self._value(x) for x in node.operands]
         if node.name == "sqrt":
-            held = self._graph.node(HELD, (node.place,), False)
+            held = node.graph.node(HELD, (node.place,), False)
             self._roots.append((node, self._parameter(held)))
             arguments = [self._value(node.operands[0] + held)]
         return Function(node.name, tuple(arguments), (node.place,))

@@ -430,7 +430,7 @@ def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int
 
 
 def _program(problem: Problem, variables: StateVector, field: _Field, zeros: Iterable[int]) -> Program:
-    program = simplified(field.graph, field.rates, zeros, _events(problem, field))
+    program = simplified(field.rates, zeros, _events(problem, field))
     program = program.with_jumps(field.own, field.updates)
     places = np.arange(variables.size)[variables.momenta].tolist()
     conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
@@ -510,7 +510,6 @@ class _Field:
 
     Attributes
     ----------
-    graph : Graph
     own : list of nodes
         The variables and, behind them, the time.
     rates : list of scalars
@@ -523,7 +522,6 @@ class _Field:
         What is done at samples.
     """
 
-    graph: Graph
     own: list[Node]
     rates: list[Any]
     events: list[Any]
@@ -571,7 +569,7 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
         events = [event.value(instant) for event in twin.events]
         updates = [_update(graph, part, instant, variables, scale) for part in system.jumping]
         counting = [event.condition(instant) for event in twin.events]
-        field = _Field(graph, [*own, time], rates, events, counting, updates)
+        field = _Field([*own, time], rates, events, counting, updates)
         if variations is None:
             return field
         parts = own[variables.charts[-1].stop : variables.along_orbits.start]
@@ -659,7 +657,7 @@ def _build(
     others = [[*functions, *field.along(functions)] for functions in watched]
     near = variables.formulation.nearness(field.own)
     others += [field.counting, [] if near is None else [near]]
-    program = lowered(field.graph, field.rates, [value for each in others for value in each])
+    program = lowered(field.rates, [value for each in others for value in each])
     made = Expressions(program.decomposition)
     values = iter(made.of(program.others))
     of_conditions, of_events, counting, nearness = ([next(values) for _ in each] for each in others)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.program import Graph, Node, ordered, replaced
+from poinsot.algebra.program import Node, ordered, replaced
 from poinsot.algebra.replay import Replay, wide
 from poinsot.engine.decomposition import Coefficient, Crossing, Decomposition
 from poinsot.engine.drafts import TIME, Drafts
@@ -45,9 +45,6 @@ class Events(NamedTuple):
 
     values: Sequence[Any] = ()
     crossings: tuple[Crossing, ...] = ()
-
-
-NO_EVENTS = Events()
 
 
 @dataclass(frozen=True)
@@ -186,20 +183,20 @@ def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
     return {node: node.operands[0] - node.operands[1] for node in found}
 
 
-def lowered(graph: Graph, rates: Sequence[Any], others: Sequence[Any] = (), events: Events = NO_EVENTS) -> Program:
-    """Return the program of the time derivatives of the state variables, of other functions behind them and events.
+def lowered(rates: Sequence[Any], others: Sequence[Any] = ()) -> Program:
+    """Return the program of the time derivatives of the state variables, and of other functions behind them.
 
     It has all squares: the engine's own kernels would compute an integral of the motion as often as these.
     """
-    return _program(graph, rates, others, events, lambda drafts, _: drafts)
+    return _program(rates, others, Events(), lambda drafts, _: drafts)
 
 
 def _program(
-    graph: Graph, rates: Sequence[Any], others: Sequence[Any], events: Events, reduced: Callable[..., Sequence[Any]]
+    rates: Sequence[Any], others: Sequence[Any], events: Events, reduced: Callable[..., Sequence[Any]]
 ) -> Program:
     """Return a program of drafts that are reduced, given the rates, to those with fewer products."""
     conditions = conditions_of([*rates, *events.values])
-    made = Drafts(graph, (rates, others, [*conditions.values(), *events.values]))
+    made = Drafts((rates, others, [*conditions.values(), *events.values]))
     final = Assembly(reduced(made.drafts, made.outputs[0]), made.slopes)
     own, functions, watched = ([final.value(x) for x in group] for group in made.outputs)
     roots = [Root(argument, final.value(value), parameter) for argument, value, parameter in made.roots]
@@ -208,11 +205,11 @@ def _program(
     return Program(Decomposition(final.operations(), *whole), functions, made.constants, made.conditions, roots)
 
 
-def simplified(graph: Graph, rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:
+def simplified(rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:
     """Return the program for runs in which some of the `Constants` are zero; the values of all of these are given."""
     formulas, count = [*rates, *events.values], len(rates)
     constants = _constants_met(formulas)
     left = replaced(formulas, {constants[number]: 0.0 for number in zeros})
     events = events._replace(values=left[count:])
-    program = _program(graph, left[:count], (), events, without_squares)
+    program = _program(left[:count], (), events, without_squares)
     return replace(program, given=constants)

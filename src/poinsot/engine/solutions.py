@@ -109,7 +109,7 @@ class _Branch:
 def _integrator(block: OrbitBlock) -> tuple[Any, Program]:
     graph = Graph()
     twin, variables = block.with_numbers(map(graph.input, itertools.count())), [*map(graph.symbol, range(block.size))]
-    program = lowered(graph, list(twin.rates_at(graph.symbol(TIME), variables)))
+    program = lowered(list(twin.rates_at(graph.symbol(TIME), variables)))
     made, zeros = Expressions(program.decomposition), np.zeros(block.size, WIDEST)
     equations = list(zip(made.symbols, made.rates, strict=True))
     return hy.taylor_adaptive(equations, zeros, tol=np.finfo(WIDEST).eps, fp_type=WIDEST), program

@@ -52,10 +52,6 @@ class InnerSum(NamedTuple):
 class Schedule:
     """What is computed of a decomposition, and when; the same for every layout, so that all give the same bits.
 
-    Parameters
-    ----------
-    decomposition : Decomposition
-
     Attributes
     ----------
     outputs : tuple of Coefficient or int

@@ -76,7 +76,7 @@ FORMULAS = {
 def program_of(formula):
     graph = Graph()
     states = [graph.symbol(i) for i in range(7)]
-    return simplified(graph, formula(graph.input, states[:4], states[4:]), (), Events())
+    return simplified(formula(graph.input, states[:4], states[4:]), (), Events())
 
 
 @pytest.mark.parametrize("formula", FORMULAS)
@@ -102,6 +102,6 @@ def test_two_bodies_have_an_integral_each():
     states = [graph.symbol(i) for i in range(14)]
     (q, w), (p, v) = ((some[:4], some[4:]) for some in (states[:7], states[7:]))
     rates = [*turning(q, w), *diagonal(p), *turning(p, v), *diagonal(q)]
-    operations = simplified(graph, rates, (), Events()).decomposition.operations
+    operations = simplified(rates, (), Events()).decomposition.operations
     assert sum(isinstance(x, Integral) for x in operations) == 2
     assert sum(isinstance(x, Product) and x.first == x.second for x in operations) == 6
