@@ -49,7 +49,7 @@ def check_device(job: Job, members: bool, constants: Constants | None) -> None:
         "events": bool(job.problem.events),
         "a table": bool(job.problem.knots.size),
         "a sampled law": bool(job.problem.system.jumping),
-        f"a formula that switches, or one of more than {LARGEST} operations": constants is None,
+        f"a formula that switches, or one of more than {LARGEST} operations": constants is None or constants.switches,
     }
     for what in [what for what, found in refused.items() if found]:
         raise ValueError(

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import threading
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -165,15 +164,13 @@ class _Members(_EngineRun):
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
         self.width = self.report.lanes = kernels.LANES if np.ndim(self.job.variables.scale) else 1
-        self._lock = threading.Lock()
-        self._slabs = self._cut()
 
     def go(self) -> None:
         own, count = self.job, self.origins.size
         threads = min(own.threads, -(-count // self.width))
         began = clock.perf_counter()
         with bar("members", count, own.progress) as told:
-            self.on_threads(threads, lambda: self.serve(told))
+            self.on_threads(threads, self._cut(), lambda slabs: self.serve(slabs, told))
         self.report.wall_time = clock.perf_counter() - began
 
     def _cut(self) -> Iterator[NDArray[np.int_]]:
@@ -185,20 +182,12 @@ class _Members(_EngineRun):
         slab = self.width * int(np.clip(SLAB_BYTES // row, 1, BATCHES_IN_A_SLAB))
         yield from (order[i : i + slab] for i in range(0, count, slab))
 
-    def serve(self, told: Callable[[float], None]) -> None:
-        """Integrate slab after slab, until none is left."""
-        try:
-            with self.kernel(self.width) as kernel:
-                self.report.order, self.report.tolerance = kernel.engine.order, float(kernel.engine.tol)
-                while not self.stop:
-                    with self._lock:
-                        slab = next(self._slabs, None)
-                    if slab is None:
-                        return
-                    self._integrate(kernel, slab, told)
-        except BaseException:  # the other threads would go on to the end before anyone hears of it
-            self.stop = True
-            raise
+    def serve(self, slabs: Iterable[NDArray[np.int_]], told: Callable[[float], None]) -> None:
+        """Integrate slab after slab."""
+        with self.kernel(self.width) as kernel:
+            self.report.order, self.report.tolerance = kernel.engine.order, float(kernel.engine.tol)
+            for slab in slabs:
+                self._integrate(kernel, slab, told)
 
     def _integrate(self, kernel: kernels.Kernel, slab: NDArray[np.int_], told: Callable[[float], None]) -> None:
         variables = self.job.variables
@@ -228,7 +217,7 @@ class _Members(_EngineRun):
                     return False
             done.append(part)
             part.put(rows, places)
-        with self._lock:
+        with self.lock:
             self.report.finished += members.size
             self.book(done)
         return True

@@ -26,11 +26,9 @@ from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.kernel_program import QUEUE, KernelProgram, Status
 from poinsot.engine.llvm_functions import LIBRARY
 from poinsot.engine.llvm_ir import host_features, machine_code
+from poinsot.engine.termination import LONGEST
 
 __all__ = ["Code", "Output", "Queue", "Run", "Status", "available", "compiled", "order_of"]
-
-LONGEST = 2.0**46
-"""The longest step: of Taylor coefficients that underflow none is missed in it."""
 
 CACHED = 128
 """Kernels that are kept."""

@@ -6,9 +6,8 @@ import contextvars
 import time as clock
 import weakref
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -70,22 +69,14 @@ Array = NDArray[Any]
 
 
 def constants_of(job: Job) -> Constants | None:
-    """Return the constants of a job that a looped kernel can do; None if heyoka must do it.
-
-    heyoka takes wide precision; a GPU takes no events, no tables, no sampled laws and no formulas that switch.
-    """
+    """Return the constants of a job that a looped kernel can do; None if heyoka must do it, as in wide precision."""
     if job.precision != "double":
         return None
     if job.device == "cpu" and not looped_kernel.available():
         return None
     smooth = job.problem.between_knots()
     constants = kernels.looped_constants(smooth, job.variables, LARGEST_WITH_ZEROS)
-    if constants is None or (
-        job.device == "cuda"
-        and (job.problem.events or job.problem.knots.size or constants.switches or job.problem.system.jumping)
-    ):
-        return None
-    if constants.size > LARGEST:
+    if constants is not None and constants.size > LARGEST:
         numbers = kernels.numbers_of(smooth, job.variables)
         with np.errstate(all="ignore"):
             zeros = _zeros(job, constants, numbers, _values(constants.values, numbers))
@@ -138,7 +129,7 @@ class LoopedRun(Run):
 
     def __init__(self, constants: Constants, *given: Any) -> None:
         super().__init__(*given)
-        job, self._lock, self._constants, self.jumps = self.job, Lock(), constants, constants.jumps
+        job, self._constants, self.jumps = self.job, constants, constants.jumps
         self.one = not self.state.time.ndim
         self._numbers = kernels.numbers_of(job.problem.between_knots(), job.variables)
         self.ready, self.parameters = self._with_parameters()
@@ -255,9 +246,8 @@ class LoopedRun(Run):
         """Integrate slabs of members on threads; on Ctrl-C the members that are finished are kept."""
         job, count = self.job, self.origins.size
         threads = max(min(job.threads, -(-count // self.code.lanes)), 1)
-        slabs = self._cut(self.fast_first(), threads)
         with bar("members", count, job.progress) as told:
-            self.on_threads(threads, lambda: self._serve(slabs, told))
+            self.on_threads(threads, self._cut(self.fast_first(), threads), lambda slabs: self._serve(slabs, told))
 
     def fast_first(self) -> NDArray[np.int_]:
         """Return the members, fast rotators first."""
@@ -273,24 +263,16 @@ class LoopedRun(Run):
             yield order[:size]
             order = order[size:]
 
-    def _serve(self, slabs: Iterator[NDArray[np.int_]], told: Callable[[float], None]) -> None:
-        """Integrate slab after slab, until none is left; the rows of small ones are handed over together."""
+    def _serve(self, slabs: Iterable[NDArray[np.int_]], told: Callable[[float], None]) -> None:
+        """Integrate slab after slab; the rows of small ones are handed over together."""
         kernel, done = looped_kernel.Run(self.code), list[tuple[NDArray[np.int_], Array]]()
-        try:
-            while (members := self._following(slabs)) is not None:
-                done.append(self.integrate(kernel, members, told))
-                if sum(rows.nbytes for _, rows in done) >= HANDED_BYTES:
-                    self.hand_over(done)
-                    done.clear()
-            if done:
+        for members in slabs:
+            done.append(self.integrate(kernel, members, told))
+            if sum(rows.nbytes for _, rows in done) >= HANDED_BYTES:
                 self.hand_over(done)
-        except BaseException:  # the other threads would go on to the end before anyone hears of it
-            self.stop = True
-            raise
-
-    def _following(self, slabs: Iterator[NDArray[np.int_]]) -> NDArray[np.int_] | None:
-        with self._lock:
-            return None if self.stop else next(slabs, None)
+                done.clear()
+        if done:
+            self.hand_over(done)
 
     def integrate(
         self, kernel: Any, members: NDArray[np.int_], told: Callable[[float], None]
@@ -300,7 +282,7 @@ class LoopedRun(Run):
         tasks = _Tasks(self, kernel, members, rows)
         tasks.run(told)
         kept = tasks.finished
-        with self._lock:
+        with self.lock:
             self.report.finished += int(kept.sum())
             tasks.book()
         return (members, rows) if kept.all() else (members[kept], rows[kept])

@@ -5,9 +5,10 @@ from __future__ import annotations
 import functools
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import KW_ONLY, dataclass, field
+from threading import Lock
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -33,6 +34,7 @@ BOTH_WAYS = (True, False)
 VARIATIONS = ("vectors", "pairs", "exponents")
 
 Array = NDArray[Any]
+Members = NDArray[np.int_]
 
 
 class Rows:
@@ -235,7 +237,7 @@ class Run(ABC):
         self.job, self.state, self.times, self.sink, self.ways = job, state, times, sink, ways
         self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
         self.rising, self.origins = times[self.turn].copy(), state.time.reshape(-1)
-        self.report, self.stop = Report(np.zeros(self.origins.size, dtype=int)), False
+        self.report, self.stop, self.lock = Report(np.zeros(self.origins.size, dtype=int)), False, Lock()
         start = job.variables.from_state(state if job.precision == "double" else _in_precision(state, job.precision))
         self.starts = start.reshape(-1, start.shape[-1])
         jumping = job.problem.system.jumping
@@ -260,21 +262,37 @@ class Run(ABC):
         with np.errstate(over="ignore"):
             return np.broadcast_to(self.job.problem.system.speed(self.state), self.origins.shape)
 
-    def on_threads(self, count: int, serve: Callable[[], None]) -> None:
-        """Call a function on so many threads, and hear Ctrl-C until all of them have returned."""
+    def on_threads(self, count: int, slabs: Iterator[Members], serve: Callable[[Iterator[Members]], None]) -> None:
+        """Let so many threads serve slabs of members until none is left, and hear Ctrl-C until all have returned."""
         if count == 1:
-            serve()
+            self._work(slabs, serve)
             return
         with ThreadPoolExecutor(count) as pool:
             workers = []
             try:
-                workers += [pool.submit(serve) for _ in range(count)]
+                workers += [pool.submit(self._work, slabs, serve) for _ in range(count)]
                 while wait(workers, timeout=1.0).not_done:
                     pass
             except KeyboardInterrupt:
                 self.interrupt()
             for worker in workers:
                 worker.result()
+
+    def _work(self, slabs: Iterator[Members], serve: Callable[[Iterator[Members]], None]) -> None:
+        try:
+            serve(self._shared(slabs))
+        except BaseException:  # the other threads would go on to the end before anyone hears of it
+            self.stop = True
+            raise
+
+    def _shared(self, slabs: Iterator[Members]) -> Iterator[Members]:
+        """Yield what other threads leave of some slabs, until the run is to stop."""
+        while not self.stop:
+            with self.lock:
+                members = next(slabs, None)
+            if members is None:
+                return
+            yield members
 
     @abstractmethod
     def go(self) -> None:
