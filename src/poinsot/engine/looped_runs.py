@@ -27,7 +27,7 @@ from poinsot.engine.roots import StartRoots
 from poinsot.engine.runs import BOTH_WAYS, Job, Rows, Run, Stop
 from poinsot.engine.saltation import Jump, NoDerivative
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
-from poinsot.engine.termination import INTERRUPTED, reason
+from poinsot.engine.termination import INTERRUPTED, REASONS, reason
 
 __all__ = ["LoopedRun", "constants_of"]
 
@@ -64,6 +64,12 @@ QUIET.run(np.seterr, all="ignore")
 UNDER_WAY, DONE, PAUSED, EVENT, ENDED = map(
     int, (Status.UNDER_WAY, Status.DONE, Status.PAUSED, Status.EVENT, Status.ENDED)
 )
+
+WHY = {
+    Status.NOT_FINITE: REASONS["err_nf_state"],
+    Status.STALLED: REASONS["rounding"],
+    Status.HELD: REASONS["switch"],
+}
 
 Array = NDArray[Any]
 
@@ -516,12 +522,4 @@ class _Tasks:
 
     def _why(self, k: int, status: int) -> str:
         """Return why a task stopped before its end."""
-        if status == Status.NOT_FINITE:
-            return reason("err_nf_state", 0.0, 0.0, 0.0, 1)
-        if status == Status.STALLED:
-            return reason("step_limit", 0.0, 0.0, 0.0, 1)
-        if status == Status.HELD:
-            return reason("switch", 0.0, 0.0, 0.0, 1)
-        if status == Status.GIVEN_UP:
-            return self._hopeless[k]
-        return INTERRUPTED
+        return self._hopeless[k] if status == Status.GIVEN_UP else WHY.get(Status(status), INTERRUPTED)

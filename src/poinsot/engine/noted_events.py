@@ -13,7 +13,7 @@ from poinsot.engine.event_detection import ZENO, Recorded, acted, told
 from poinsot.engine.looped_kernel import Queue, Status
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
-from poinsot.engine.termination import reason
+from poinsot.engine.termination import REASONS
 
 __all__ = ["NotedEvents"]
 
@@ -101,7 +101,7 @@ class NotedEvents:
         if since >= self._since[task, number]:
             self._longest[task, number] = since
         elif self._problem.events[number].acts and since < ZENO * self._longest[task, number]:
-            self.failed[task] = reason("zeno", 0.0, 0.0, 0.0, 1)
+            self.failed[task] = REASONS["zeno"]
         self._since[task, number] = since
         return True
 

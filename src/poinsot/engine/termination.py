@@ -7,11 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["INTERRUPTED", "LONGEST", "TRIES", "HeldInterrupts", "reason", "reason_of_speed"]
+__all__ = ["INTERRUPTED", "LONGEST", "REASONS", "TRIES", "HeldInterrupts", "reason", "reason_of_speed"]
 
 INTERRUPTED = "it was interrupted."
 
 REASONS = {
+    "rounding": "the step size fell to rounding. The equations are singular there.",
     "err_nf_state": "the state became non-finite. A force is singular there.",
     "zeno": "an event acts again and again without end. Let it act less often, or make it terminal.",
     "switch": "the branches of a `where` lead back to its switch from both sides. Make the formula smooth there.",
@@ -43,7 +44,7 @@ def reason(outcome: str, advance: float, reached: float, ahead: float, steps: in
         return ""
     if outcome == "step_limit":
         if advance <= steps * np.spacing(abs(reached)):
-            return "the step size fell to rounding. The equations are singular there."
+            return REASONS["rounding"]
         if ahead > HOPELESS * advance:
             slow = advance > 0.5 * steps * LONGEST
             why = "Count in a longer unit of time" if slow else "The body turns too fast"
