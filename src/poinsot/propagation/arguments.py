@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from math import isfinite
 
 import numpy as np
@@ -11,9 +12,10 @@ from poinsot.engine import kernels
 from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
 from poinsot.engine.problem import Problem
 from poinsot.engine.runs import allowed_threads
-from poinsot.errors import real_array, real_numbers, reals_or_nan
+from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
+from poinsot.mechanics.force import OnOne
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 
@@ -94,7 +96,10 @@ def check_starts(problem: Problem, state: State) -> None:
 
 
 def check_bodies(system: System, state: State) -> None:
-    """Refuse a state of one body for a system of two, the other way round, and one of two bodies alone."""
+    """Refuse a state of one body for a system of two, the other way round, and one of two bodies alone.
+
+    Warn of two bodies that nothing holds together.
+    """
     if not system.moves_alone:
         raise ValueError(
             f"system must be that of both bodies, got {system!r} as one of two, which does not move alone. Take "
@@ -105,6 +110,12 @@ def check_bodies(system: System, state: State) -> None:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
         words = {1: "one body", 2: "two bodies"}
         raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
+    if needed > 1 and all(isinstance(force, OnOne) for force in system.forces):
+        warnings.warn(
+            f"system should have a force between its two bodies, got {', '.join(map(repr, system.forces)) or 'none'}. "
+            "They pass each other on a straight line: MutualGravity() attracts them.",
+            stacklevel=level_of_user(),
+        )
 
 
 def members_of(system: Collection, state: State) -> tuple[int, ...]:

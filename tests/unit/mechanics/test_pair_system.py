@@ -84,6 +84,15 @@ def test_a_force_on_one_of_two_bodies():
         field[number] = np.zeros(3)
 
 
+@pytest.mark.parametrize("force", [(), (Magnet((0.1, 0.0, 0.2), (0.0, 0.3, 0.0)).on("primary"),)])
+def test_two_bodies_without_attraction_move_on_a_straight_line_with_a_warning(force):
+    system, times = pt.System(PAIR, *force), np.linspace(0, 5, 6)
+    with pytest.warns(UserWarning, match=r"^system should have a force between its two bodies, got (none|Mag.*'\))\. "):
+        motion: Any = pt.propagate(system, START, times)
+    straight = START.position + times[:, None] * START.momentum / PAIR.reduced_mass
+    assert np.allclose(motion.position, straight, rtol=0, atol=1e-14)
+
+
 def test_a_load_without_potential_takes_energy():
     system = pt.System(PAIR, pt.forces.MutualGravity(), Friction(0.01))
     assert system.integrals == ()
