@@ -208,7 +208,7 @@ def test_what_is_refused():
     with pytest.raises(ValueError, match=r"frame must be left out of two bodies, got RotatingFrame\. The motion has"):
         analysis.periodic_motion(system, rest.state, 20.0, pt.RotatingFrame((1, 0, 0, 0), (0, 0, 1)))
     motion = analysis.periodic_motion(system, rest.state, 20.0)
-    with pytest.raises(ValueError, match=r"motion must be of one body, got two bodies\. Let periodic_motion start"):
+    with pytest.raises(ValueError, match=r"motion must be of one body, got one of two bodies\. Take their values one"):
         analysis.continue_motion(motion, "G", 1.1)
     one = TRIAXIAL.state((1, 0, 0, 0), omega_body=(0, 0, 1))
     with pytest.raises(TypeError, match=r"guess must be a PairState of two bodies, got a State\."):

@@ -168,7 +168,8 @@ def continue_motion(
     origin = motion.motion if isinstance(motion, Bifurcation) else motion
     if isinstance(origin.system, PairSystem):
         raise ValueError(
-            "motion must be of one body, got two bodies. Let periodic_motion start from the state of the one before."
+            "motion must be of one body, got one of two bodies. Take their values one after another: "
+            "motion = periodic_motion(system, motion.state, motion.period)."
         )
     turns = 2 if isinstance(motion, Bifurcation) and motion.kind == "doubling" else 1
     family = Family(_parameter(motion, parameter, start), float(real_array("to", to, ())), origin, period, frame, turns)

@@ -101,6 +101,17 @@ class PeriodicMotion(Summarized):
         times = self.state.time + self.period * np.arange(SAMPLES) / SAMPLES
         return self.period * float(np.mean(np.linalg.norm(self.frame.omega_space(times), axis=-1)))
 
+    @property
+    def rotations(self) -> Array:
+        """How often each body turns in a period, by its mean angular velocity in space; shape (1,), of two (2,).
+
+        Newton's method may lead from a guess to another resonance than that meant: 1 is synchronous, 3 in two orbits
+        that of Mercury.
+        """
+        each = self.over_period().of_bodies.values()
+        means = [np.linalg.norm(np.mean(one.omega_space, axis=0)) for one in each]
+        return self.period / (2 * np.pi) * np.array(means)
+
     @checked
     def over_period(self, count: int = SAMPLES) -> Trajectory:
         """Return the motion at evenly spaced times of one period, from its start on and without its end."""
@@ -115,6 +126,7 @@ class PeriodicMotion(Summarized):
             "stable": "yes" if self.stable else "no",
             "frequencies": told(self.frequencies, units.rate_in_words),
             "growth rates": told(self.growth_rates, units.per_time),
+            "rotations in a period": told(np.round(self.rotations, 6), ""),
             "turn of the frame in a period": told(self.turn, "rad"),
             **{
                 f"{body and f'{body}: '}{what}": told(value, unit)
@@ -131,7 +143,8 @@ class PeriodicMotion(Summarized):
 def periodic_motion(system: System, guess: State, period: float, frame: Frame | None = None) -> PeriodicMotion:
     """Return the motion near a guess that repeats itself in a frame after one period.
 
-    Newton's method on the motion over a period, with its state-transition matrix.
+    Newton's method on the motion over a period, with its state-transition matrix. From far away it may lead to another
+    resonance: `rotations` of the result tells.
 
     Parameters
     ----------

@@ -193,6 +193,20 @@ def test_numbers_of_a_motion_fit_together(cassini):
     assert re.match(text, repr(motion))
 
 
+@pytest.mark.parametrize(("rate", "angle", "count"), [(1.0, 0.0, 1), (1.4, 1.5, 2), (3.0, 0.3, 3)])
+def test_rotations_tell_the_resonance_that_is_found(rate, angle, count):
+    """A guess between two resonances may lead to either: the turn of the long axis in a period tells which it is."""
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.02)
+    moon = pt.System(pt.Body.from_ratios(beta=0.47, gamma=0.1), pt.GravityGradient(orbit))
+    guess = moon.body.state((np.cos(angle / 2), 0, 0, np.sin(angle / 2)), omega_body=(0, 0, rate))
+    found = pt.analysis.periodic_motion(moon, guess, orbit.period)
+    long_axis = pt.propagate(moon, found.state, np.linspace(0, orbit.period, 101)).attitude.apply((1, 0, 0))
+    longitudes = np.unwrap(np.arctan2(long_axis[:, 1], long_axis[:, 0]))
+    assert longitudes[-1] - longitudes[0] == pytest.approx(2 * np.pi * count, abs=1e-9)
+    assert found.rotations == pytest.approx([count], abs=1e-9)
+    assert f"rotations in a period: {count}\n" in repr(found)
+
+
 def test_a_sampled_controller_has_multipliers_of_zero():
     """A rate is multiplied by 1 - gain * step / moment at each sample; attitudes stay; the held torque is set anew."""
     moments, gain, step = np.array([10.0, 12.0, 8.0]), 2.0, 0.5
