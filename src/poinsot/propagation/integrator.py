@@ -16,6 +16,7 @@ from poinsot.engine.runs import Memory, OneMotion, Report
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.event_record import KnownEvents, crossings
+from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.run_record import Method, Run
 from poinsot.propagation.selection import numbers_of_members, system_of_members
@@ -51,6 +52,9 @@ class Integrator(Driver):
     def motion(self, state: State, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
         """Return the motion from a state, or that of the members from theirs, and what is known about the run."""
         members = state.time.shape
+        if members:
+            numbers = sum(self.variables.sizes.values()) + sum(size for (size,) in self._of_orbits.values())
+            refuse_larger_than_memory(members[0], times.size, numbers)
         kept = Memory(self.variables, members[0], times, **self._of_orbits) if members else OneMotion()
         report = self.run(state, times, kept)
         motion = self.trajectory(state, kept, report)

@@ -1,9 +1,13 @@
 """The memory that a process may use: the least of what the machine, its control groups and its limits leave."""
 
+import contextlib
+import re
 import resource
 
+import numpy as np
 import pytest
 
+import poinsot as pt
 from poinsot.propagation import memory
 
 GB = 1024**3
@@ -64,3 +68,32 @@ def test_a_limit_of_addresses(system, monkeypatch):
     assert memory.available_memory() == GB - 100 * resource.getpagesize()
     monkeypatch.setattr(resource, "getrlimit", lambda _: (10, 10))
     assert memory.available_memory() == 0
+
+
+def test_motions_larger_than_memory_are_refused_before_the_run(monkeypatch):
+    """20 000 members at a million times: 7 numbers of 8 bytes each."""
+    monkeypatch.setattr(memory, "available_memory", lambda: 4 * 10**9)
+    body, times = pt.Body((1.25, 1.0, 0.75)), np.arange(1e6)
+    state = body.state((1, 0, 0, 0), omega_body=np.linspace((0, 0, 1), (0, 1, 1), 20_000))
+    sentence = (
+        "motions must fit into the memory that this process may use, 4 GB, got 20000 members at 1000000 times, "
+        "which take 1.12e+03 GB. Write them to a store on disk: out='run.zarr'."
+    )
+    for call in (lambda: pt.propagate(pt.System(body), state, times), lambda: pt.free_motion(body, state, times)):
+        with pytest.raises(ValueError, match=re.escape(sentence)):
+            call()
+
+
+def test_what_motions_take_is_what_is_asked_for(monkeypatch):
+    """One byte less than the rows take is too little; so much is enough."""
+    monkeypatch.setattr(memory, "SMALL", 0)
+    body, times = pt.Body((1.25, 1.0, 0.75)), np.linspace(0, 1, 11)
+    state = body.state((1, 0, 0, 0), omega_body=np.linspace((0, 0, 1), (0, 1, 1), 8))
+    for run in (lambda: pt.propagate(pt.System(body), state, times), lambda: pt.free_motion(body, state, times)):
+        motion = run()
+        rows = sum(values.nbytes for values in motion.phase.values())
+        for free, enough in ((rows, True), (rows - 1, False)):
+            monkeypatch.setattr(memory, "available_memory", lambda free=free: free)
+            with contextlib.nullcontext() if enough else pytest.raises(ValueError, match=r"^motions must fit into"):
+                run()
+        monkeypatch.setattr(memory, "available_memory", lambda: GB)

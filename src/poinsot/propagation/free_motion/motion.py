@@ -28,6 +28,7 @@ from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.run_record import Method, Run, versions
 from poinsot.propagation.selection import state_of_members
 from poinsot.propagation.trajectory import Trajectory
@@ -39,6 +40,9 @@ Array = NDArray[np.float64]
 
 BLOCK = 8192
 """Attitudes computed together: their intermediate results stay in the second cache of a processor."""
+
+SIZES = {"quaternion": 4, "angular_momentum_body": 3}
+"""What a motion is made of."""
 
 
 @checked
@@ -99,6 +103,7 @@ def free_motion(
         return result
     began = clock.perf_counter()
     if members:
+        refuse_larger_than_memory(members[0], t.size, sum(SIZES.values()))
         phase = _ensemble(body, broadcast_members(state, members), t)
         interpolant = None
     else:
@@ -159,7 +164,7 @@ class _Rotation:
 def _ensemble(body: Body, state: State, times: Array) -> Phase:
     """Return q and g of all members; shapes (members, n, 4) and (members, n, 3)."""
     shape = (len(state.quaternion), times.size)
-    phase = {"quaternion": np.empty((*shape, 4)), "angular_momentum_body": np.empty((*shape, 3))}
+    phase = {name: np.empty((*shape, size)) for name, size in SIZES.items()}
     for chosen, rotation in _rotations(body, state, max(1, BLOCK // times.size)):
         for name, values in rotation.phase(times).items():
             phase[name][chosen] = values
