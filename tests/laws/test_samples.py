@@ -89,7 +89,10 @@ SYSTEMS = {
         Sampled(OrbitPointing(2.0, 3.0, 0.7, ORBIT), 0.3, 0.1),
         pt.GravityGradient(ORBIT),
     ),
-    "pointing along a table": (Sampled(OrbitPointing(2.0, 3.0, 0.7, TABLE), 0.3, 0.1),),
+    "pointing along a table, two controllers": (
+        Sampled(OrbitPointing(2.0, 3.0, 0.7, TABLE), 0.3, 0.1),
+        Sampled(RateDamping(0.2, 5.0), 0.45, name="slow"),
+    ),
     "two controllers": (
         Sampled(RateDamping(0.8, 5.0), 0.3, 0.1),
         Sampled(FEEDBACK, 0.45, name="slow"),
@@ -217,7 +220,7 @@ def test_a_motion_goes_on_from_any_of_its_states(forces):
 
 
 @needs_looped_kernels
-@pytest.mark.parametrize("name", ["feedback", "pointing along a table", "two controllers"])
+@pytest.mark.parametrize("name", ["feedback", "pointing along a table, two controllers", "two controllers"])
 def test_chunks_of_steps_change_nothing(name, monkeypatch):
     system = pt.System(BODY, *SYSTEMS[name])
     whole = pt.propagate(system, system.state(**START), TIMES, dense=True)
