@@ -299,6 +299,17 @@ def test_an_event_where_a_formula_branches_is_not_lost():
         assert np.allclose(motion.events[0].times, (np.ravel(members) - 0.1) / 0.3, rtol=1e-14, atol=0)
 
 
+@pytest.mark.parametrize("slope", [0.0, 0.01, -0.01])
+def test_a_value_that_jumps_over_zero_does_so_where_it_branches(slope):
+    class Latch(pt.Event):
+        def value(self, instant):
+            return fn.where(fn.less(instant.time, 1.0), -1.0, 1.0) + slope * instant.time
+
+    for start, end in ((0.0, 3.0), (3.0, -1.0)):
+        found = pt.propagate(FREE, spinning(time=start), [end], events=[Latch()]).events[0]
+        assert (found.times.tolist(), found.directions.tolist()) == ([1.0], [1])
+
+
 def test_an_action_sets_the_branches_anew():
     class Wall(pt.Torque):
         def torque(self, instant):
