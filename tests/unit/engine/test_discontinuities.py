@@ -7,7 +7,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import looped_kernel
+from poinsot.engine import kernels, looped_kernel
 
 BODY = pt.Body((2.0, 3.0, 4.0))
 TIMES = np.array([0, 0.5, 1.0, 1.7, 2.5, 3.0, 10.0])
@@ -145,6 +145,15 @@ def test_a_run_that_a_switch_holds_stops_with_what_was_computed():
     assert list(motion.failures) == [0]
     assert np.allclose(motion.omega_body[0, :5, 2], 0.5 - 0.1 * np.arange(5), rtol=0, atol=1e-15)
     assert np.allclose(motion.omega_body[1, :, 2], 0.5 - 0.0025 * np.arange(11), rtol=0, atol=1e-15)
+
+
+def test_a_member_that_a_switch_holds_leaves_none_of_its_switches_to_the_next_one(monkeypatch):
+    """Which begins at a switch, and takes the lane of the one that is held."""
+    monkeypatch.setattr(kernels, "LANES", 1)
+    system = pt.System(BODY, Friction([-0.4, -0.01]), Thruster((0, 0, 0.004), -100.0, 1.0))
+    motion = pt.propagate(system, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0.5), time=1.0), [-9.0])
+    assert list(motion.failures) == [0]
+    assert abs(motion.omega_body[1, 0, 2] - (0.5 - 10 * (0.01 + 0.004) / 4)) < 1e-15
 
 
 def test_the_shadow_of_a_planet():
