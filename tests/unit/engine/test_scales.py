@@ -54,3 +54,32 @@ def test_parameters_go_with_their_powers_of_the_scale():
     check(scales, state)
     np.testing.assert_array_equal(pars[:3], constants[:3, None] * 2.0 ** (POWERS[:, None] * scales.bits))
     np.testing.assert_array_equal(pars[3], 13.0)
+
+
+def test_rows_fit_where_all_of_them_are_within_the_band():
+    """Rows that are not there are NaN, and momenta that are zero fit any scale."""
+    scales, row = Scales(SYSTEM, VARIABLES, POWERS, 1, 19), np.array([*Q, *P])
+    scales.begin(row, np.zeros(1, dtype=int))
+    small, large, none = (np.array([*Q, *P * factor]) for factor in (2.0**-10, 2.0**10, 0.0))
+    for rows, fit in (
+        ([row, row], True),
+        ([row, none], True),
+        ([row, np.nan * row], True),
+        ([row, small, row], False),
+        ([large, none], False),
+        ([none, small], False),
+    ):
+        assert scales.fit(np.array(rows), 0) == fit
+
+
+def test_steps_are_doubtful_where_torques_may_have_turned_the_body_fast():
+    """A step turns it by 2 or less: in 3 that is slow; in 0.001, or by steps that are ten times as long soon, fast."""
+    scales, steady = (
+        Scales(system, VARIABLES, POWERS, 1, 19)
+        for system in (pt.System(SYSTEM.body, pt.forces.LinearDamping(0.1)), SYSTEM)
+    )
+    for each in (scales, steady):
+        each.begin(np.array([*Q, *P]), np.zeros(1, dtype=int))
+    for shortest, longest, doubtful in ((1e-3, 1e-3, True), (3.0, 3.0, False), (3.0, 30.0, True), (0.0, 0.0, False)):
+        assert scales.doubtful(0, shortest, longest) == doubtful
+        assert not steady.doubtful(0, shortest, longest)
