@@ -1,6 +1,7 @@
 """The scales of momenta: powers of two by which they come into their band, and what is along quaternions goes."""
 
 import numpy as np
+import pytest
 
 import poinsot as pt
 from poinsot.engine import kernels
@@ -8,6 +9,7 @@ from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.kernel_momenta import LEAST, MOST
 from poinsot.engine.problem import Problem
 from poinsot.engine.scales import Scales
+from poinsot.functions import Vector
 
 SYSTEM = pt.System(pt.Body((1.0, 1.3, 1.7)))
 START = SYSTEM.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
@@ -72,14 +74,25 @@ def test_rows_fit_where_all_of_them_are_within_the_band():
         assert scales.fit(np.array(rows), 0) == fit
 
 
-def test_steps_are_doubtful_where_torques_may_have_turned_the_body_fast():
+class Thrust(pt.Torque):
+    """A torque about the first body axis."""
+
+    def torque(self, instant):  # noqa: ARG002
+        return Vector((1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("forces", "doubtful"),
+    [
+        ((), (False, False, False, False)),
+        ((pt.forces.LinearDamping(0.1),), (True, False, True, False)),
+        ((Thrust(),), (True, False, False, False)),  # which gives a body at rest as much
+    ],
+    ids=["no torque", "damping", "thrust"],
+)
+def test_steps_are_doubtful_where_torques_may_have_turned_the_body_fast(forces, doubtful):
     """A step turns it by 2 or less: in 3 that is slow; in 0.001, or by steps that are ten times as long soon, fast."""
-    scales, steady = (
-        Scales(system, VARIABLES, POWERS, 1, 19)
-        for system in (pt.System(SYSTEM.body, pt.forces.LinearDamping(0.1)), SYSTEM)
-    )
-    for each in (scales, steady):
-        each.begin(np.array([*Q, *P]), np.zeros(1, dtype=int))
-    for shortest, longest, doubtful in ((1e-3, 1e-3, True), (3.0, 3.0, False), (3.0, 30.0, True), (0.0, 0.0, False)):
-        assert scales.doubtful(0, shortest, longest) == doubtful
-        assert not steady.doubtful(0, shortest, longest)
+    scales = Scales(pt.System(SYSTEM.body, *forces), VARIABLES, POWERS, 1, 19)
+    scales.begin(np.array([*Q, *P]), np.zeros(1, dtype=int))
+    steps = (1e-3, 1e-3), (3.0, 3.0), (3.0, 30.0), (0.0, 0.0)
+    assert tuple(scales.doubtful(0, *lengths) for lengths in steps) == doubtful
