@@ -148,6 +148,18 @@ def test_near_bodies_are_counted():
     assert pt.System(pair, MutualMascons.of_shapes(pair)).validity(states) == {}
 
 
+def test_moments_reach_as_far_as_the_homogeneous_ellipsoids_that_have_them():
+    bodies = [
+        pt.Body([mass / 5 * (b * b + c * c), mass / 5 * (a * a + c * c), mass / 5 * (a * a + b * b)], mass=mass)
+        for mass, (a, b, c) in ((2.0, (3.0, 2.0, 1.0)), (0.5, (0.5, 1.5, 1.0)))
+    ]
+    pair = pt.TwoBodies(*bodies, G=1.3)
+    places = np.array([0.99, 1.01])[:, None] * (3.0 + 1.5) * np.eye(3)[0]
+    states = pair.state(places, np.zeros(3), ATTITUDES, omega_body=np.zeros((2, 3)))
+    validity = pt.System(pair, MutualGravity()).validity(states)
+    assert list(validity["overlapping_spheres"]) == [True, False]
+
+
 def test_a_summary_tells_the_estimated_error():
     pair = pair_of()
     series = MutualHarmonics.of_shapes(pair, 4)
