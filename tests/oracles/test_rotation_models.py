@@ -60,16 +60,22 @@ def test_matrix_and_rates_are_those_of_spice(body):
         assert np.max(np.abs(cross + np.cross(np.eye(3), -omega).T)) < 1e-14 * np.linalg.norm(omega) * (1 + turned)
 
 
-def test_another_calendar_tells_the_same_instants():
-    zero = "2026-06-01T00:00:00"
-    calendar = pt.Calendar(zero, "UTC", "h")
+@pytest.mark.parametrize(
+    ("scale", "second"),
+    [("UTC", 1.0), ("TCB", 1 - 1.550519768e-8), ("TCG", 1 - 6.969290134e-10)],  # IAU 2006 B3 and 2000 B1.9
+)
+def test_another_calendar_tells_the_same_instants(scale, second):
+    zero = "1986-06-01T00:00:00"
+    calendar = pt.Calendar(zero, scale, "h")
     date = "2026-08-03T04:05:06 UTC"
     for body in ("mars", "moon"):
         here, there = RotationModel.iau(body), RotationModel.iau(body, calendar=calendar)
         seconds = here.calendar.time(date)
         # TDB swings by 1.7 ms about TT, the scale in which days of UTC are counted.
         assert np.max(np.abs(axes(here, seconds) - axes(there, calendar.time(date)))) < 3.4e-3 * here.rate
-        assert np.allclose(3600 * here.omega_space(seconds), there.omega_space(calendar.time(date)), rtol=1e-9, atol=0)
+        assert np.allclose(
+            3600 * second * here.omega_space(seconds), there.omega_space(calendar.time(date)), rtol=1e-9, atol=0
+        )
 
 
 def matrix_of_erfa(calendar, time, ut1_minus_utc):
@@ -81,9 +87,17 @@ def matrix_of_erfa(calendar, time, ut1_minus_utc):
 
 
 @pytest.mark.filterwarnings("ignore:.*dubious year")
-@pytest.mark.parametrize("zero", ["2000-01-01T12:00:00", "2026-06-01T00:00:00", "1975-03-01T00:00:00"])
-def test_earth_is_that_of_erfa(zero):
-    calendar, arcsecond = pt.Calendar(zero, "UTC"), np.pi / 648000
+@pytest.mark.parametrize(
+    ("zero", "scale"),
+    [
+        ("2000-01-01T12:00:00", "UTC"),
+        ("2000-01-01T12:00:00", "TCG"),
+        ("2026-06-01T00:00:00", "UTC"),
+        ("1975-03-01T00:00:00", "UTC"),
+    ],
+)
+def test_earth_is_that_of_erfa(zero, scale):
+    calendar, arcsecond = pt.Calendar(zero, scale), np.pi / 648000
     for days in (0.0, 100.25, 1000.75):
         expected, of_date = matrix_of_erfa(calendar, 86400 * days, 0.3)
         model = RotationModel.earth(calendar=calendar, ut1_minus_utc=0.3)

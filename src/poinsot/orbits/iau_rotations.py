@@ -163,7 +163,7 @@ def _decimal(x: float) -> Fraction:
 
 
 def _radians(degrees: Fraction) -> float:
-    return math.radians(float(degrees))
+    return math.radians(degrees)
 
 
 ARCSECOND = math.pi / 648000
