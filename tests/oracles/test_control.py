@@ -79,6 +79,19 @@ def test_a_body_on_the_axes_of_its_orbit_stays_there_without_torque():
     assert np.max(np.abs(motion.relative_to(orbit.frame).quaternion - IDENTITY)) < 1e-12
 
 
+def test_the_error_of_pointing_has_its_digits_at_every_angle():
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)  # whose axes are those of space at zero
+    system = pt.System(pt.Body((1, 2, 2.5)), OrbitPointing(2.0, 5.0, 10.0, orbit))
+    for axis in (*np.eye(3), np.array((0.6, -0.48, 0.64))):
+        for angle in (0.0, 1e-12, 1e-8, 1e-4, 1.0, 2.0, 3.1):
+            q = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)])
+            slip = np.array((0.1, -0.2, 0.3))
+            turned = hamilton(hamilton(q * (1, -1, -1, -1), np.array((0.0, 0.0, 0.0, 1.0))), q)[1:]
+            found = system.torque_body(system.state(q, omega_body=turned + slip))
+            # roundings of the matrix and of the sums, of numbers up to 4
+            assert np.max(np.abs(found - fed_back(np.array([*q, *slip]), 2.0, 5.0, 10.0))) < 2e-14
+
+
 def test_pointing_along_an_ellipse_follows_its_axes():
     orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1, inclination=0.4, node=0.3)
     target = (0.8, 0.0, 0.6, 0.0)
