@@ -204,6 +204,38 @@ def test_dense_output_meets_the_times(part):
         np.testing.assert_allclose(state.phase[name], values[-1], rtol=0, atol=1e-13)
 
 
+GIVEN = {
+    "at_speed": ("speed", (), (3,)),
+    "at_speeds": ("speeds", (4,), (3,)),
+    "at_rate": ("relative_rate", (3,), (3,)),
+    "at_displacement": ("speed", (), (), (3,)),
+    "at_angle": ("rate", (), (), (3,)),
+    "at_angles": (None, (2,), (2,), (3,)),
+    "at_equilibrium": (None, (3,), (3,), ()),
+}
+"""Methods that make variables: what gives the rate back, and the shapes of what they take."""
+
+
+@pytest.mark.parametrize(
+    ("part", "made"),
+    [
+        pytest.param(part, name, id=type(part).__name__)
+        for part in PARTS
+        for name in dir(part)
+        if name.startswith("at_")
+    ],
+)
+def test_variables_of_arrays_are_those_of_each(part, made, rng):
+    back, *shapes = GIVEN[made]
+    given = [rng.uniform(0.2, 1, (2, 3, *shape)) for shape in shapes]
+    own = getattr(part, made)(*given)
+    assert own.shape == (2, 3, sum(part.variables.values()))
+    for i in np.ndindex(2, 3):
+        np.testing.assert_allclose(own[i], getattr(part, made)(*(x[i] for x in given)), rtol=0, atol=2e-15)
+    if back:  # sums and differences of numbers up to 10
+        np.testing.assert_allclose(getattr(part, back)(own, given[-1]), given[-2], rtol=0, atol=1e-14)
+
+
 def members(part):
     """Three bodies with a part, each with its own values of the variables."""
     system = pt.System(pt.Body([(6.0, 8.0, 10.0), (6.5, 8.0, 9.0), (7.0, 7.5, 10.0)]), part)
