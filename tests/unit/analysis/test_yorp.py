@@ -43,7 +43,7 @@ def test_the_spin_is_even_and_the_tilt_odd_about_a_right_angle():
         assert np.ptp(found.tilt) > 1e-3
 
 
-@pytest.mark.parametrize("axis", [(0, 0, 1), (0.3, -2.0, 1.0)])
+@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -1), (0.3, -2.0, 1.0)])
 def test_means_of_a_field_are_means_of_its_torque_along_an_ellipse(axis):
     """By samples in time, where light falls with the square of the distance."""
     obliquity, eccentricity = 0.9, 0.4
