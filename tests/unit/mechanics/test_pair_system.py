@@ -10,6 +10,7 @@ import poinsot as pt
 fn = pt.functions
 FIRST, SECOND = pt.Body((2.0, 2.5, 3.0), mass=3.0), pt.Body((0.1, 0.12, 0.15), mass=0.5)
 PAIR = pt.TwoBodies(FIRST, SECOND, G=1.0)
+SPHERE = pt.Body((1.0, 1.0, 1.0), mass=3.0)
 TURNS = [np.array([0.8, 0.0, 0.6, 0.0]), np.array([0.5, 0.5, -0.5, 0.5])]
 SUN = pt.KeplerOrbit(1.0, semimajor_axis=100.0, eccentricity=0.1)
 SYSTEM = pt.System(PAIR, pt.forces.MutualGravity())
@@ -43,6 +44,13 @@ def test_a_state_keeps_what_it_was_given():
     assert np.allclose(START.momentum, 3 * 0.5 / 3.5 * np.array((-0.1, 0.6, 0.3)), rtol=1e-15, atol=0)
     assert np.array_equal(START.primary.quaternion, TURNS[0])
     assert np.array_equal(START.secondary.angular_momentum_body, np.array((0.1, 0.12, 0.15)) * (0, 0.1, 0.4))
+
+
+def test_at_their_pace_spheres_are_held_on_a_circle():
+    system: Any = pt.System(pt.TwoBodies(SPHERE, SPHERE, G=0.7), pt.forces.MutualGravity())
+    force, distance = system.load_at(system.at(START)).force, np.linalg.norm(START.position)
+    held = system.pair.reduced_mass * system.pace(START) ** 2 * distance
+    assert np.linalg.norm(list(force)) == pytest.approx(held, rel=1e-14)
 
 
 def test_the_force_and_the_torques_are_slopes_of_the_energy():
