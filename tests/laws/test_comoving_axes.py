@@ -102,8 +102,9 @@ def test_comoving_or_not_the_motion_is_the_same(name, formulation):
     assert comoving(system) == expected
     motion = pt.propagate(system, START, TIMES, formulation=formulation)
     reference = pt.propagate(system, START, TIMES, formulation=formulation, precision="extended")
-    np.testing.assert_allclose(motion.quaternion, reference.quaternion, rtol=0, atol=1e-13)
-    np.testing.assert_allclose(motion.conjugate_momenta, reference.conjugate_momenta, rtol=0, atol=1e-13)
+    # Here and below: at least three times the worst of shaken starts.
+    np.testing.assert_allclose(motion.quaternion, reference.quaternion, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(motion.conjugate_momenta, reference.conjugate_momenta, rtol=0, atol=4e-14)
 
 
 @pytest.mark.parametrize("inclination", [0.0, 1e-16, 1e-13, 2 * np.pi])
@@ -114,7 +115,7 @@ def test_the_choice_does_not_depend_on_numbers_seen_before(inclination):
 
     run(inclination)
     reference = pt.propagate(run(0.5).system, START, TIMES, precision="extended")
-    np.testing.assert_allclose(run(0.5).quaternion, reference.quaternion, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(run(0.5).quaternion, reference.quaternion, rtol=0, atol=3e-15)
 
 
 def test_members_with_and_without_a_force_fixed_in_space():
@@ -126,4 +127,4 @@ def test_members_with_and_without_a_force_fixed_in_space():
     motion = pt.propagate(system(slice(None)), START, TIMES)
     for i in range(3):
         alone = pt.propagate(system(i), START, TIMES, precision="extended")
-        np.testing.assert_allclose(motion.quaternion[i], alone.quaternion, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(motion.quaternion[i], alone.quaternion, rtol=0, atol=8e-15)
