@@ -2,6 +2,7 @@
 
 import datetime as dt
 import functools
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -116,7 +117,7 @@ DATED = {
 
 @pytest.mark.parametrize("name", DATED)
 def test_dates_without_a_calendar_are_told_how_they_become_numbers(name):
-    calls = {
+    calls: dict[str, list[Callable[[object], object]]] = {
         "times": [lambda t: pt.propagate(TOP, START, t), lambda t: pt.free_motion(TOP.body, START, t)],
         "time": [lambda t: TOP.body.state((1, 0, 0, 0), omega_body=(0, 0, 1), time=t), lambda t: pt.events.AtTime(t)],
     }
