@@ -169,7 +169,7 @@ def test_both_kernels_agree(kind, system, monkeypatch):
     for each, own in zip(given, looped, strict=True):
         found = transition(kind, system, *each)
         assert found.motion.run.kernel == "heyoka"
-        np.testing.assert_allclose(columns(found), own, rtol=0, atol=3e-13 * np.max(np.abs(own)))
+        np.testing.assert_allclose(columns(found), own, rtol=0, atol=1e-14 * np.max(np.abs(own)))
 
 
 @pytest.mark.parametrize("system", SYSTEMS)
