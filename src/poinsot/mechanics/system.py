@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -233,7 +234,7 @@ class System(Dynamics):
         each = [state.angular_momentum_body]
         for part in self.parts:
             each += [state.own[part.name][..., place] for place in part.momentum_places]
-        largest = _largest(largest, *[np.hypot.reduce(momenta, axis=-1) for momenta in each])
+        largest = _largest(largest, *[_length(*_columns(momenta)) for momenta in each])
         return _smallest(largest + (largest < SMALLEST), LARGEST)
 
     @property
@@ -277,7 +278,7 @@ class System(Dynamics):
         return self._scale(self.sample_torque if one else self._strongest_at_samples(branching))
 
     def _scale(self, torque: Any) -> Any:
-        return np.sqrt(_largest(*self.body.moments.T) * torque)
+        return np.sqrt(_largest(*_columns(self.body.moments)) * torque)
 
     def _strongest_at_samples(self, branching: bool) -> Any:
         with np.errstate(all="ignore"):
@@ -311,14 +312,18 @@ class System(Dynamics):
         return CompositeBody.of(self.body, parts, own, 0.0) if parts else self.body
 
 
-def _largest(*numbers: Any) -> Any:
-    """Return the largest of some numbers, for each member of arrays."""
-    return functools.reduce(np.maximum, numbers) if np.ndarray in map(type, numbers) else max(numbers)
+def _columns(array: NDArray[np.float64]) -> Any:
+    """Return the components of one vector as numbers, in a tenth of NumPy's time, or those of members as arrays."""
+    return array.tolist() if array.ndim == 1 else array.T
 
 
-def _smallest(*numbers: Any) -> Any:
-    """Return the smallest of some numbers, for each member of arrays."""
-    return functools.reduce(np.minimum, numbers) if np.ndarray in map(type, numbers) else min(numbers)
+def _of(of_numbers: Callable[..., Any], of_arrays: Callable[..., Any], *operands: Any) -> Any:
+    return functools.reduce(of_arrays, operands) if np.ndarray in map(type, operands) else of_numbers(*operands)
+
+
+_largest, _smallest = functools.partial(_of, max, np.maximum), functools.partial(_of, min, np.minimum)
+_length = functools.partial(_of, math.hypot, np.hypot, 0.0)  # of one number its absolute value
+"""Of numbers, or of arrays for each member."""
 
 
 def _stacked(scalars: Iterable[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:
