@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.engine.decomposition import Decomposition
-from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.kernel_program import QUEUE, KernelProgram, Status
 from poinsot.engine.llvm_functions import LIBRARY
@@ -331,31 +330,7 @@ def order_of(tolerance: float) -> int:
     return max(2, math.ceil(1.0 - 0.5 * math.log(tolerance)))
 
 
-def compiled(
-    decomposition: Decomposition,
-    order: int,
-    lanes: int,
-    layout: Layout = "batch",
-    jumps: Jumps | None = None,
-) -> Code:
-    """Return the kernel of a decomposition.
-
-    Parameters
-    ----------
-    decomposition : Decomposition
-    order : int
-        Of the Taylor polynomials.
-    lanes : int
-        How many members the layout "batch" integrates at a time: 1, 2, 4 or 8.
-    layout : {"batch", "single"}
-    jumps : Jumps, optional
-        What is done at samples; such kernels are not kept here.
-    """
-    if jumps is not None:
-        return Code(KernelProgram(decomposition, order, lanes, layout, jumps))
-    return _compiled(decomposition, order, lanes, layout)
-
-
 @functools.lru_cache(CACHED)
-def _compiled(decomposition: Decomposition, order: int, lanes: int, layout: Layout) -> Code:
+def compiled(decomposition: Decomposition, order: int, lanes: int, layout: Layout = "batch") -> Code:
+    """Return the kernel of a decomposition with polynomials of an order; lanes, of the layout "batch", 1, 2, 4 or 8."""
     return Code(KernelProgram(decomposition, order, lanes, layout))

@@ -18,6 +18,7 @@ from poinsot.algebra.replay import Replay, wide
 from poinsot.engine import kernels, looped_kernel
 from poinsot.engine.dense_output import DenseOutput, KeptSteps
 from poinsot.engine.kernel_layouts import Layout
+from poinsot.engine.kernel_program import KernelProgram
 from poinsot.engine.legs import Legs
 from poinsot.engine.looped_kernel import Code, Output, Status
 from poinsot.engine.lowering import Constants, Program
@@ -174,7 +175,8 @@ class LoopedRun(Run):
 
     def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
         """Return the kernel of a program."""
-        return looped_kernel.compiled(program.decomposition, order, lanes, layout, program.jumps)
+        given = program.decomposition, order, lanes, layout
+        return Code(KernelProgram(*given, program.jumps)) if program.jumps else looped_kernel.compiled(*given)
 
     def _table(self, ready: Ready, values: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
         """Return the parameters of members at their start, shape (n, parameters), from what the replay gives."""

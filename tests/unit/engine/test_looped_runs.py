@@ -295,7 +295,7 @@ def test_a_run_of_no_span_reports_no_steps():
 
 def test_the_wall_time_has_no_compilation(monkeypatch):
     monkeypatch.setattr(kernels, "known", lambda _, question: question())
-    looped_kernel._compiled.cache_clear()
+    looped_kernel.compiled.cache_clear()
     began = pt.propagate(TOP, START, [0.0, 1.0]).run.wall_time
     again = pt.propagate(TOP, START, [0.0, 1.0]).run.wall_time
     assert began < 10 * again + 0.01
