@@ -119,7 +119,7 @@ print(f"{'':32s} {'linear/n':>13s} {'measured/n':>13s} {'difference':>11s} {'err
 for world, mode, linear, difference, error, shift in rows:
     measured = linear * (1 + difference)
     print(f"{world:13s} {mode:18s} {linear:13.10f} {measured:13.10f} {difference:11.1e} {error:8.1e} {shift:12.1e}")
-    assert abs(difference) < 5e-9
+    assert abs(difference) < 1e-8  # three times the worst of three runs, Mercury's longitude
     assert abs(difference) < abs(shift) / 4
 
 _, _, _, *sizes = zip(*rows, strict=True)
