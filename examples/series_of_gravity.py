@@ -18,7 +18,7 @@ import poinsot as pt
 warnings.filterwarnings("ignore", ".* below the sphere that holds the body")  # at 0.8 R, on purpose
 
 DEGREES, DISTANCES = np.arange(2, 17), (0.8, 1.1, 1.5, 2.0, 3.0, 5.0)
-COLOURS = plt.colormaps["cividis"](np.linspace(0.9, 0.0, len(DISTANCES)))  # an order, near to far
+COLOURS = plt.colormaps["cividis"](np.linspace(0.7, 0.0, len(DISTANCES)))  # an order, near to far; seen on white
 
 # A lattice with a step of 0.12 in balls with the radii 0.55 and 0.45.
 line = 0.12 * (np.arange(-10, 11) + 0.5)
