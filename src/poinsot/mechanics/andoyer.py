@@ -25,7 +25,7 @@ SLACK = 1e-12
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Andoyer(Summarized):
-    """Three angles and their conjugate momenta, of one state or of members.
+    """Andoyer variables: three angles and their conjugate momenta, of one state or of members.
 
     The attitude is R3(h) R1(I) R3(g) R1(J) R3(l) with cos I = H/G and cos J = L/G: from the space axes through
     the plane across the angular momentum to the body axes. Where I or J is zero the angles next to it are
