@@ -299,6 +299,7 @@ def test_steps_of_attitudes_are_less_than_a_radian(quantum):
         ValueError, match=r"attitude_quantum must (not be negative, got -0\.1|be at most 1 radian, got 1\.5)"
     ):
         NoisySensors(attitude_quantum=quantum)
+    NoisySensors(attitude_quantum=1.0)
 
 
 def test_noise_of_size_zero_is_none():
