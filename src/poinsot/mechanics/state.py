@@ -116,7 +116,6 @@ class State(Summarized):
         Paper, eqs. (8), (12), (14).
         """
         angles, momenta = member_array("angles", angles, (3,)), member_array("momenta", momenta, (3,))
-        euler.axes_of(sequence)
         euler.refuse_singular_angles(angles, sequence)
         q = euler.quaternion_from_angles(angles, sequence)
         g = euler.angular_momentum_from_momenta(angles, momenta, sequence)
