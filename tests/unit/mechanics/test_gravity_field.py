@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.special import lpmv
 
 import poinsot as pt
 
@@ -55,6 +56,20 @@ def test_the_flattening_of_the_earth():
     assert pt.GravityField.from_normalized(1.0, 1.0, C, 0 * C).C[2, 0] == pytest.approx(
         -1.0826261738e-3, rel=1e-10, abs=0
     )
+
+
+@pytest.mark.parametrize("n", [2, 5])
+def test_the_power_of_a_degree_is_its_mean_square_over_a_sphere(n):
+    """By Gauss's rule in the sine of the latitude and equal weights in longitude, which are exact."""
+    field = pt.GravityField(5, 2.0, 0.7, *coefficients(5))
+    sines, weights = np.polynomial.legendre.leggauss(n + 1)
+    longitudes = 2 * np.pi * np.arange(2 * n + 1) / (2 * n + 1)
+    total = 0.0
+    for m in range(n + 1):
+        wave = field.C[n, m] * np.cos(m * longitudes) + field.S[n, m] * np.sin(m * longitudes)
+        total = total + (-1) ** m * lpmv(m, n, sines)[:, None] * wave  # without the sign of Condon and Shortley
+    mean = weights @ np.mean((0.7**n * total) ** 2, axis=1) / 2
+    assert field.power(n) == pytest.approx(mean, rel=1e-14, abs=0)
 
 
 def test_rows_and_lower_degrees():
