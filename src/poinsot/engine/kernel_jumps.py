@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from poinsot.algebra.draws import UNUSED, uniform, words
 from poinsot.algebra.program import OPERATORS, Node, needed
@@ -14,9 +14,6 @@ from poinsot.engine.decomposition import Coefficient, Function
 from poinsot.engine.jumps import Jumps, Update
 from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Module, Record, Value
 from poinsot.engine.llvm_ir import Function as Lines
-
-if TYPE_CHECKING:
-    from poinsot.engine.kernel_program import KernelProgram
 
 __all__ = ["Sampling"]
 
@@ -37,7 +34,7 @@ class Sampling:
         number 0, and the key of the numbers drawn.
     """
 
-    def __init__(self, kernel: KernelProgram, jumps: Jumps | None) -> None:
+    def __init__(self, kernel: Any, jumps: Jumps | None) -> None:
         self._kernel, self._jumps, self._lanes = kernel, jumps or NO_JUMPS, kernel.lanes
         self.count = count = len(self._jumps.updates)
         self.of_tasks = [*((name, "f8", (count,)) for name in OF_TASKS), ("keys", "i8", (count,))]

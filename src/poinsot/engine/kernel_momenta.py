@@ -6,13 +6,10 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from poinsot.engine.decomposition import Momenta
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value
-
-if TYPE_CHECKING:
-    from poinsot.engine.kernel_program import KernelProgram
 
 __all__ = ["BITS", "LEAST", "MOST", "SMALL", "Rescaling"]
 
@@ -37,7 +34,7 @@ class Rescaling:
         The state variables that go with the scale.
     """
 
-    def __init__(self, kernel: KernelProgram, momenta: Momenta) -> None:
+    def __init__(self, kernel: Any, momenta: Momenta) -> None:
         self._kernel, self._momenta, self._lanes = kernel, momenta, kernel.lanes
         self.scaled = momenta.scaled
 

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value
-
-if TYPE_CHECKING:
-    from poinsot.engine.kernel_program import KernelProgram
 
 __all__ = ["QUEUE", "Status", "Tasks"]
 
@@ -44,7 +41,7 @@ class Tasks:
         Of a task, and of a step that is kept.
     """
 
-    def __init__(self, kernel: KernelProgram) -> None:
+    def __init__(self, kernel: Any) -> None:
         self._kernel = kernel
         self.fields = [
             ("parameters", "f8", (kernel.parameters,)),
@@ -107,7 +104,8 @@ class Tasks:
         work.array("output_time")[lane] = following
 
     def _states(self, work: Record) -> Array:
-        return self._kernel.layout.states(work.address, 0).of(DOUBLE)
+        states: Array = self._kernel.layout.states(work.address, 0)
+        return states.of(DOUBLE)
 
     def _copy(self, count: int, source: Array, lane: Value, out: Array) -> None:
         """Copy the numbers of a lane to memory without gaps."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from poinsot.engine.decomposition import Decomposition
 from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
 from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.sign_changes import first_change
-
-if TYPE_CHECKING:
-    from poinsot.engine.kernel_program import KernelProgram
 
 __all__ = ["AT_ONCE", "Watch"]
 
@@ -47,7 +44,7 @@ class Watch:
         once, and variables.
     """
 
-    def __init__(self, kernel: KernelProgram, decomposition: Decomposition) -> None:
+    def __init__(self, kernel: Any, decomposition: Decomposition) -> None:
         self._kernel, self._lanes, self._orders = kernel, kernel.lanes, kernel.order + 1
         self.count, self.events = len(decomposition.watched), len(decomposition.events)
         self.conditions, self._crossings = decomposition.conditions, decomposition.events

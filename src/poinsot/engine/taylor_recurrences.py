@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from typing_extensions import override
 
 from poinsot.engine import llvm_functions
 from poinsot.engine.decomposition import Coefficient, Function, Integral
 from poinsot.engine.llvm_ir import DOUBLE, Array, Record, Value
-from poinsot.engine.taylor_schedule import Row, varying
-
-if TYPE_CHECKING:
-    from poinsot.engine.kernel_program import KernelProgram
+from poinsot.engine.taylor_schedule import Row, Schedule, varying
 
 __all__ = ["HigherOrder", "ZerothOrder"]
 
@@ -24,9 +21,10 @@ NOTHING = Coefficient(0.0)
 class ZerothOrder:
     """Writes the values of all operations; each kind of these has the method of its name."""
 
-    def __init__(self, kernel: KernelProgram, work: Record) -> None:
+    def __init__(self, kernel: Any, work: Record) -> None:
         self._kernel, self._work = kernel, work
-        self._schedule, self._kind = kernel.schedule, kernel.kind
+        self._schedule: Schedule = kernel.schedule
+        self._kind: str = kernel.kind
         self._states: Array | Sequence[Value] = kernel.layout.states(work.address, 0)
         self._values: list[Value] = []
 
@@ -124,10 +122,10 @@ class ZerothOrder:
 class HigherOrder(ZerothOrder):
     """Writes the coefficients of an order n > 0 of all operations; those of states may be in registers."""
 
-    def __init__(self, kernel: KernelProgram, work: Record, n: Value, states: Sequence[Value]) -> None:
+    def __init__(self, kernel: Any, work: Record, n: Value, states: Sequence[Value]) -> None:
         super().__init__(kernel, work)
         self._n, self._states = n, states or kernel.layout.states(work.address, n)
-        self._inner = kernel.layout.inner_sums(work.address, n)
+        self._inner: Callable[[int], Value] = kernel.layout.inner_sums(work.address, n)
         self._over_order, self._weight = kernel.over_order(work, n), n.to_double().spread(kernel.lanes)
 
     @override
