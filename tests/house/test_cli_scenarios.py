@@ -316,6 +316,9 @@ def test_one_member_and_one_time(top, tmp_path):
     assert "  members: " not in told
     (written,) = re.findall(r"at t = 3\.1: angular velocity \((.*)\)", told)
     np.testing.assert_allclose([float(x) for x in written.split(",")], motion.omega_body[31], rtol=1e-8)
+    outside = call("info", path, "--member", 1, "--time", 1e9, code=2).stderr
+    assert "--time must lie within the times of the result, 0 ... " in outside
+    assert outside.endswith(", got 1000000000.\n")
     assert "--time must go with --member" in call("info", path, "--time", 3, code=2).stderr
     assert "--time must go with a result" in call("info", top, "--time", 3, code=2).stderr
     assert "--member must go with a result" in call("info", top, "--member", 3, code=2).stderr

@@ -277,7 +277,11 @@ def _state_near(motion: Any, time: float | None) -> Lines:
         raise ValueError(f"--time must go with --member for an ensemble, got none of {len(motion)} members.")
     import numpy as np
 
-    units = motion.system.units
+    units, (first, last) = motion.system.units, (float(np.min(motion.times)), float(np.max(motion.times)))
+    if not first <= time <= last:
+        raise ValueError(
+            f"--time must lie within the times of the result, {first:.10g} ... {last:.10g}, got {time:.10g}."
+        )
     place = int(np.argmin(np.abs(motion.times - time)))
     at = f"at t = {motion.times[place]:.10g}" + ("" if units["time"] == "1" else f" {units['time']}")
     from poinsot.plot.labels import rate_unit_of
