@@ -246,7 +246,7 @@ WRONG_SHAPE = {
     ),
     "matrix_for_attitude": (
         lambda: BODY.state(np.eye(3), omega_body=(1, 0, 0)),
-        "attitude must have shape (4,) or (members, 4), got shape (3, 3).",
+        "attitude must be a quaternion or a Rotation, got a matrix. Write Rotation.from_matrix(matrix).",
     ),
     "omega_body": (
         lambda: BODY.state(ONE, omega_body=(1, 0)),

@@ -104,7 +104,12 @@ def unit_quaternion(attitude: Rotation | ArrayLike, name: str = "attitude") -> N
     """
     if hasattr(attitude, "as_quat"):
         return np.asarray(attitude.as_quat(scalar_first=True), dtype=float)
-    q = member_array(name, attitude, (4,))
+    q = real_numbers(name, attitude)
+    if q.shape[-2:] == (3, 3):
+        raise ValueError(
+            f"{name} must be a quaternion or a Rotation, got a matrix. Write Rotation.from_matrix(matrix)."
+        )
+    q = member_array(name, q, (4,))
     norms = np.atleast_1d(np.linalg.norm(q, axis=-1))
     worst = norms[np.argmax(np.abs(norms - 1))]
     if abs(worst - 1) > UNIT_SLACK:
