@@ -23,7 +23,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
 
-__all__ = ["Load", "OnOne", "PairLoad", "Potential", "Torque"]
+__all__ = ["Load", "PairLoad", "Potential", "PotentialOn", "Torque", "TorqueOn"]
 
 
 class Force(Parametric, ABC):
@@ -151,7 +151,7 @@ class PairLoad(Force):
         """Return force and torques at a `PairInstant`."""
 
 
-class OnOne(Force):
+class _On(Force):
     """A force of one body on one of two."""
 
     force: Force
@@ -186,7 +186,7 @@ class OnOne(Force):
         return self.force.relative_errors(getattr(instant, self.body))
 
 
-class PotentialOn(OnOne, Potential):
+class PotentialOn(_On, Potential):
     """A potential of one body on one of two; made by `potential.on("secondary")`."""
 
     force: Potential
@@ -196,7 +196,7 @@ class PotentialOn(OnOne, Potential):
         return self.force.energy(getattr(instant, self.body))
 
 
-class TorqueOn(OnOne, PairLoad):
+class TorqueOn(_On, PairLoad):
     """A torque of one body on one of two; made by `torque.on("secondary")`."""
 
     force: Torque

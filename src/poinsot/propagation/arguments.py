@@ -15,7 +15,7 @@ from poinsot.engine.runs import allowed_threads
 from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.force import OnOne
+from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 
@@ -110,7 +110,7 @@ def check_bodies(system: System, state: State) -> None:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
         words = {1: "one body", 2: "two bodies"}
         raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
-    if needed > 1 and all(isinstance(force, OnOne) for force in system.forces):
+    if needed > 1 and all(isinstance(force, PotentialOn | TorqueOn) for force in system.forces):
         warnings.warn(
             f"system should have a force between its two bodies, got {', '.join(map(repr, system.forces)) or 'none'}. "
             "They pass each other on a straight line: MutualGravity() attracts them.",
