@@ -79,13 +79,13 @@ def test_ephemeris_read_by_ccsds_ndm(tmp_path, version, ending):
         check_quaternion(row.quaternion, t)
         if version >= "2":
             rates = [row.ang_vel.angvel_x.value, row.ang_vel.angvel_y.value, row.ang_vel.angvel_z.value]
-            np.testing.assert_allclose(np.radians(rates), RATE * AXIS, rtol=0, atol=1e-14)
+            np.testing.assert_allclose(np.radians(rates), RATE * AXIS, rtol=0, atol=1e-15)
         else:
             q, dot = row.quaternion, row.quaternion_rate
             vector, change = np.array((q.q1, q.q2, q.q3)), [dot.q1_dot.value, dot.q2_dot.value, dot.q3_dot.value]
             expected = 0.5 * RATE * (q.qc * AXIS + np.cross(vector, AXIS))
-            np.testing.assert_allclose(change, expected, rtol=0, atol=1e-14)
-            assert dot.qc_dot.value == pytest.approx(-0.5 * RATE * vector @ AXIS, abs=1e-14)
+            np.testing.assert_allclose(change, expected, rtol=0, atol=1e-15)
+            assert dot.qc_dot.value == pytest.approx(-0.5 * RATE * vector @ AXIS, abs=1e-15)
 
 
 @pytest.mark.parametrize(("version", "ending"), [("1.0", "apm"), ("1.0", "xml"), ("2.0", "xml")])
@@ -226,7 +226,7 @@ def test_stk_file_by_another_parser(tmp_path):
         time, q1, q2, q3, q4, *rates = map(float, line.split())
         assert time == pytest.approx(t, abs=1e-10)
         np.testing.assert_allclose(matrix_of_the_standard(q1, q2, q3, q4), space_to_body(t), rtol=0, atol=1e-14)
-        np.testing.assert_allclose(np.radians(rates), RATE * AXIS, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(np.radians(rates), RATE * AXIS, rtol=0, atol=1e-15)
 
 
 def test_csv_by_numpy(tmp_path):
