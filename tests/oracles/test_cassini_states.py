@@ -49,7 +49,7 @@ def test_motion_and_its_matrix_are_those_of_an_integration(states, name):
     end = solve_ivp(rates(world), (0, period), start(A, omega), **options).y[:, -1]
     node = about(2, world.node_rate * period)
     np.testing.assert_allclose(end[:9].reshape(3, 3), node @ A, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(end[9:12], omega, rtol=0, atol=1e-12 * world.rate)
+    np.testing.assert_allclose(end[9:12], omega, rtol=0, atol=5e-14 * world.rate)
     units = np.concatenate([np.ones(3), np.full(3, 1 / period)])  # of angles, and of rates that make them in a period
     own = np.concatenate([np.ones(3), np.asarray(world.moments)]) * units
     matrix = end[12:].reshape(6, 6) * units / units[:, None]
@@ -172,7 +172,7 @@ class Averaged:
             return (push - self.slope(angles)) / (self.world.gradient * (C - A)) / [s, 1, 1]
 
         found = root(unbalance, start, tol=1e-9)
-        assert np.max(np.abs(found.fun)) < 1e-6, found
+        assert np.max(np.abs(found.fun)) < 1e-9, found
         return found.x
 
     def frequencies(self, angles):
@@ -267,7 +267,7 @@ def test_forced_libration_in_the_plane(e, spin):
 
     rate = brentq(missed, spin - 0.01, spin + 0.01, xtol=1e-14)
     state = cassini_state(World((A, B, C), 1.0, 1.0, e, 0.0, 1.0, 0.0, spin))
-    assert state.motion.state.angular_momentum_body[2] / C == pytest.approx(rate, abs=3e-12)
+    assert state.motion.state.angular_momentum_body[2] / C == pytest.approx(rate, abs=3e-13)
     if spin == 1 and e < 0.01:  # linear theory leaves out e^2 sin 2 M
         assert rate - 1 == pytest.approx(-2 * e * 3 * K / (1 - 3 * K), rel=1.2 * e, abs=0)
 
