@@ -111,7 +111,7 @@ def test_toutatis_rotates_about_its_long_axis(free):
     body, start, motion = toutatis(free)
     measured = period(lambda t: motion(t).angular_momentum_body[..., 0], motion.times)
     assert abs(measured - 5.369) < 0.0005
-    assert abs(pt.analysis.FreeRotation(body, start).rotation_period / measured - 1) < 1e-12
+    assert abs(pt.analysis.FreeRotation(body, start).rotation_period / measured - 1) < 8e-15
 
 
 def test_long_axis_of_toutatis_precesses(free):
