@@ -98,7 +98,7 @@ def test_libration_faster_than_the_orbit_ends_in_a_fold(branches):
     free = branch.motions[-1]
     angle = 2 * np.arctan2(free.state.quaternion[3], free.state.quaternion[0])  # any phase repeats itself
     m = slope_of(free, 0.0) ** 2 / K + np.sin(angle) ** 2
-    assert 4 * ellipk(m) / np.sqrt(K) == pytest.approx(2 * np.pi, rel=1e-12, abs=0)
+    assert 4 * ellipk(m) / np.sqrt(K) == pytest.approx(2 * np.pi, rel=1e-14, abs=0)
     (fold,) = (each for each in branch.bifurcations if each.kind == "fold")
 
     def eccentricity(slope):
@@ -215,6 +215,6 @@ def test_boundaries_of_stability(name):
     branch = pt.analysis.continue_motion(motion, f"moments[{k}]", to)
     (found,) = branch.bifurcations
     assert found.kind == kind
-    assert found.value == pytest.approx(boundary(moments, k, low, high), rel=1e-12, abs=0)
+    assert found.value == pytest.approx(boundary(moments, k, low, high), rel=4e-15, abs=0)
     for value, stable in zip(branch.values, branch.stable, strict=True):
         assert stable != grows(*(value if j == k else moment for j, moment in enumerate(moments)))
