@@ -51,7 +51,7 @@ def relative(a, b):
 def test_the_attraction_of_the_oracle_is_the_slope_of_its_potential(attractor):
     h = 1e-5 * np.eye(3)
     slope = (attractor.potential(POSITION + h) - attractor.potential(POSITION - h)) / 2e-5
-    assert np.max(np.abs(slope + attractor.attraction(POSITION))) < 1e-9
+    assert np.max(np.abs(slope + attractor.attraction(POSITION))) < 1e-10
 
 
 def test_the_tides_of_the_oracle_are_the_slopes_of_its_attraction():
