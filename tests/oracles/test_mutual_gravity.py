@@ -115,8 +115,8 @@ def test_the_field_of_the_oracle_is_that_of_a_shape():
     points = np.array([(1.5, 0.2, -0.3), (-0.1, 0.2, 0.9), (0.0, 3.0, 0.0)])
     potential, attraction = oracle.field(MASSES[0], SEMIAXES[0], points)
     shape = ELLIPSOIDS[0]
-    assert relative(-potential, shape.potential(points)) < 1e-14
-    assert relative(attraction, shape.attraction(points)) < 1e-13
+    assert relative(-potential, shape.potential(points)) < 1e-15
+    assert relative(attraction, shape.attraction(points)) < 4e-15
 
 
 def test_the_oracle_has_converged():
