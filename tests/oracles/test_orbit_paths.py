@@ -146,4 +146,4 @@ def test_members_short_and_long(in_space):
 
     together = run(e)
     for i in range(3):
-        np.testing.assert_allclose(together.quaternion[i], run(e[i]).quaternion, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(together.quaternion[i], run(e[i]).quaternion, rtol=0, atol=8e-15)
