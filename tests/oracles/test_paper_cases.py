@@ -123,7 +123,7 @@ def test_kinetic_energy(case):
 @pytest.mark.parametrize("case", [case for case in PROPAGATED if case.startswith("top")])
 def test_integrals_of_the_top(case):
     integrals = run(case).integrals
-    assert largest(integrals["energy"] - reference(case, "E")) < 5e-14
+    assert largest(integrals["energy"] - reference(case, "E")) < 6e-15
     assert largest(integrals["angular_momentum_space_3"] - reference(case, "G3")) < 5e-14
 
 
@@ -185,8 +185,8 @@ def test_free_momentum_reaches_the_amplitudes_at_the_quarter_periods(start):
     c = constants(start)
     to_the_top = -c["u0"] / c["lam"]
     top, side = free_motion(start, to_the_top + c["K"] / c["lam"] * np.array([0.0, 1.0])).angular_momentum_body
-    assert largest(top - c["signs"] * [c["a1"], 0, c["a3"]]) < 1e-13
-    assert largest(side - c["signs"] * [0, c["a2"], c["a3"] * np.sqrt(1 - c["m"])]) < 1e-13
+    assert largest(top - c["signs"] * [c["a1"], 0, c["a3"]]) < 1e-14
+    assert largest(side - c["signs"] * [0, c["a2"], c["a3"] * np.sqrt(1 - c["m"])]) < 4e-15
 
 
 @pytest.mark.parametrize("start", CONSTANTS)
@@ -194,8 +194,8 @@ def test_free_momentum_returns_after_the_period(start):
     times = 0.7 + constants(start)["period_body"] * np.array([0, 0.5, 1, 2, 3])
     g = free_motion(start, times).angular_momentum_body
     assert largest(g[2:] - g[0]) < 1e-13
-    assert largest(g[1, :2] + g[0, :2]) < 1e-13
-    assert abs(g[1, 2] - g[0, 2]) < 1e-13
+    assert largest(g[1, :2] + g[0, :2]) < 7e-15
+    assert abs(g[1, 2] - g[0, 2]) < 2e-15
 
 
 # ---------------------------------------------------------------------- long runs
@@ -212,4 +212,4 @@ def test_top_over_a_hundred_thousand_time_units(formulation):
     assert largest(motion.drift["energy"]) < 1e-12
     assert largest(motion.drift["angular_momentum_space_3"]) < 1e-12
     assert largest(motion.norm_error) < 1e-13
-    assert largest(motion.tangency_error) < 1e-11
+    assert largest(motion.tangency_error) < 4e-13
