@@ -126,7 +126,7 @@ def test_a_mass_on_a_spring_moves_by_newtons_equations(formulation):
     motion = pt.propagate(system, start, times, formulation=formulation)
     # The other integration leaves 1e-13 at its tolerance of 3e-14: ten times that.
     assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-12
-    assert largest(motion.omega_body - y[:, 9:12]) < 1e-12
+    assert largest(motion.omega_body - y[:, 9:12]) < 1e-13
     assert largest(motion.own["spring_mass"][:, 0] - y[:, 12]) < 1e-12
     assert largest(spring.speed(motion.own["spring_mass"], motion.omega_body) - y[:, 13]) < 1e-12
 
@@ -327,7 +327,7 @@ def test_wheels_that_brake_a_body_saturate_as_said():
     assert np.max(np.abs(np.linalg.pinv(axes.T) @ (gain * OMEGA))) > most  # and motors are at their largest torque
     # Steps of the other integration go over the switches, which leaves 1e-11 of the speeds, and less of the body's.
     assert largest(motion.omega_body - y[:, 9:12]) < 1e-11
-    assert largest(speeds - y[:, 12:]) < 1e-9
+    assert largest(speeds - y[:, 12:]) < 1e-10
 
 
 # ---------------------------------------------------------------------- flat spin
@@ -353,8 +353,8 @@ def test_any_damper_brings_the_minor_axis_to_a_flat_spin(part):
     g = np.linalg.norm(start.angular_momentum_body)
     assert motion.energy[0] > 0.99 * g**2 / (2 * SPINNER[0])
     assert np.all(np.diff(motion.energy) < 1e-15)
-    assert abs(motion.energy[-1] - g**2 / (2 * SPINNER[2])) < 1e-12
-    assert abs(abs(motion.omega_body[-1, 2]) - g / SPINNER[2]) < 1e-9
+    assert abs(motion.energy[-1] - g**2 / (2 * SPINNER[2])) < 5e-15
+    assert abs(abs(motion.omega_body[-1, 2]) - g / SPINNER[2]) < 3e-15
 
 
 # ---------------------------------------------------------------------- gyrostats, closed forms
@@ -411,7 +411,7 @@ def test_a_motor_turns_wheel_and_body_apart():
     rate = -torque / (inertia - moment)
     assert abs(motion.omega_body[-1, 2] - (0.1 + rate * time)) < 1e-15
     speed = wheel.speed(motion.own["reaction_wheel"], motion.omega_body)[-1]
-    np.testing.assert_allclose(speed, (torque / moment - rate) * time, rtol=1e-14)
+    np.testing.assert_allclose(speed, (torque / moment - rate) * time, rtol=1e-15)
 
 
 def test_the_slip_of_a_sphere_decays_at_one_rate():
@@ -437,7 +437,7 @@ def test_a_mass_on_a_spring_oscillates_with_its_reduced_mass():
     decay = damping / (2 * mu)
     pace = np.sqrt(stiffness / mu - decay**2)
     expected = 0.3 * np.exp(-decay * time) * (np.cos(pace * time) + decay / pace * np.sin(pace * time))
-    assert abs(motion.own["spring_mass"][-1, 0] - expected) < 1e-14
+    assert abs(motion.own["spring_mass"][-1, 0] - expected) < 2e-16
     assert largest(motion.omega_body) == 0
 
 
@@ -459,7 +459,7 @@ def test_energy_goes_where_friction_takes_it():
     power -= spring.damping * spring.speed(own["spring_mass"], omega) ** 2
     assert abs(motion.energy[-1] - motion.energy[0]) > 0.1
     # Eighty nodes integrate ten units of a smooth power to rounding; the energies are near 5.
-    assert abs(motion.energy[-1] - motion.energy[0] - 5 * weights @ power[1:-1]) < 2e-13
+    assert abs(motion.energy[-1] - motion.energy[0] - 5 * weights @ power[1:-1]) < 1e-14
 
 
 def test_energy_of_gimbals_pendulums_and_servos_goes_where_motors_and_friction_take_it():
@@ -488,4 +488,4 @@ def test_energy_of_gimbals_pendulums_and_servos_goes_where_motors_and_friction_t
     power -= pendulum.damping * ((reach * first) ** 2 + second**2)
     assert abs(motion.energy[-1] - motion.energy[0]) > 0.05
     # As above.
-    assert abs(motion.energy[-1] - motion.energy[0] - 5 * weights @ power[1:-1]) < 2e-13
+    assert abs(motion.energy[-1] - motion.energy[0] - 5 * weights @ power[1:-1]) < 2e-14
