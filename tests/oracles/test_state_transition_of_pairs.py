@@ -105,7 +105,7 @@ def test_each_column_is_the_derivative_by_the_start():
     found = pt.analysis.state_transition(SYSTEM, START, T)
     exact = displacements(integrated(1j * STEP * np.eye(18)), REFERENCE).imag / STEP
     size = np.max(np.abs(exact), axis=(0, 1))
-    assert np.max(np.abs(found.matrix - exact) / size) < 1e-11
+    assert np.max(np.abs(found.matrix - exact) / size) < 3e-13
     assert found.coordinates[5:8] == ("primary.g_3", "secondary.theta_1", "secondary.theta_2")
     assert found.coordinates[11:13] == ("secondary.g_3", "position_1")
 
@@ -124,7 +124,7 @@ def test_sensitivities_are_the_derivatives_by_masses_moments_and_G():
         exact = displacements(integrated(np.zeros((18, 1)), **change), REFERENCE)[..., 0].imag / STEP
         size = np.max(np.abs(exact))
         assert size > 0.1
-        assert np.max(np.abs(found[..., column] - exact)) < 1e-11 * size, names[column]
+        assert np.max(np.abs(found[..., column] - exact)) < 1e-13 * size, names[column]
 
 
 @pytest.mark.slow
