@@ -23,7 +23,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
 
-__all__ = ["Load", "PairLoad", "Potential", "PotentialOn", "Torque", "TorqueOn"]
+__all__ = ["Load", "PairLoad", "Potential", "Torque"]
 
 
 class Force(Parametric, ABC):
