@@ -44,13 +44,17 @@ class Driver(Job):
         A state with one time is that of one body, one with times those of an ensemble.
         """
         given, constants, members = (self, state, times, sink, ways), constants_of(self), bool(state.time.ndim)
-        if self.device == "cuda":
-            check_device(self, members, constants)
+        self.check_device(members)
         engine_run, looped_run = _Members if members else _OneBody, CudaRun if self.device == "cuda" else LoopedRun
         run = engine_run(*given) if constants is None else looped_run(constants, *given)
         with HeldInterrupts(run.interrupt):
             run.go()
         return run.report
+
+    def check_device(self, members: bool) -> None:
+        """Refuse what the device does not do, and a computer without one."""
+        if self.device == "cuda":
+            check_device(self, members, constants_of(self))
 
 
 class _EngineRun(Run):

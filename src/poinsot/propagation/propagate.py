@@ -123,6 +123,8 @@ def propagate(
     integrator = Integrator(
         problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense, device=where
     )
+    if not (plan and plan.client):  # whose workers have devices of their own
+        integrator.check_device(bool(members))
     if members and plan:
         result: Trajectory = in_chunks(EnsembleOfMotions(integrator, state, t, plan.provenance), plan, shown)
         return result

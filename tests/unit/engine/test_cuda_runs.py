@@ -129,6 +129,13 @@ def test_a_memory_too_small_for_one_member_is_an_error(monkeypatch):
         pt.propagate(TOP, STARTS, TIMES, device="cuda")
 
 
+def test_without_a_device_no_store_is_made(monkeypatch, tmp_path):
+    monkeypatch.setattr(cuda_on_cpu.runtime, "getDeviceCount", lambda: 0)
+    with pytest.raises(RuntimeError, match="device='cuda' must have a GPU of NVIDIA with its driver, got none"):
+        pt.propagate(TOP, STARTS, TIMES, device="cuda", out=tmp_path / "run.zarr")
+    assert not [*tmp_path.iterdir()]
+
+
 def test_members_fail_as_on_the_processor():
     bodies = pt.Body((1.0, 1.3, 1.7))
     system = pt.System(bodies, Edge(np.array([0.5, 30.0, 1.5])))
