@@ -80,6 +80,8 @@ class Calendar:
         for name, value, known in (("scale", self.scale, SCALES), ("unit", self.unit, SECONDS)):
             if not isinstance(value, str) or value not in known:
                 raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}.")
+        if not isinstance(self.zero, str):
+            raise TypeError(f"zero must be text such as '2026-11-21T00:00:00', got {_short(self.zero)}.")
         date, scale = _read(self.zero)
         if scale:
             raise ValueError(f"zero must be a date without a scale, got {self.zero!r}. The scale is its own field.")

@@ -181,11 +181,12 @@ def test_what_is_neither_date_nor_number(epoch):
         (("2026-01-01", None), "scale must be one of"),
         (("2026-01-01", "UTC", "yr"), "unit must be one of s, min, h, d, got 'yr'"),
         (("2026-01-01 UTC", "UTC"), "zero must be a date without a scale"),
-        ((5.0, "UTC"), "epoch must be a date such as"),
+        ((5.0, "UTC"), "zero must be text such as '2026-11-21T00:00:00', got 5.0."),
+        ((dt.datetime(2026, 1, 1), "UTC"), "zero must be text such as"),
     ],
 )
 def test_bad_calendars(arguments, sentence):
-    with pytest.raises(ValueError, match=f"^{sentence}"):
+    with pytest.raises((ValueError, TypeError), match=f"^{sentence}"):
         Calendar(*arguments)
 
 
