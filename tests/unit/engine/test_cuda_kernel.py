@@ -117,12 +117,12 @@ def test_so_are_those_of_momenta_that_are_rescaled():
 
 
 def test_members_fail_as_there():
-    """x' = x^2 + sqrt(y), y' = -1: infinite where x is large at the start, not finite where y becomes negative."""
+    """x' = x^2/100 + sqrt(y), y' = -1/100: infinite where x is large at the start, not finite where y is negative."""
     decomposition = decomposed(
-        2, lambda x, _: [x[0] * x[0] + x[1].function("sqrt", slopes=lambda own: (0.5 / own,)), -1.0]
+        2, lambda x, _: [0.01 * (x[0] * x[0]) + x[1].function("sqrt", slopes=lambda own: (0.5 / own,)), -0.01]
     )
     states = np.array([[-1.0, 9.0], [2.0, 9.0], [-1.0, -1.0], [-2.0, 9.0], [-1.5, 9.0]])
-    own, other = on_both(decomposition, states, [0.5, 1.0])
+    own, other = on_both(decomposition, states, [5.0, 9.0])
     assert {Status.DONE, Status.STALLED, Status.NOT_FINITE} == set(own.tasks["status"])
     assert_same(own, other)
 
