@@ -181,3 +181,20 @@ def test_sleeping_top_wakes_where_lagrange_says():
     (found,) = branch.bifurcations
     assert (found.kind, found.change) == ("collision", 2)
     assert found.value == pytest.approx(1.0, abs=2e-14)
+
+
+def test_steady_precession_goes_off_where_the_sleeping_top_wakes():
+    """A W^2 cos + (weight) (height) = C n W for the rate n about the axis; n - W cos is that of the spin, here kept."""
+    weight, c, rate = 1.28, 1.6, 1.6
+    top = pt.System(pt.Body((1.0, 1.0, c)), pt.UniformGravity(weight=weight, center_of_mass=(0, 0, 1)))
+    start, frame = top.body.state((1, 0, 0, 0), omega_body=(0, 0, 2.0)), pt.RotatingFrame((1, 0, 0, 0), (0, 0, rate))
+    branch = pt.analysis.continue_motion(pt.analysis.periodic_motion(top, start, np.pi / 0.2, frame), "weight", 3.584)
+    (found,) = branch.bifurcations
+    assert (found.kind, found.change) == ("branching", 2)
+    assert found.value == pytest.approx(2.56, abs=3e-10)  # a double zero: halved to 1e-10 of 2.304
+    crossing = pt.analysis.continue_motion(found, "weight", 2.432)
+    assert crossing.ending == "forces[0].weight = 2.432"
+    tilted = crossing.state  # bounds: three times the worst of shaken runs, but for the bifurcation
+    cosine, spin = tilted.attitude.as_matrix()[:, 2, 2], top.omega_body(tilted)[:, 2]
+    assert np.max(np.abs(c * spin * rate - rate**2 * cosine - crossing.values)[1:]) < 4e-14
+    assert np.max(np.abs(spin - rate * cosine - 0.4)) < 3e-14
