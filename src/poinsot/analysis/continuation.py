@@ -18,7 +18,7 @@ from typing_extensions import override
 
 from poinsot.analysis.bifurcations import LOOSE, Bifurcation, bifurcations
 from poinsot.analysis.family import Family, LostError, NamedFunction, Place
-from poinsot.analysis.period_map import Point
+from poinsot.analysis.period_map import FIRM, Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
 from poinsot.engine.progress import Report, bar
@@ -200,12 +200,12 @@ def _parameter(
     return NamedFunction(parameter, float(real_array("start", start, ())))
 
 
-def _first(family: Family, motion: PeriodicMotion) -> Place:
+def _first(family: Family, motion: PeriodicMotion, firm: float = FIRM) -> Place:
     """Return where the curve begins, with its tangent towards the end."""
     once = family.once(0.0)
     once.check()
     try:
-        return family.corrected(once.point(motion.state), 0.0, family.by_parameter, SMALLEST_STEP)
+        return family.corrected(once.point(motion.state), 0.0, family.by_parameter, SMALLEST_STEP, firm)
     except LostError:
         raise ValueError(
             f"motion must repeat itself after the period and in the frame of {family.name} = "
@@ -220,16 +220,18 @@ def _crossing(family: Family, found: Bifurcation) -> list[Place]:
     """Return the bifurcation and the first motion beside it, of the branch that crosses or doubles."""
     if found.kind not in ("branching", "doubling"):
         raise ValueError(f"motion must be a branching or a doubling where it is a Bifurcation, got a {found.kind}.")
-    once = family.once(0.0)
-    once.check()
-    along = found.tangent / np.append(once.units, family.span)
+    origin = _first(family, found.motion, LOOSE)
+    along = found.tangent / np.append(origin.once.units, family.span)
     along *= np.copysign(1 / np.linalg.norm(along), along[-1])
-    origin = family.corrected(once.point(found.motion.state), 0.0, family.by_parameter, SMALLEST_STEP, LOOSE)
-    across = FIRST_STEP * _across(family, origin.point, along)
+    none = ValueError(f"motion must have a branch beside it, got {found.kind} at {found.value:.9g} with none near.")
+    try:
+        across = FIRST_STEP * _across(family, origin.point, along)
+    except LostError:
+        raise none from None
     lost = True
     for step in (across, -across):
         try:
-            point = once.displaced(origin.point, step[:-1])
+            point = origin.once.displaced(origin.point, step[:-1])
             beside = family.corrected(point, 0.0, step / FIRST_STEP, CROSSING * FIRST_STEP)
         except (LostError, ValueError):
             continue
@@ -238,7 +240,7 @@ def _crossing(family: Family, found: Bifurcation) -> list[Place]:
             return [dataclasses.replace(origin, tangent=way / np.linalg.norm(way)), beside]
         lost = False
     if lost:
-        raise ValueError(f"motion must have a branch beside it, got {found.kind} at {found.value:.9g} with none near.")
+        raise none
     to = family.value(1.0)
     raise ValueError(f"to must be on the side of {family.start:.9g} to which the branch goes, got {to:.9g}.")
 

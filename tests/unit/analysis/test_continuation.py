@@ -297,6 +297,11 @@ def at_a_fold():
     return dataclasses.replace(found, kind="fold")
 
 
+def crossing(parameter, **changed):
+    found = continue_motion(at_rest(), "moments[0]", 1.5).bifurcations[0]
+    return continue_motion(dataclasses.replace(found, kind="branching", **changed), parameter, 1.5)
+
+
 def with_a_torque(value):
     return system(CIRCLE, Windmill(0.0), body=pt.Body((value, 1.3, 1.6)))
 
@@ -329,6 +334,17 @@ WRONG = {
         lambda: continue_motion(at_rest(), some_forces, 1.1, start=1.0),
         ValueError,
         r"parameter must return systems that differ in numbers alone, got other forces or orbits\.",
+    ),
+    "a branching of another system": (
+        lambda: crossing(lambda value: system(CIRCLE, pt.forces.LinearDamping(0.1), body=pt.Body((value, 1.3, 1.6)))),
+        ValueError,
+        r"motion must repeat itself after the period and in the frame of <lambda> = 1\.3, but it does not\. "
+        r"The functions period and frame must return its own there\.",
+    ),
+    "a branching that goes on elsewhere": (
+        lambda: crossing("moments[0]", tangent=np.array([1, 0, 0, 0, 0, 0, 1e-4])),
+        ValueError,
+        r"motion must have a branch beside it, got branching at 1\.3 with none near\.",
     ),
     "a fold": (
         lambda: continue_motion(at_a_fold(), "moments[0]", 1.5),
