@@ -17,7 +17,7 @@ import tempfile
 from pathlib import Path
 
 import poinsot
-from benchmarks import peers, single, variational
+from benchmarks import overheads, peers, single, variational
 from benchmarks.measure import ALLOWED, pin
 
 ROOT = Path(__file__).parents[1]
@@ -49,6 +49,7 @@ SECTIONS = {
 """Of each section, the function of that name, its module: one process loads one, which older versions can load too."""
 IN_SEVERAL = {
     "against_the_script": (single.over_processes, 7, ("now",)),
+    "second_propagate": (overheads.over_processes, 7, ("now",)),
     "state_transition": (variational.transitions_of_versions, 3, ("before", "now")),
     "chaos_maps": (variational.maps_of_versions, 1, ("before", "now")),
 }

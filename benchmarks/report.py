@@ -517,7 +517,8 @@ def _second_call(found):
         for key, v in found.items()
     ]
     return (
-        "## Overheads\n\n`propagate` beyond the integration itself, for new moments of inertia at every call:\n\n"
+        "## Overheads\n\n`propagate` beyond the integration itself, for new moments of inertia at every call, medians "
+        "of 7 processes:\n\n"
         + table(("problem", "call", "building Body and System", "first call", "error [rad]"), rows)
     )
 
