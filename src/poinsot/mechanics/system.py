@@ -317,13 +317,14 @@ def _columns(array: NDArray[np.float64]) -> Any:
     return array.tolist() if array.ndim == 1 else array.T
 
 
-def _of(of_numbers: Callable[..., Any], of_arrays: Callable[..., Any], *operands: Any) -> Any:
+def _combined(of_numbers: Callable[..., Any], of_arrays: Callable[..., Any], *operands: Any) -> Any:
+    """Combine numbers, or those of members in arrays: NumPy takes a microsecond for three numbers."""
     return functools.reduce(of_arrays, operands) if np.ndarray in map(type, operands) else of_numbers(*operands)
 
 
-_largest, _smallest = functools.partial(_of, max, np.maximum), functools.partial(_of, min, np.minimum)
-_length = functools.partial(_of, math.hypot, np.hypot, 0.0)  # of one number its absolute value
-"""Of numbers, or of arrays for each member."""
+_largest = functools.partial(_combined, max, np.maximum)
+_smallest = functools.partial(_combined, min, np.minimum)
+_length = functools.partial(_combined, math.hypot, np.hypot, 0.0)  # a single component has a sign, its length none
 
 
 def _stacked(scalars: Iterable[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:

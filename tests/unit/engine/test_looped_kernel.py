@@ -595,7 +595,7 @@ def test_momenta_stay_in_their_scale_where_no_other_is_better(monkeypatch):
 
 @pytest.mark.parametrize("lanes", [1, 2])
 def test_momenta_that_shrink_lose_what_is_along_their_quaternions(lanes):
-    """Q' = k Q and q' = 0, two of each: where k < 0, what is left of Q is perpendicular to q."""
+    """Two quaternions at rest, q' = 0 and Q' = k Q: conjugate momenta that shrink (k < 0) lose their part along q."""
     q = np.array([[0.5, -1.1, 0.2, 0.8], [-0.3, 0.9, 1.2, 0.4]])
     Q = np.array([[0.4, 0.1, -0.3, 0.2], [0.1, 0.6, 0.2, 0.3]])
     places = tuple(range(8, 16))
