@@ -479,7 +479,8 @@ def _fastest(system: System, state: State) -> Array:
     if isinstance(system, PairSystem):
         return np.asarray(system.pace(state))
     own = np.asarray(system.momentum_scale_of_members(state) / np.min(system.body.moments, axis=-1))
-    each = [functions.norm(orbit.velocity_at(orbit.sample_time)) > 0 for orbit in system.orbits]
+    paths = [orbit.with_axes(1) for orbit in system.orbits]
+    each = [functions.norm(path.velocity_at(path.sample_time)) > 0 for path in paths]
     moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)
     return np.where(moving, rates, own) if moving.ndim or not moving else rates
 

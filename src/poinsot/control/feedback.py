@@ -15,6 +15,7 @@ from poinsot.mechanics.attitude import unit_quaternion
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Gain, Positive
 from poinsot.quantities import Rule
 
@@ -46,6 +47,7 @@ class _Feedback(Torque):
     kd: Gain
     limit: Positive
 
+    @of_scalars
     @abstractmethod
     def deviations(self, instant: Instant) -> tuple[Vector, Vector]:
         """Return the vector part of the quaternion target -> body with a positive scalar part, and the rate's error."""

@@ -13,6 +13,7 @@ from poinsot.errors import refuse_negative
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
 from poinsot.quantities import Angle, AngularVelocity, Real, Rule
 
@@ -33,6 +34,7 @@ class Sensors(Parametric):
         """How many numbers are drawn for each sample, and their seed."""
         return 0, 0.0
 
+    @of_scalars
     def measured(self, instant: Instant, draws: Vector) -> Instant:  # noqa: ARG002
         """Return the instant as a law sees it, from numbers of the standard normal distribution."""
         return instant

@@ -19,6 +19,7 @@ from poinsot.engine.turned_rows import turn_rows
 from poinsot.functions import Scalar, Vector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
+from poinsot.mechanics.members import expanded
 from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
 
@@ -313,8 +314,8 @@ class StateVector:
                 rows[..., place.start + i] /= scale
         if self.comoving:
             (block,) = self.orbits
-            if rows.ndim == 3:  # members first: their numbers go beside the times
-                block = block.with_numbers(number[..., None] for number in block.numbers)
+            if rows.ndim == 3:
+                block = block.with_numbers(expanded(number, 2) for number in block.numbers)
             self._turn(rows, block.quaternion(times, rows[..., self.along_orbits]))
         for name in self.parts:
             for i, factor in enumerate(self.slots[name].factors, self.slots[name].place.start):

@@ -12,6 +12,7 @@ from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Dated, Orbit
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import NotNegative, Positive
 from poinsot.quantities import Along, Quantity
 
@@ -33,7 +34,8 @@ class Atmosphere(Dated, ABC):
     --------
     >>> class Thin(pt.forces.Atmosphere):
     ...     scale: float
-    ...     def density(self, instant, orbit):
+    ...     @of_scalars
+    def density(self, instant, orbit):
     ...         return self.scale * instant.inverse_distance(orbit) ** 50
     >>> Thin(2.0)
     Thin(omega_space=[0.0, 0.0, 0.0], scale=2.0)
@@ -46,6 +48,7 @@ class Atmosphere(Dated, ABC):
     def density(self, instant: Instant, orbit: Orbit) -> Scalar:
         """Return the density where the body is, by its orbit about the planet."""
 
+    @of_scalars
     def relative_velocity(self, instant: Instant, orbit: Orbit) -> Vector:
         """Return the velocity of the body relative to the air, v - omega x r, along the body axes."""
         turning = functions.cross(self.omega_space, instant.position(orbit))

@@ -13,6 +13,7 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Vector
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
 from poinsot.quantities import OR_NUMBER, Along, Rule
 from poinsot.shapes.mesh import Mesh
@@ -189,6 +190,7 @@ class Facets(Parametric):
         fields: Any = {name: np.concatenate([getattr(x, name) for x in every], axis=_axis(name)) for name in names}
         return Facets(**fields, closed=all(one.closed for one in every))
 
+    @of_scalars
     def torque(self, towards: Vector, along: Any, across: Any, mirrored: Any) -> Any:
         """Return the torque of a stream, the sum of r x F over facets, along the body axes.
 

@@ -21,6 +21,7 @@ from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Dated, Orbit
 from poinsot.mechanics.gravity_field import norms
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive, Table, listed
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.mechanics.planet_axes import PlanetAxes
@@ -47,7 +48,8 @@ class MagneticField(Dated, ABC):
     --------
     >>> class Uniform(pt.forces.MagneticField):
     ...     size: float
-    ...     def at(self, position, time):
+    ...     @of_scalars
+    def at(self, position, time):
     ...         return pt.functions.Vector((self.size, 0.0, 0.0))
     >>> orbit = pt.orbits.FixedPosition(1.0, position=(2, 0, 0))
     >>> field = Uniform(orbit, pt.orbits.RotationModel(0, np.pi / 2, 0, rate=0.1), 3e-5)
@@ -62,14 +64,17 @@ class MagneticField(Dated, ABC):
     def at(self, position: Vector, time: Scalar) -> Vector:
         """Return the field, tesla, at a position from the planet's centre, both along the axes of the planet."""
 
+    @of_scalars
     def in_space(self, position: Vector, time: Scalar) -> Vector:
         """Return the field at a position, both along the space axes."""
         return self.rotation.to_space(self.at(self.rotation.to_planet(position, time), time), time)
 
+    @of_scalars
     def in_body(self, instant: Instant) -> Vector:
         """Return the field where the body is, along the body axes."""
         return instant.attitude.to_body(self.in_space(instant.position(self.orbit), instant.time))
 
+    @of_scalars
     def rate_in_body(self, instant: Instant) -> Vector:
         """Return the time derivative of the components along the body axes, which a magnetometer on the body sees.
 

@@ -14,6 +14,7 @@ from poinsot.forces.magnetic_fields import MagneticField
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Gain, Positive
 from poinsot.quantities import OR_NUMBER, Along, BodyVector, Rule
 
@@ -153,6 +154,7 @@ class BDot(Torque):
     field: MagneticField
     limit: Positive
 
+    @of_scalars
     def moment(self, instant: Instant) -> Vector:
         """Return the magnetic moment of the torquers, A m2, along the body axes."""
         rate = self.field.rate_in_body(instant)

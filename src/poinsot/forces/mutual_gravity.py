@@ -28,6 +28,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.two_bodies import TwoBodies
 
 __all__ = ["MutualGravity", "MutualHarmonics"]
@@ -43,6 +44,7 @@ class MutualSeries(Potential):
     def check(self, body: Any) -> None:
         refuse_one_body(self, body)
 
+    @of_scalars
     def truncation(self, instant: Any) -> Scalar:
         """Return an estimate of the error of the force between the bodies, relative to it, at a `PairInstant`.
 

@@ -14,6 +14,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import NotNegative, Parametric, Positive
 from poinsot.mechanics.periapsis_warning import warn_below
 
@@ -59,6 +60,7 @@ class Occulter(Parametric):
         super().__post_init__()
         warn_below(self, self.orbit, self.radius, "the surface", "inside the sphere nothing is seen")
 
+    @of_scalars
     def sunlight(self, instant: Instant, sun: Orbit, sun_radius: Scalar) -> Scalar:
         """Return which part of the Sun's disc this sphere leaves, from 0 in the umbra to 1.
 
@@ -123,6 +125,7 @@ class Sunlight(Torque):
                 f"{np.min(nearest):g}. Give distance and sun_radius in the unit of the orbit."
             )
 
+    @of_scalars
     def sunlight(self, instant: Instant) -> Scalar:
         """Return which part of the Sun's disc is seen, from 0 to 1."""
         seen: Scalar = 1.0

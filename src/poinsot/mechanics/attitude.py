@@ -169,6 +169,11 @@ class Attitude:
         """That of the quaternion, which many formulas of a state do not need."""
         return rotation_matrix(self._quaternion)
 
+    @property
+    def components(self) -> Iterable[Scalar]:
+        """The four scalars of the quaternion, or the nine of the matrix where it has none."""
+        return self._matrix.flat if self._quaternion is None else self._quaternion
+
     turn: Sequence[Scalar] = (0.0, 0.0, 0.0)
     """Angles of a small turn of `at_rest` about the body axes, which are zero: by which derivatives are taken."""
 

@@ -18,6 +18,7 @@ from poinsot.errors import exactly_one, member_array, real_array, real_numbers, 
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
+from poinsot.mechanics.members import of_arrays
 from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector, described
 from poinsot.quantities import AngularVelocities, Real, Times
 
@@ -37,6 +38,11 @@ EQUAL_MOMENTS = 64 * np.finfo(float).eps
 
 TRIANGLE_SLACK = 8 * np.finfo(float).eps
 """A flat plate has I1 + I2 = I3; its rounded moments may miss that by a few units in the last place."""
+
+
+def _of_vectors(name: str) -> Any:
+    """Return the mark of a formula whose argument may also be an array of vectors, shape (..., 3)."""
+    return of_arrays(real_numbers, native=True, **{name: (3,)})
 
 
 class Body(Parametric):
@@ -92,25 +98,31 @@ class Body(Parametric):
 
     def kinetics(self, scale: Scalar = 1) -> Kinetics:
         """Return what turns this body's momentum, times a scale, into its rate."""
-        return Kinetics.of(quat.component_product(self.moments, assemble([scale] * 3, self.moments)))
+        moments = quat.component_product(self.moments, assemble([scale] * 3, self.moments))
+        return Kinetics.of(moments, self.member_axis)
 
+    @_of_vectors("angular_momentum_body")
     def omega(self, angular_momentum_body: ArrayLike) -> NDArray[Any]:
         """Return the angular velocity in body axes, I^-1 g; shape (..., 3)."""
         return self.kinetics().omega(_three("angular_momentum_body", angular_momentum_body))
 
+    @_of_vectors("angular_momentum_body")
     def kinetic_energy(self, angular_momentum_body: ArrayLike) -> Scalar:
         """Return g . omega / 2, eq. (9); shape (...)."""
         return self.kinetics().kinetic_energy(_three("angular_momentum_body", angular_momentum_body))
 
+    @_of_vectors("omega_body")
     def angular_momentum(self, omega_body: AngularVelocities) -> NDArray[Any]:
         """Return the angular momentum in body axes, I omega; shape (..., 3)."""
         return quat.component_product(self.moments, _three("omega_body", omega_body))
 
+    @_of_vectors("direction_body")
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
         """Return the moment of inertia about a unit vector in body axes, J = u . I u; shape (...)."""
         direction = _three("direction_body", direction_body)
         return quat.dot(self.moments, quat.component_product(direction, direction))
 
+    @_of_vectors("direction_body")
     def attracted_moment(self, direction_body: ArrayLike) -> Scalar:
         """Return the moment on which gravity gradients act: `moment_about`, of what parts add the deviator alone.
 
@@ -369,7 +381,7 @@ def started(
     attitude: Rotation | ArrayLike, given: dict[str, ArrayLike | None], time: ArrayLike, frame: Frame | None
 ) -> tuple[NDArray[np.float64], str, NDArray[np.float64]]:
     """Return the quaternion of a start, and the name and the body components of the one vector that is given."""
-    from poinsot.mechanics.frame import checked_frame
+    from poinsot.mechanics.frame import axes_at, checked_frame
 
     time = real_numbers("time", time)
     q = unit_quaternion(attitude)
@@ -379,8 +391,9 @@ def started(
     value = member_array(name, value, (3,))
     along_body = quat.rotate(quat.conjugate(q), value) if name.endswith("_space") else value
     if frame is not None:
-        q = quat.product(checked_frame(frame).quaternion(time), q)
-        along_body = along_body + quat.rotate(quat.conjugate(q), frame.omega_space(time))
+        axes, turning = axes_at(checked_frame(frame), time)
+        q = quat.product(axes, q)
+        along_body = along_body + quat.rotate(quat.conjugate(q), turning)
     return q, name, along_body
 
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.functions import Scalar
 from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
+from poinsot.mechanics.members import common_axis, expanded
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 
 __all__ = ["Collection"]
@@ -58,11 +59,7 @@ class Collection(ABC):
     @cached_property
     def members(self) -> tuple[int, ...]:
         """The shape of the member axis of the numbers: () for one body, (members,) for an ensemble."""
-        shapes = {number.shape for number in self.numbers if number.ndim}
-        if len(shapes) > 1:
-            counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
-            raise ValueError(f"body and forces must have equally many members, got {counts}.")
-        return shapes.pop() if shapes else ()
+        return common_axis("body and forces", {number.shape for number in self.numbers})
 
     @cached_property
     def orbits(self) -> tuple[Orbit, ...]:
@@ -100,11 +97,6 @@ class Collection(ABC):
         """Yield an attribute of orbits, rotation models and fields."""
         return (getattr(part, name) for part in self._dated)
 
-    @cached_property
-    def beside_samples(self) -> Self:
-        """The same with numbers that broadcast against a row of samples, members first."""
-        return self.with_numbers(number[..., None] for number in self.numbers)
-
     def between_knots(self, time: ArrayLike | None = None) -> Self:
         """Return what it is between the knots around a time, by default the first two."""
         if not self.knots.size:
@@ -119,8 +111,7 @@ class Collection(ABC):
         """
         axes = len(shape)
         if axes not in self._twins:
-            numbers = (np.reshape(number, (*number.shape, *(1,) * (axes - number.ndim))) for number in self.numbers)
-            self._twins[axes] = self.with_numbers(numbers)
+            self._twins[axes] = self.with_numbers(expanded(number, axes) for number in self.numbers)
         return self._twins[axes]
 
     @cached_property

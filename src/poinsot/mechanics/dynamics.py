@@ -168,7 +168,8 @@ class Dynamics(Collection):
             for each in state.of_bodies.values()
         ]
         own = {name: scalars(values) for name, values in state.own.items()}
-        return self.instant(bodies, own, environment or Environment(state.time))
+        twin = self.beside(state.shape) if any(record.member_axis for record in self.records) else self
+        return twin.instant(bodies, own, environment or Environment(state.time))
 
     def instant(
         self,

@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.errors import scalar
+from poinsot.algebra.program import Graph, tangents
+from poinsot.errors import real_numbers, scalar
 from poinsot.functions import ComovingVector, Scalar, Vector
 from poinsot.mechanics.block import Block
+from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
+from poinsot.mechanics.members import at_times, with_times
 from poinsot.mechanics.parameters import Parametric, same
-
-if TYPE_CHECKING:
-    from poinsot.mechanics.frame import Frame
+from poinsot.quantities import Times
 
 __all__ = [
     "SPACE_AXES_UNNAMED",
@@ -94,7 +96,10 @@ class Orbit(Dated, ABC):
 
     @abstractmethod
     def position_at(self, time: Scalar) -> Vector:
-        """Return the three components of the position of the body from the attractor."""
+        """Return the three components of the position of the body from the attractor.
+
+        Each has the shape of the time. Of members and times of shape (n,), common to all, each has shape (members, n).
+        """
 
     @abstractmethod
     def velocity_at(self, time: Scalar) -> Vector:
@@ -146,16 +151,40 @@ class Orbit(Dated, ABC):
 
     @property
     def frame(self) -> Frame:
-        """The axes that follow this orbit."""
-        raise ValueError(f"orbit must move to have a frame, but {type(self).__name__} has no velocity.")
+        """The axes radial (away from the attractor), transverse (forward), normal to position and velocity."""
+        return FrameOfOrbit(self)
+
+
+class FrameOfOrbit(RelativeOrbitFrame):
+    """The axes radial, transverse and normal of any orbit, by the formulas of its position and its velocity."""
+
+    def __init__(self, orbit: Orbit) -> None:
+        self.orbit = orbit
+        super().__init__(self._moving_at)
+
+    @property
+    @override
+    def member_axis(self) -> tuple[int, ...]:
+        return self.orbit.member_axis
+
+    def _moving_at(self, time: Times) -> tuple[NDArray[np.float64], ...]:
+        """Return position, velocity and its derivative."""
+        orbit, t = with_times(self.orbit, real_numbers("time", time))
+        graph = Graph()
+        now = graph.variable(t)
+        velocity = Vector(orbit.velocity_at(now))
+        acceleration = graph.finished(tangents(list(velocity), {now: 1.0}))
+        shape = np.broadcast_shapes(self.member_axis + (1,) * (np.ndim(t) - 1), np.shape(t))
+        vectors = orbit.position_at(t), orbit.velocity_at(t), acceleration
+        return tuple(np.stack([np.broadcast_to(x, shape) for x in vector], axis=-1) for vector in vectors)
 
 
 def _of_time(formula: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a formula of the time that checks it."""
+    """Return a formula of the time that checks the time, and that broadcasts times against the numbers of members."""
 
     @functools.wraps(formula)
     def checked(self: Any, time: Any) -> Any:
-        return formula(self, scalar("time", time))
+        return at_times(formula, self, scalar("time", time))
 
     return checked
 

@@ -15,6 +15,7 @@ from typing_extensions import override
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
 from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.two_bodies import check_name_of_body
@@ -43,7 +44,8 @@ class Event(Parametric, ABC):
     --------
     >>> class Slow(pt.Event):
     ...     rate: float
-    ...     def value(self, instant):
+    ...     @of_scalars
+    def value(self, instant):
     ...         return pt.functions.norm(instant.omega_body) - self.rate
     >>> Slow(0.5, direction=-1)
     Slow(rate=0.5, direction=-1)
@@ -69,6 +71,7 @@ class Event(Parametric, ABC):
     def value(self, instant: Instant) -> Scalar:
         """Return the scalar whose zeros are the events."""
 
+    @of_scalars
     def condition(self, instant: Instant) -> Scalar:  # noqa: ARG002
         """Return a scalar that is positive where a zero of the value is an event; by default at all of them."""
         return 1.0
@@ -92,6 +95,7 @@ class Event(Parametric, ABC):
         """The name of the class, for summaries."""
         return type(self).__name__
 
+    @of_scalars
     def check_start(self, instant: Instant) -> None:
         """Raise a ValueError if a motion must not begin where it does: an instant of arrays, if there are members."""
 

@@ -20,6 +20,7 @@ from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_matrix
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
 
@@ -35,10 +36,12 @@ class Force(Parametric, ABC):
     def check(self, body: Any) -> None:
         """Raise a ValueError if the force is that on another body, one or two; a system asks once, when it is made."""
 
+    @of_scalars
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return, by name, whether the formula is used where it need not hold: a result counts these times."""
         return {}
 
+    @of_scalars
     def relative_errors(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return estimates of the relative error of the formula, by the names in `validity` that they cause."""
         return {}
@@ -66,6 +69,7 @@ class Potential(Force):
     moves_orbit: ClassVar[bool] = True
     """Whether the energy has all that the place of the body changes, and not what its attitude changes alone."""
 
+    @of_scalars
     @abstractmethod
     def energy(self, instant: Instant) -> Scalar:
         """Return the potential energy, written with `instant.attitude.to_body(u)` of space vectors u."""
@@ -97,6 +101,7 @@ class Torque(Force):
     Spring(stiffness=0.2)
     """
 
+    @of_scalars
     @abstractmethod
     def torque(self, instant: Instant) -> Any:
         """Return the torque along the body axes, three scalars."""
@@ -146,6 +151,7 @@ class PairLoad(Force):
     Drag(friction=0.2)
     """
 
+    @of_scalars
     @abstractmethod
     def load(self, instant: Any) -> Load:
         """Return force and torques at a `PairInstant`."""
@@ -223,6 +229,11 @@ class _Recorder(Attitude):
     @override
     def at_rest(self) -> Attitude:
         return self._attitude
+
+    @property
+    @override
+    def components(self) -> Iterable[Scalar]:
+        return self._attitude.components
 
     @functools.cached_property
     @override

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -11,10 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.errors import real_array, real_numbers
+from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.html_text import text_table
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
+from poinsot.mechanics.members import expanded, with_times
 from poinsot.mechanics.parameters import described, listed
 from poinsot.quantities import AngularVelocities, Time, Times
 
@@ -41,9 +43,17 @@ class Frame(ABC):
     array([0., 0., 1.])
     """
 
+    @property
+    def member_axis(self) -> tuple[int, ...]:
+        """The shape of the member axis of the axes' numbers: (members,), or () for one frame."""
+        return ()
+
     @abstractmethod
     def quaternion(self, time: Times) -> NDArray[np.float64]:
-        """Return the unit quaternion frame -> space, x_space = q x_frame q~; shape (..., 4)."""
+        """Return the unit quaternion frame -> space, x_space = q x_frame q~; shape (..., 4).
+
+        Times of shape (n,) are common to all members, and the result has the shape (members, n, 4).
+        """
 
     @abstractmethod
     def omega_space(self, time: Times) -> NDArray[np.float64]:
@@ -72,6 +82,14 @@ def checked_frame(frame: Any) -> Frame:
     return frame
 
 
+def axes_at(frame: Frame, time: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return quaternion and angular velocity of a frame at the time of a state, or of the state of each member."""
+    if not (frame.member_axis and np.ndim(time)):
+        return frame.quaternion(time), frame.omega_space(time)
+    own = np.asarray(time)[:, None]
+    return frame.quaternion(own)[:, 0], frame.omega_space(own)[:, 0]
+
+
 def roll_pitch_yaw(quaternion: ArrayLike) -> NDArray[np.float64]:
     """Return roll, pitch and yaw, radians, of attitudes body -> radial, transverse, normal of an orbit; (..., 3).
 
@@ -93,11 +111,11 @@ class RotatingFrame(Frame):
 
     Parameters
     ----------
-    attitude : scipy Rotation or array (4,)
+    attitude : scipy Rotation or array (4,) or (members, 4)
         Frame -> space at the epoch.
-    omega_space : array (3,)
+    omega_space : array (3,) or (members, 3)
         Its constant angular velocity, space axes, radians per unit of time.
-    epoch : float
+    epoch : float or array (members,)
         The time of `attitude`.
 
     Examples
@@ -109,8 +127,23 @@ class RotatingFrame(Frame):
 
     def __init__(self, attitude: Rotation | ArrayLike, omega_space: AngularVelocities, epoch: Time = 0.0) -> None:
         self._start = unit_quaternion(attitude)
-        self._omega = real_array("omega_space", omega_space, (3,))
-        self._epoch = float(real_array("epoch", epoch, ()))
+        self._omega = member_array("omega_space", omega_space, (3,))
+        self._epoch = member_array("epoch", epoch, ())[()]
+        self._rate = np.apply_along_axis(np.linalg.norm, -1, self._omega)[()]
+        counts = {"attitude": self._start.shape[:-1], "omega_space": self._omega.shape[:-1]}
+        refuse_other_members(**counts, epoch=self._epoch.shape)
+
+    @property
+    @override
+    def member_axis(self) -> tuple[int, ...]:
+        return np.broadcast_shapes(self._start.shape[:-1], self._rate.shape, self._epoch.shape)
+
+    def with_axes(self, axes: int) -> RotatingFrame:
+        """Return the frame with numbers of shape (members, 1, ...) that broadcast against arrays of so many axes."""
+        frame = copy.copy(self)
+        frame._start, frame._omega = (expanded(vectors, axes, 1) for vectors in (self._start, self._omega))
+        frame._epoch, frame._rate = (expanded(numbers, axes) for numbers in (self._epoch, self._rate))
+        return frame
 
     @property
     @override
@@ -120,17 +153,16 @@ class RotatingFrame(Frame):
 
     @override
     def quaternion(self, time: Times) -> NDArray[np.float64]:
-        half = 0.5 * (real_numbers("time", time) - self._epoch)
-        rate = np.linalg.norm(self._omega)
-        turned: Any = np.stack(
-            np.broadcast_arrays(np.cos(rate * half), *(half * np.sinc(rate * half / np.pi) * w for w in self._omega)),
-            axis=-1,
-        )
-        return quat.product(turned, self._start)
+        frame, t = with_times(self, real_numbers("time", time))
+        half, rate = 0.5 * (t - frame._epoch), frame._rate
+        vector = (half * np.sinc(rate * half / np.pi) * w for w in np.moveaxis(frame._omega, -1, 0))
+        turned: Any = np.stack(np.broadcast_arrays(np.cos(rate * half), *vector), axis=-1)
+        return quat.product(turned, frame._start)
 
     @override
     def omega_space(self, time: Times) -> NDArray[np.float64]:
-        return np.broadcast_to(self._omega, (*real_numbers("time", time).shape, 3))
+        frame, t = with_times(self, real_numbers("time", time))
+        return np.broadcast_to(frame._omega, (*np.broadcast_shapes(frame._rate.shape, np.shape(t)), 3))
 
 
 class RelativeOrbitFrame(Frame):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers, refuse_negative
 from poinsot.functions import Scalar
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Matrix, Parametric, Positive
 from poinsot.quantities import Real, Rule
 
@@ -83,10 +84,12 @@ class GravityField(Parametric):
         """The number of orders, degree + 1."""
         return self.degree + 1
 
+    @of_scalars
     def row(self, n: int) -> list[tuple[Scalar, Scalar]]:
         """Return the pairs (C_nm, S_nm) of one degree, m = 0 ... n."""
         return [(self.C[n, m], self.S[n, m]) for m in range(n + 1)]
 
+    @of_scalars
     def power(self, n: int) -> Scalar:
         """Return the mean square of the terms of one degree at the unit of length, over that of degree 0."""
         squares = sum((c * c + s * s) / norm**2 for (c, s), norm in zip(self.row(n), norms(n)[n], strict=True))

@@ -5,6 +5,8 @@ from __future__ import annotations
 import functools
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of
@@ -53,10 +55,15 @@ class Instant:
         self._body, self._attitude, self.environment, self.scale = body, attitude, environment, scale
         self._omega_body, self._momentum = omega_body, angular_momentum_body
 
-    @property
+    @functools.cached_property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of its scalars: () of one state, (members, ...) of states of members."""
+        return shape_of(self.time, self._attitude.components, self._omega_body, self._momentum)
+
+    @functools.cached_property
     def body(self) -> Body:
         """The body, with its parts."""
-        return self._body
+        return self._body.with_axes(len(self.shape)) if self._body.member_axis else self._body
 
     @property
     def acted_on(self) -> Any:
@@ -118,19 +125,29 @@ class Instant:
 
     def position(self, orbit: Orbit) -> Vector:
         """Return the position of the body from the attractor of that orbit, space axes."""
-        return self.environment.position(orbit)
+        return self.environment.position(self._of_members(orbit))
 
     def velocity(self, orbit: Orbit) -> Vector:
         """Return the velocity of the body relative to the attractor of that orbit, space axes."""
-        return self.environment.velocity(orbit)
+        return self.environment.velocity(self._of_members(orbit))
 
     def direction(self, orbit: Orbit) -> Vector:
         """Return the unit vector from the attractor of that orbit to the body, space axes."""
-        return self.environment.direction(orbit)
+        return self.environment.direction(self._of_members(orbit))
 
     def inverse_distance(self, orbit: Orbit) -> Scalar:
         """Return 1 / r of the body from the attractor of that orbit."""
-        return self.environment.inverse_distance(orbit)
+        return self.environment.inverse_distance(self._of_members(orbit))
+
+    def _of_members(self, orbit: Orbit) -> Orbit:
+        """Return an orbit whose numbers broadcast against the scalars of the instant."""
+        return orbit.with_axes(len(self.shape)) if orbit.member_axis else orbit
+
+
+def shape_of(time: Scalar, *vectors: Any) -> tuple[int, ...]:
+    """Return the shape of a time together with the scalars of vectors, of which some may be None."""
+    scalars = (time, *(x for vector in vectors if vector is not None for x in vector))
+    return np.broadcast_shapes(*(x.shape for x in scalars if isinstance(x, np.ndarray)))
 
 
 class RateUnknownError(TypeError):

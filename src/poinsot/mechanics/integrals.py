@@ -214,7 +214,7 @@ def _rates_at(system: Dynamics, sampled: tuple[Array, Array, Array], forced: boo
     random = np.random.default_rng(1)
     shaken = (values * (1 + EPS * random.uniform(-2, 2, values.shape)) for values in sampled)
     q, t, omega = (np.concatenate(pair) for pair in zip(sampled, shaken, strict=True))
-    graph, twin = Graph(), system.beside_samples
+    graph, twin = Graph(), system.beside((*system.members, len(t)))
     time, rate = graph.variable(t), functions.Vector(omega.T)
     body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.parts}, t)
 

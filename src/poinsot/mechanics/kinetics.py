@@ -12,6 +12,7 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array, assemble, components
 from poinsot.functions import Scalar
+from poinsot.mechanics.members import of_arrays
 from poinsot.mechanics.parameters import Parametric, Vector
 
 __all__ = ["CompositeKinetics", "Kinetics", "Matrix", "ObliqueKinetics", "outer", "product", "spread"]
@@ -35,28 +36,33 @@ class Kinetics(Parametric):
     twists: Vector
 
     @classmethod
-    def of(cls, moments: ArrayLike) -> Kinetics:
-        """Return the kinetics of principal moments, scalars of any kind."""
+    def of(cls, moments: ArrayLike, member_axis: tuple[int, ...] = ()) -> Kinetics:
+        """Return the kinetics of principal moments, scalars of any kind, or of the moments of members."""
         a, b, c = components(moments)
         return cls.unchecked(
             reciprocals=assemble([1 / a, 1 / b, 1 / c], moments),
             twists=assemble([(b - c) / (b * c), (c - a) / (c * a), (a - b) / (a * b)], moments),
+            member_axis=member_axis,
         )
 
+    @of_arrays(native=True, g=(3,))
     def omega(self, g: ArrayLike) -> Array:
         """Return the angular velocity I^-1 g; shape (..., 3)."""
         return quat.component_product(g, self.reciprocals)
 
+    @of_arrays(native=True, g=(3,))
     def half_omega(self, g: ArrayLike) -> Array:
         """Return omega / 2, which turns a quaternion: q' = q (0, omega/2); shape (..., 3)."""
         return quat.component_product(g, [0.5 * reciprocal for reciprocal in components(self.reciprocals)])
 
+    @of_arrays(native=True, g=(3,))
     def gyration(self, g: ArrayLike) -> Array:
         """Return g x omega, the change of g seen from the turning body; shape (..., 3)."""
         g1, g2, g3 = components(g)
         t1, t2, t3 = components(self.twists)
         return assemble([t1 * (g2 * g3), t2 * (g3 * g1), t3 * (g1 * g2)], g)
 
+    @of_arrays(native=True, g=(3,))
     def kinetic_energy(self, g: ArrayLike) -> Scalar:
         """Return g . omega / 2, eq. (9); shape (...)."""
         return 0.5 * quat.dot(g, self.omega(g))

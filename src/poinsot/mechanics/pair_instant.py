@@ -12,7 +12,7 @@ from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.environment import Environment, Orbit
-from poinsot.mechanics.instant import Instant, RateUnknownError
+from poinsot.mechanics.instant import Instant, RateUnknownError, shape_of
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 
 __all__ = ["PairInstant"]
@@ -57,9 +57,16 @@ class PairInstant(Instant):
         angular_momenta: Sequence[Any] = (None, None),
         scales: Sequence[Scalar] = (1, 1),
     ) -> None:
-        self.pair, self.attitudes, self.environment = pair, tuple(attitudes), environment
+        self.attitudes, self.environment = tuple(attitudes), environment
         self.separation, self._relative = Vector(separation), momentum
         self.angular_momenta, self.scales = tuple(angular_momenta), tuple(scales)
+        self.pair = pair.with_axes(len(self.shape)) if pair.member_axis else pair
+
+    @functools.cached_property
+    @override
+    def shape(self) -> tuple[int, ...]:
+        attitudes = (each.components for each in self.attitudes)
+        return shape_of(self.environment.time, self.separation, self._relative, *attitudes, *self.angular_momenta)
 
     @property
     @override

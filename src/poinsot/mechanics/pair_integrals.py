@@ -77,7 +77,7 @@ def _rates_at(system: Any, count: int, forced: bool = False) -> tuple[list[Array
     space, the terms of the torque about the barycentre. Forced conditions go every way, and the change of the energy is
     that to the other branches.
     """
-    given, graph, twin = _samples(system, count), Graph(), system.beside_samples
+    given, graph, twin = _samples(system, count), Graph(), system.beside((*system.members, count))
     pair, pace = twin.pair, np.asarray(system_pace(system))[..., None]
 
     def variables(values: Any) -> Vector:

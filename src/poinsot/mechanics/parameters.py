@@ -31,6 +31,7 @@ from poinsot.errors import (
 from poinsot.functions import Scalar
 from poinsot.html_text import rounded, text_table
 from poinsot.lazy import cached_property
+from poinsot.mechanics.members import common_axis, expanded, inherited_formula
 from poinsot.quantities import (
     Along,
     BodyVector,
@@ -104,13 +105,17 @@ class Parametric:
         for name in cls.__annotations__.keys() - vars(cls).keys():
             if callable(getattr(cls, name, None)):  # a field may have the name of a method, which is not its default
                 setattr(cls, name, dataclasses.field())
+        for name in list(vars(cls)):
+            if mark := inherited_formula(cls, name):
+                setattr(cls, name, mark(vars(cls)[name]))
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
         cls.__setattr__ = _stays  # type: ignore[assignment]
 
     @classmethod
     def unchecked(cls, **fields: Any) -> Self:
-        """Return a record of computed values of any kind, which need no check."""
+        """Return a record of computed values of any kind, which need no check and broadcast as they are."""
         record = object.__new__(cls)
+        object.__setattr__(record, "member_axis", ())
         for name, value in fields.items():
             object.__setattr__(record, name, value)
         return record
@@ -163,6 +168,28 @@ class Parametric:
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
         """The real parameters in the order of their declaration, each of shape () or (members,)."""
         return tuple(self._numbers())
+
+    @cached_property
+    def member_axis(self) -> tuple[int, ...]:
+        """The shape of the member axis: (members,), or () for a single body and for numbers that broadcast."""
+        shapes = {record.member_axis for record in self.records}
+        for name, kind in _fields_of(self).items():
+            value = getattr(self, name)
+            if isinstance(kind, tuple) and isinstance(value, np.ndarray):
+                shapes.add(value.shape[: value.ndim - len(kind)])
+        return common_axis(f"the numbers of {type(self).__name__}", shapes)
+
+    def with_axes(self, axes: int) -> Self:
+        """Return the record with numbers of shape (members, 1, ...) that broadcast against arrays of so many axes."""
+        if not self.member_axis:
+            return self
+        if axes not in self._with_axes:
+            self._with_axes[axes] = self.with_numbers(expanded(number, axes) for number in self.numbers)
+        return self._with_axes[axes]
+
+    @cached_property
+    def _with_axes(self) -> dict[int, Self]:
+        return {}
 
     def _numbers(self) -> Iterator[NDArray[np.float64]]:
         for name, kind in _fields_of(self).items():

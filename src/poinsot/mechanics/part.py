@@ -22,6 +22,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import same
 
 __all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "named_parts", "parts_of", "tensor_array"]
@@ -66,7 +67,8 @@ class Part(Block, Force):
     --------
     >>> class Rotor(pt.Part):
     ...     rate: float
-    ...     def momentum(self, own, time):
+    ...     @of_scalars
+    def momentum(self, own, time):
     ...         return pt.functions.Vector((0.0, 0.0, self.rate * time))
     >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), Rotor(0.1))
     >>> start = system.state((1, 0, 0, 0), omega_body=(0, 0, 1))
@@ -82,10 +84,12 @@ class Part(Block, Force):
         """When the variables become those of `update`; None: never. Such a motion runs forwards only."""
         return None
 
+    @of_scalars
     def update(self, instant: Instant, draws: Vector) -> Vector:  # noqa: ARG002
         """Return the variables behind a jump, from the instant before it and numbers drawn at random."""
         return instant.own(self)
 
+    @of_scalars
     def start(self, time: Scalar, omega_body: Vector) -> Vector:  # noqa: ARG002
         """Return the values at the start of a motion that names none; by default zeros."""
         return Vector((0.0,) * self.size)
@@ -94,18 +98,22 @@ class Part(Block, Force):
         """Return h, the angular momentum at omega = 0, along the body axes; those of parts add up."""
         return Vector((0.0, 0.0, 0.0))
 
+    @of_scalars
     def inertia(self, own: Vector, time: Scalar) -> Matrix:  # noqa: ARG002
         """Return the change of the mass distribution: added to the body's inertia, and gravity acts on it."""
         return NOTHING
 
+    @of_scalars
     def spinning_inertia(self, own: Vector) -> Matrix:  # noqa: ARG002
         """Return the inertia that does not turn with the body: taken out of K^-1 alone."""
         return NOTHING
 
+    @of_scalars
     def internal_energy(self, own: Vector, time: Scalar) -> Scalar:  # noqa: ARG002
         """Return what the part adds to (g - h) . K (g - h) / 2."""
         return 0.0
 
+    @of_scalars
     def rates(self, instant: Instant, pull: Vector) -> Vector:  # noqa: ARG002
         """Return the time derivatives of the variables.
 
@@ -123,6 +131,7 @@ class Part(Block, Force):
         """Whether the part may refuse a start; others cost a run nothing."""
         return type(self).check_start is not Part.check_start
 
+    @of_scalars
     def check_start(self, instant: Instant) -> None:
         """Raise a ValueError for a start at which the part cannot be; by default none."""
 

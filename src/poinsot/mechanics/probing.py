@@ -51,7 +51,7 @@ def time_scale(system: Collection) -> float:
 def time_scales(system: Collection) -> Array:
     """Return the time in which the fastest orbit of each member turns by about a radian; 1 without one."""
     rates: Any = np.zeros(())
-    for orbit in system.orbits:
+    for orbit in (path.with_axes(1) for path in system.orbits):
         t = orbit.sample_time
         rates = np.maximum(rates, functions.norm(orbit.velocity_at(t)) * orbit.inverse_distance_at(t))
     return 1 / np.where(rates > 0, rates, 1.0)

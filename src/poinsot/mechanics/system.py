@@ -297,7 +297,7 @@ class System(Dynamics):
     def traced_sizes(self) -> tuple[Graph, list[Any]]:
         """Return the energies of potentials, or the sizes of torques, on a body at rest at samples, and their graph."""
         (q, _, _), t = samples(self, BRANCHES), sample_times(self, BRANCHES)
-        graph, twin, at_rest = Graph(), self.beside_samples, Vector((0.0, 0.0, 0.0))
+        graph, twin, at_rest = Graph(), self.beside((*self.members, BRANCHES)), Vector((0.0, 0.0, 0.0))
         time = graph.variable(t)
         body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)
         instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), Environment(time), at_rest)

@@ -17,7 +17,7 @@ from poinsot.mechanics.attitude import Attitude, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.circular_pair import circular_orbit, upright
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
+from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, axes_at, checked_frame
 from poinsot.mechanics.overlap import gap_between, refuse_overlap
 from poinsot.mechanics.parameters import Parametric, Positive, described
 from poinsot.mechanics.state import PairState
@@ -232,7 +232,8 @@ class TwoBodies(Parametric):
                 f"orbit must have mu = G (m1 + m2) = {np.ravel(self.mu)[0]:.10g}, got {np.ravel(orbit.mu)[0]:.10g}. "
                 "Write KeplerOrbit(pair.mu, ...)."
             )
-        place = [np.stack(np.broadcast_arrays(*at(time)), axis=-1) for at in (orbit.position_at, orbit.velocity_at)]
+        path = orbit.with_axes(1)  # whose members are those of the times
+        place = [np.stack(np.broadcast_arrays(*at(time)), axis=-1) for at in (path.position_at, path.velocity_at)]
         given = {"omega_body": omega_body, "omega_space": omega_space}
         given |= {
             "angular_momentum_body": angular_momentum_body,
@@ -353,7 +354,7 @@ class TwoBodies(Parametric):
         refuse_other_members(state=state.shape, delta_velocity=change.shape[:-1], masses=mass.shape[:-1])
         if frame is not None:
             axes = _frame(frame, state.position, state.momentum / mass)
-            change = quat.rotate(axes.quaternion(state.time), change)
+            change = quat.rotate(axes_at(axes, state.time)[0], change)
         return PairState(state.position, state.momentum + mass * change, state.primary, state.secondary)
 
 

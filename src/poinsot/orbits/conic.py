@@ -17,6 +17,7 @@ from poinsot.errors import refuse_negative
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
 from poinsot.mechanics.environment import Orbit, OrbitBlock
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
 from poinsot.quantities import Real, Rule
@@ -84,6 +85,7 @@ class ConicOrbit(Orbit):
         """The directions to the periapsis, a quarter turn on, and normal, along space."""
         return plane_of(self.node, self.inclination, self.argument_of_periapsis)
 
+    @of_scalars
     def in_space(self, ahead: Scalar, aside: Scalar) -> functions.Vector:
         """Return a vector of the plane, given along the first two of its directions."""
         return in_plane(self.plane, ahead, aside)

@@ -390,12 +390,17 @@ class EphemerisFrame(Frame):
     def __init__(self, orbit: Ephemeris) -> None:
         self.orbit = orbit
 
+    @property
+    @override
+    def member_axis(self) -> tuple[int, ...]:
+        return self.orbit.member_axis
+
     @override
     def quaternion(self, time: ArrayLike) -> Array:
         q = quaternion_from_matrix(np.stack(self._axes(time), axis=-1))
-        if q.ndim > 1:
-            same = quat.dot(q[1:], q[:-1]) >= 0
-            q[1:] *= np.cumprod(np.where(same, 1, -1))[:, None]
+        if np.ndim(time):
+            same = quat.dot(q[..., 1:, :], q[..., :-1, :]) >= 0
+            q[..., 1:, :] *= np.cumprod(np.where(same, 1, -1), axis=-1)[..., None]
         return q
 
     def omega_space(self, time: ArrayLike) -> Array:

@@ -14,6 +14,7 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array, refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import elapsed
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
@@ -220,15 +221,18 @@ class EscapeOrbit(ConicOrbit):
         """Return the true anomaly, radians, between those of the asymptotes."""
         return self.anomaly(*self.place(time))
 
+    @of_scalars
     def anomaly(self, S1: Scalar, S2: Scalar) -> Scalar:
         """Return the true anomaly, radians."""
         return functions.atan2(functions.sqrt(1 + self.eccentricity) * S1, 1 - S2)
 
+    @of_scalars
     def place(self, time: Scalar) -> tuple[Scalar, Scalar]:
         """Return S_1 and S_2."""
         refuse_symbols(type(self).__name__, time, *(vars(self)[name] for name in ("mu", "eccentricity")))
         return universal_place(self.eccentricity, self.scaled(time))
 
+    @of_scalars
     def scaled(self, time: Scalar) -> Scalar:
         """Return the time since the periapsis in units of sqrt(q^3 / mu)."""
         return elapsed(self.time_since_periapsis, time, self.epoch) * self.rate

@@ -13,6 +13,7 @@ from poinsot import functions
 from poinsot.errors import refuse_zero
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.parameters import Positive
 from poinsot.quantities import Rule, SpaceVector
 
@@ -60,6 +61,11 @@ class FixedPosition(HeldPosition):
     @override
     def velocity_at(self, time: Scalar) -> functions.Vector:
         return functions.Vector((0.0, 0.0, 0.0))
+
+    @property
+    @override
+    def frame(self) -> Frame:
+        raise ValueError(f"orbit must move to have a frame, but {type(self).__name__} has no velocity.")
 
     @property
     @override

@@ -12,6 +12,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_numbers
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.members import with_times
 
 __all__ = ["OrbitFrame"]
 
@@ -25,21 +26,24 @@ class OrbitFrame(Frame):
 
     def __init__(self, orbit: Orbit) -> None:
         self.orbit = orbit
-        self._block: Any = orbit.block
+
+    @property
+    @override
+    def member_axis(self) -> tuple[int, ...]:
+        return self.orbit.member_axis
 
     @override
     def quaternion(self, time: ArrayLike) -> NDArray[np.float64]:
-        return self._quaternion(*self._start(time))
+        block, t, variables = self._start(time)
+        return np.asarray(block.quaternion(t, variables))
 
     @override
     def omega_space(self, time: ArrayLike) -> NDArray[np.float64]:
-        t, variables = self._start(time)
-        omega = self._block.omega(t, np.moveaxis(variables, -1, 0))
-        return quat.rotate(self._quaternion(t, variables), np.stack(np.broadcast_arrays(*omega), axis=-1))
+        block, t, variables = self._start(time)
+        omega = block.omega(t, np.moveaxis(variables, -1, 0))
+        return quat.rotate(block.quaternion(t, variables), np.stack(np.broadcast_arrays(*omega), axis=-1))
 
-    def _quaternion(self, time: NDArray[np.float64], own: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(self._block.quaternion(time, own))
-
-    def _start(self, time: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        t = real_numbers("time", time)
-        return t, self._block.start_at(t)
+    def _start(self, time: ArrayLike) -> tuple[Any, NDArray[np.float64], NDArray[np.float64]]:
+        """Return the block of the orbit, and its variables at times that broadcast against its numbers."""
+        orbit, t = with_times(self.orbit, real_numbers("time", time))
+        return orbit.block, t, orbit.block.start_at(t)

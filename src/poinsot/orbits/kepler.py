@@ -15,6 +15,7 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array
 from poinsot.functions import Scalar
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import NearbyAngle, angle_at, mean_motion_of
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
@@ -245,12 +246,14 @@ class KeplerOrbit(ConicOrbit):
 
     # ------------------------------------------------------------------ the ellipse, by the mean anomaly
 
+    @of_scalars
     def place(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
         """Return a (cos E - e) and b sin E: the position along the axes of the ellipse."""
         a, e = self.semimajor_axis, self.eccentricity
         sine, cosine = self._half_anomaly(mean_anomaly)
         return a * (1 - e) - 2 * a * (sine * sine), 2 * a * self._ratio * (sine * cosine)
 
+    @of_scalars
     def slope(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
         """Return the derivatives of the place with respect to the mean anomaly."""
         a, e = self.semimajor_axis, self.eccentricity
@@ -258,6 +261,7 @@ class KeplerOrbit(ConicOrbit):
         fast = 1 / ((1 - e) + 2 * e * (sine * sine))
         return -2 * a * (sine * cosine) * fast, a * self._ratio * (1 - 2 * (sine * sine)) * fast
 
+    @of_scalars
     def distance(self, mean_anomaly: Scalar) -> Scalar:
         """Return a (1 - e cos E)."""
         a, e = self.semimajor_axis, self.eccentricity

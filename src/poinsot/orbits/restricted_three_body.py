@@ -19,6 +19,7 @@ from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
 from poinsot.mechanics.frame import RotatingFrame
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
 from poinsot.orbits import solutions
 from poinsot.orbits.conic import shown
@@ -152,6 +153,7 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
         potential = 0.5 * (x * x + y * y) + (1 - mu) * inverse["primary"] + mu * inverse["secondary"]
         return 2 * potential - functions.dot(velocity, velocity)
 
+    @of_scalars
     def variables_at(self, time: Scalar) -> functions.Vector:
         """Return position and velocity from the secondary, synodic axes, units of separation and mean motion."""
         time = scalar("time", time)

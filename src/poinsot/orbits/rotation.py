@@ -18,6 +18,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.euler import quaternion_from_angles
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.orbits import iau_rotations
 from poinsot.orbits.angle_reduction import angle_at
@@ -135,6 +136,7 @@ class RotationModel(PlanetAxes):
 
     # ------------------------------------------------------------------ formulas
 
+    @of_scalars
     def angles_at(self, time: Scalar) -> Vector:
         """Return right ascension and declination of the pole, and the prime meridian; of floats up to two turns."""
         since = time - self.epoch
@@ -143,6 +145,7 @@ class RotationModel(PlanetAxes):
         meridian = angle_at(self.prime_meridian, self.rate, time, self.epoch)
         return Vector((ascension, declination, meridian + 0.5 * self.acceleration * (since * since)))
 
+    @of_scalars
     def axes_at(self, time: Scalar) -> tuple[Vector, Vector, Vector]:
         """Return the three axes of the planet along the space axes."""
         (rising, ahead, pole), (c, s) = self._turn(time)
@@ -173,24 +176,19 @@ class RotationModel(PlanetAxes):
 
     @override
     def quaternion(self, time: Times) -> NDArray[np.float64]:
-        ascension, declination, meridian = self._of_scalars.angles_at(real_numbers("time", time))
+        ascension, declination, meridian = self.angles_at(real_numbers("time", time))
         angles = np.broadcast_arrays(ascension + QUARTER, QUARTER - declination, meridian)
         return np.asarray(quaternion_from_angles(np.stack(angles, axis=-1), "313"))
 
     @override
     def omega_space(self, time: Times) -> NDArray[np.float64]:
         t, graph = real_numbers("time", time), Graph()
-        moving, twin = graph.variable(t), self._of_scalars
-        ascension, declination, meridian = graph.finished(tangents(list(twin.angles_at(moving)), {moving: 1.0}))
-        alpha, _, _ = twin.angles_at(t)
-        pole, rising = twin.axes_at(t)[2], Vector((-np.sin(alpha), np.cos(alpha), 0.0))
+        moving = graph.variable(t)
+        ascension, declination, meridian = graph.finished(tangents(list(self.angles_at(moving)), {moving: 1.0}))
+        alpha, _, _ = self.angles_at(t)
+        pole, rising = self.axes_at(t)[2], Vector((-np.sin(alpha), np.cos(alpha), 0.0))
         omega = pole * meridian - rising * declination + Vector((0.0, 0.0, ascension))
         return np.stack(np.broadcast_arrays(*omega, t)[:3], axis=-1)
-
-    @property
-    def _of_scalars(self) -> RotationModel:
-        """The same with arrays of members in the place of each number."""
-        return self.with_numbers(self.numbers)
 
 
 class NutatingRotation(RotationModel):

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix
+from poinsot.mechanics.members import Components, of_arrays
 from poinsot.mechanics.parameters import NotNegative, Positive
 from poinsot.mechanics.part import Part
 
@@ -77,11 +76,12 @@ class KaneDamper(Part):
         slip = p * (1 / self.moment) - omega
         return functions.Vector(functions.cross(p, omega) - slip * self.coefficient)
 
-    def at_rate(self, relative_rate: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(relative_rate=(3,), omega_body=(3,))
+    def at_rate(self, relative_rate: Components, omega_body: Components) -> Any:
         """Return the variables, shape (..., 3), for an angular velocity of the sphere relative to the body."""
-        total = np.asarray(relative_rate, dtype=float) + np.asarray(omega_body, dtype=float)
-        return np.asarray(np.asarray(self.moment)[..., None] * total)
+        return (relative_rate + omega_body) * self.moment
 
-    def relative_rate(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(own=(3,), omega_body=(3,))
+    def relative_rate(self, own: Components, omega_body: Components) -> Any:
         """Return the angular velocity of the sphere relative to the body, body axes; shape (..., 3)."""
-        return np.asarray(np.asarray(own) / np.asarray(self.moment)[..., None] - np.asarray(omega_body))
+        return own / self.moment - omega_body

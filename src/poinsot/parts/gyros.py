@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
+from poinsot.mechanics.members import Components, of_arrays, of_scalars
 from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
 from poinsot.quantities import AngularVelocity, Real
@@ -41,6 +41,7 @@ class Gimbal(Part):
     @abstractmethod
     def momentum(self, own: functions.Vector, time: Scalar) -> functions.Vector: ...
 
+    @of_scalars
     def spin(self, angle: Scalar) -> functions.Vector:
         """Return the momentum of the rotor along its axis at an angle of the gimbal, body axes."""
         c, s = functions.cos(angle), functions.sin(angle)
@@ -48,6 +49,7 @@ class Gimbal(Part):
         axis: functions.Vector = first * c + functions.cross(self.gimbal_axis, first) * s
         return functions.Vector(self.rotor_momentum * x for x in axis)
 
+    @of_scalars
     def torque_of_turning(self, angle: Scalar, omega: functions.Vector) -> Scalar:
         """Return the torque about the gimbal axis by which a turning body drives the rotor's axis to its own."""
         return functions.dot(omega, functions.cross(self.gimbal_axis, self.spin(angle)))
@@ -99,13 +101,13 @@ class ControlMomentGyro(Gimbal):
     def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
         return functions.Vector((self.gimbal_rate,))
 
-    def gimbal_torque(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(own=(1,), omega_body=(3,))
+    def gimbal_torque(self, own: Components, omega_body: Components) -> Any:
         """Return the torque that the gimbal's motor gives against the turning body, shape (...).
 
         Its power is this times the gimbal rate.
         """
-        omega = functions.Vector(np.moveaxis(np.asarray(omega_body, dtype=float), -1, 0))
-        return np.asarray(-self.torque_of_turning(np.asarray(own, dtype=float)[..., 0], omega))
+        return -self.torque_of_turning(own[0], omega_body)
 
 
 class GimballedRotor(Gimbal):
@@ -182,15 +184,12 @@ class GimballedRotor(Gimbal):
         held = self.torque - self.stiffness * angle - self.damping * rate
         return functions.Vector((rate, self.torque_of_turning(angle, omega) + held))
 
-    def at_angle(self, angle: ArrayLike, rate: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(angle=(), rate=(), omega_body=(3,))
+    def at_angle(self, angle: Scalar, rate: Scalar, omega_body: Components) -> Any:
         """Return the variables, shape (..., 2), for an angle, its rate and the body's angular velocity."""
-        p = self.moment * (np.asarray(rate, dtype=float) + self._turning(omega_body))
-        return np.stack(np.broadcast_arrays(np.asarray(angle, dtype=float), p), axis=-1)
+        return functions.Vector((angle, self.moment * (rate + functions.dot(self.gimbal_axis, omega_body))))
 
-    def rate(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(own=(2,), omega_body=(3,))
+    def rate(self, own: Components, omega_body: Components) -> Any:
         """Return the rate of the gimbal relative to the body, shape (...)."""
-        return np.asarray(np.asarray(own)[..., 1] / self.moment - self._turning(omega_body))
-
-    def _turning(self, omega_body: ArrayLike) -> NDArray[np.float64]:
-        """Return the body's angular velocity about the gimbal axis."""
-        return np.asarray(np.sum(self.gimbal_axis * np.asarray(omega_body, dtype=float), axis=-1))
+        return own[1] / self.moment - functions.dot(self.gimbal_axis, omega_body)

@@ -15,6 +15,7 @@ from poinsot.algebra.program import Graph, tangents
 from poinsot.errors import real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.kinetics import Matrix, outer, spread
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.part import NOTHING, Part, tensor_array
 from poinsot.quantities import Along, Duration, Rule, Time
@@ -34,6 +35,7 @@ class Transition(Part):
         begin: Any
         duration: Any
 
+    @of_scalars
     def progress(self, time: Scalar) -> Scalar:
         """Return 0 before the transition, 1 after it, and 10 x^3 - 15 x^4 + 6 x^5 at a part x of its duration.
 
@@ -42,12 +44,14 @@ class Transition(Part):
         x = functions.clip((time - self.begin) / self.duration, 0.0, 1.0)
         return x * x * x * (10 - x * (15 - 6 * x))
 
+    @of_scalars
     def pace(self, time: Scalar) -> Scalar:
         """Return the rate of the progress, its derivative."""
         graph = Graph()
         now = graph.variable(time)
         return graph.finished(tangents([self.progress(now)], {now: 1.0}))[0]
 
+    @of_scalars
     @abstractmethod
     def changes(self) -> tuple[Matrix, Matrix]:
         """Return what the inertia changes by, times the progress and times its square."""

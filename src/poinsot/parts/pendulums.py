@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -14,6 +13,7 @@ from poinsot.algebra.quaternion import components
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer, spread
+from poinsot.mechanics.members import Components, of_arrays, of_scalars
 from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import NOTHING, Part
 from poinsot.quantities import BodyVector, Real
@@ -77,10 +77,14 @@ class SloshPendulum(Part):
             raise ValueError(f"across must be perpendicular to direction, got a cosine of {cosine:.3g}.")
 
     @property
+    def angle_count(self) -> int:
+        """The number of angles."""
+        return 1 if self.planar else 2
+
+    @property
     def variables(self) -> Mapping[str, int]:  # type: ignore[override]
         """The angles and their momenta."""
-        count = 1 if self.planar else 2
-        return {"angle": count, "momentum": count}
+        return {"angle": self.angle_count, "momentum": self.angle_count}
 
     @property
     def reduced_mass(self) -> Scalar:
@@ -101,7 +105,7 @@ class SloshPendulum(Part):
         return pivot + hanging * (self.mass / (self.total_mass - self.mass))
 
     def _halves(self, own: Any) -> tuple[Any, Any]:
-        count = self.size // 2
+        count = self.angle_count
         return own[:count], own[count:]
 
     def _placed(self, angles: Any) -> tuple[Vector, list[tuple[Vector, Scalar]]]:
@@ -132,10 +136,12 @@ class SloshPendulum(Part):
         """The place of the mass at rest, from the centre of mass of the rest of the body."""
         return self._pivot + self._axes[0] * self.length
 
+    @of_scalars
     def displacement(self, own: Any) -> Vector:
-        """Return where the mass is from its place at rest, body axes; scalars of any kind."""
+        """Return the displacement of the mass from its place at rest, body axes; scalars of any kind."""
         return self._placed(self._halves(own)[0])[0] - self._hanging
 
+    @of_scalars
     def angle_rates(self, own: Any, omega_body: Any) -> Vector:
         """Return the rates of the angles; scalars of any kind, or arrays with the components first."""
         angles, momenta = self._halves(own)
@@ -197,7 +203,7 @@ class SloshPendulum(Part):
 
     @override
     def start(self, time: Scalar, omega_body: Vector) -> Vector:
-        angles = (0.0,) * (self.size // 2)
+        angles = (0.0,) * (self.angle_count)
         return Vector((*angles, *self._momenta(angles, angles, omega_body)))
 
     def _momenta(self, angles: Any, rates: Any, omega_body: Any) -> Vector:
@@ -209,8 +215,7 @@ class SloshPendulum(Part):
             for rate, (tangent, reach) in zip(rates, slopes, strict=True)
         )
 
-    def at_angles(self, angles: ArrayLike, rates: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(angles=("angle_count",), rates=("angle_count",), omega_body=(3,))
+    def at_angles(self, angles: Components, rates: Components, omega_body: Components) -> Any:
         """Return the variables, shape (..., 4), or (..., 2) if planar, for angles, rates and angular velocity."""
-        first = [np.moveaxis(np.atleast_1d(np.asarray(x, dtype=float)), -1, 0) for x in (angles, rates, omega_body)]
-        values = (*first[0], *self._momenta(*first))
-        return np.stack(np.broadcast_arrays(*values), axis=-1)
+        return Vector((*angles, *self._momenta(angles, rates, omega_body)))

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
+from poinsot.mechanics.members import Components, of_arrays, of_scalars
 from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
 from poinsot.quantities import BodyVector, Real
@@ -76,19 +75,20 @@ class Wheel(Part):
         (p,) = instant.own(self)
         return functions.Vector((self.torque_at(p * (1 / self.moment) - functions.dot(self.axis, instant.omega_body)),))
 
+    @of_scalars
     @abstractmethod
     def torque_at(self, speed: Scalar) -> Scalar:
         """Return the torque of motor and friction on the wheel at a speed relative to the body."""
 
-    def at_speed(self, speed: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(speed=(), omega_body=(3,))
+    def at_speed(self, speed: Scalar, omega_body: Components) -> Any:
         """Return the variables, shape (..., 1), for a speed relative to the body and the body's angular velocity."""
-        along = np.sum(self.axis * np.asarray(omega_body, dtype=float), axis=-1)
-        return np.asarray(self.moment * (np.asarray(speed, dtype=float) + along))[..., None]
+        return functions.Vector((self.moment * (speed + functions.dot(self.axis, omega_body)),))
 
-    def speed(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(own=(1,), omega_body=(3,))
+    def speed(self, own: Components, omega_body: Components) -> Any:
         """Return the speed relative to the body, shape (...), from the variables and the body's angular velocity."""
-        along = np.sum(self.axis * np.asarray(omega_body), axis=-1)
-        return np.asarray(np.asarray(own)[..., 0] / self.moment - along)
+        return own[0] / self.moment - functions.dot(self.axis, omega_body)
 
 
 class ReactionWheel(Wheel):

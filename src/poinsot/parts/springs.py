@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -14,6 +13,7 @@ from poinsot.algebra.quaternion import components
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer, spread
+from poinsot.mechanics.members import Components, of_arrays
 from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
 from poinsot.quantities import BodyVector, Real
@@ -123,15 +123,13 @@ class SpringMass(Part):
     def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:
         return functions.Vector((0.0, self.reduced_mass * functions.dot(omega_body, self._lever)))
 
-    def at_displacement(self, displacement: ArrayLike, speed: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(displacement=(), speed=(), omega_body=(3,))
+    def at_displacement(self, displacement: Scalar, speed: Scalar, omega_body: Components) -> Any:
         """Return the variables, shape (..., 2), for a displacement, its rate and the body's angular velocity."""
-        p = self.reduced_mass * (np.asarray(speed, dtype=float) + self._turning(omega_body))
-        return np.stack(np.broadcast_arrays(np.asarray(displacement, dtype=float), p), axis=-1)
+        momentum = self.reduced_mass * (speed + functions.dot(self._lever, omega_body))
+        return functions.Vector((displacement, momentum))
 
-    def speed(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(own=(2,), omega_body=(3,))
+    def speed(self, own: Components, omega_body: Components) -> Any:
         """Return the rate of the displacement, shape (...), from the variables and the body's angular velocity."""
-        return np.asarray(np.asarray(own)[..., 1] / self.reduced_mass - self._turning(omega_body))
-
-    def _turning(self, omega_body: ArrayLike) -> NDArray[np.float64]:
-        """Return the speed along the line that the body's turning about the centre of mass takes away."""
-        return np.asarray(np.sum(np.stack(list(self._lever), axis=-1) * np.asarray(omega_body, dtype=float), axis=-1))
+        return own[1] / self.reduced_mass - functions.dot(self._lever, omega_body)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
+from poinsot.mechanics.members import Components, of_arrays
 from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import GRAVITATIONAL_CONSTANT
@@ -85,7 +84,8 @@ class CreepingTide(Part):
         force = (gravity + centrifugal) * self._compliance
         return functions.Vector((force - instant.own(self)) * (1 / self.relaxation_time))
 
-    def at_equilibrium(self, omega_body: ArrayLike, position_body: ArrayLike, mu: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(omega_body=(3,), position_body=(3,), mu=())
+    def at_equilibrium(self, omega_body: Components, position_body: Components, mu: Scalar) -> Any:
         """Return the variables, shape (..., 5), of the figure of equilibrium with spin and one attractor.
 
         Parameters
@@ -97,13 +97,9 @@ class CreepingTide(Part):
         mu : float or array (...)
             Of the attractor.
         """
-        omega, r = np.asarray(omega_body, dtype=float), np.asarray(position_body, dtype=float)
-        distance = np.linalg.norm(r, axis=-1)
-        pull = 3 * np.asarray(mu) / distance**5
-        tensor = omega[..., :, None] * omega[..., None, :] - pull[..., None, None] * r[..., :, None] * r[..., None, :]
-        free = tensor - np.trace(tensor, axis1=-2, axis2=-1)[..., None, None] * np.eye(3) / 3
-        five = np.stack([free[..., i, j] for i, j in PLACES], axis=-1)
-        return np.asarray(np.asarray(self._compliance / 2)[..., None] * five)
+        pull = 3 * mu / functions.norm(position_body) ** 5
+        tensor = outer(omega_body, omega_body) - outer(position_body * pull, position_body)
+        return _trace_free(tensor) * (self._compliance / 2)
 
 
 PLACES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -16,6 +15,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
+from poinsot.mechanics.members import Components, of_arrays, of_scalars
 from poinsot.mechanics.part import NOTHING, Part
 from poinsot.quantities import OR_NUMBER, Along, Rule
 
@@ -146,6 +146,7 @@ class ReactionWheels(Part):
         rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.clip(part * (1 / DRY), -1.0, 1.0)
         return functions.clip(wanted, -downwards, upwards) - rubbing
 
+    @of_scalars
     def distributed(self, torque: functions.Vector) -> functions.Vector:
         """Return the least torques about the axes that add up to a torque, or to what the axes can give of it."""
         axes = [functions.Vector(axis) for axis in self.axes]
@@ -170,17 +171,17 @@ class ReactionWheels(Part):
                     f"{speed[place]:.6g}. It is saturated."
                 )
 
-    def at_speeds(self, speeds: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(speeds=("count",), omega_body=(3,))
+    def at_speeds(self, speeds: Components, omega_body: Components) -> Any:
         """Return the variables, shape (..., n), for speeds relative to the body and the body's angular velocity."""
-        return np.asarray(self.moments * (np.asarray(speeds, dtype=float) + self._along(omega_body)))
+        each = zip(self.moments, speeds, self.axes, strict=True)
+        return functions.Vector(J * (speed + functions.dot(axis, omega_body)) for J, speed, axis in each)
 
-    def speeds(self, own: ArrayLike, omega_body: ArrayLike) -> NDArray[np.float64]:
+    @of_arrays(own=("count",), omega_body=(3,))
+    def speeds(self, own: Components, omega_body: Components) -> Any:
         """Return the speeds relative to the body, shape (..., n), from variables and the body's angular velocity."""
-        return np.asarray(np.asarray(own) / self.moments - self._along(omega_body))
-
-    def _along(self, omega_body: ArrayLike) -> NDArray[np.float64]:
-        """Return the body's angular velocity about the axes."""
-        return np.asarray(np.einsum("...ij,...j->...i", self.axes, np.asarray(omega_body, dtype=float)))
+        each = zip(own, self.moments, self.axes, strict=True)
+        return functions.Vector(p / moment - functions.dot(axis, omega_body) for p, moment, axis in each)
 
 
 def _solved(matrix: list[list[Scalar]], right: Sequence[Scalar]) -> functions.Vector:

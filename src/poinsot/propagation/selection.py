@@ -68,7 +68,9 @@ def numbers_of_members(record: Any, members: Chosen | slice) -> Any:
             own[name] = np.asarray(value[members]) if np.ndim(value) > len(kind) else value
         else:
             own[name] = of_each(value, lambda record: numbers_of_members(record, members))
-    return record.unchecked(**own)
+    chosen = record.unchecked(**own)
+    del vars(chosen)["member_axis"]  # which follows from the numbers
+    return chosen
 
 
 def system_of_members(system: System, members: Chosen | slice) -> System:

@@ -1,0 +1,238 @@
+"""Numbers of members together with arrays of members and times.
+
+A state of an ensemble has the shape (members, ...), an array of its motion (members, times, ...), and a parameter
+(members, ...). `expanded` inserts the axes that a parameter lacks, so that NumPy broadcasts members against members.
+An array of times alone, of shape (times,), is common to all members; any other array has the members first.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.algebra.quaternion import assemble
+from poinsot.errors import reals_or_nan
+from poinsot.functions import Vector
+
+__all__ = [
+    "Components",
+    "at_times",
+    "common_axis",
+    "expanded",
+    "inherited_formula",
+    "of_arrays",
+    "of_scalars",
+    "of_times",
+    "with_times",
+]
+
+Method = TypeVar("Method", bound=Callable[..., Any])
+Shape = tuple[int, ...]
+
+Components = Any
+"""A vector of scalars, or an array with the components as its last axis."""
+
+
+def expanded(numbers: Any, axes: int, components: int = 0) -> NDArray[Any]:
+    """Return an array with axes of length one after the member axis, so many axes in all before its components."""
+    array = np.asarray(numbers)
+    own = array.ndim - components
+    return array.reshape(*array.shape[:own], *(1,) * (axes - own), *array.shape[own:])
+
+
+def common_axis(owner: str, shapes: set[Shape]) -> Shape:
+    """Return the one shape of the member axis among several, () where none has members; raise a ValueError for two."""
+    found = shapes - {()}
+    if len(found) > 1:
+        counts = " and ".join(str(shape[0]) for shape in sorted(found))
+        raise ValueError(f"{owner} must have equally many members, got {counts}.")
+    return found.pop() if found else ()
+
+
+def with_times(record: Any, time: Any) -> tuple[Any, Any]:
+    """Return a record and times that broadcast: (members, 1) and (1, times), or as they are for a single body.
+
+    `record` has a `member_axis` and a method `with_axes`. The times of shape (times,) are common to all members.
+    """
+    if not record.member_axis:
+        return record, time
+    time = _common_times(record, time)
+    return record.with_axes(np.ndim(time)), time
+
+
+def at_times(function: Callable[[Any, Any], Any], record: Any, time: Any) -> Any:
+    """Return the scalars of a function of a record and the time; of members, each of shape (members, times)."""
+    twin, time = with_times(record, time)
+    if twin is record:
+        return function(record, time)
+    shape = (*record.member_axis, *np.shape(time)[1:])
+    return _each(function(twin, time), lambda x: np.broadcast_to(x, shape))
+
+
+def _common_times(record: Any, time: Any) -> Any:
+    if not isinstance(time, np.ndarray) or not time.ndim:
+        return time
+    time = time[None] if time.ndim == 1 else time
+    (count,) = record.member_axis
+    if time.shape[0] not in (1, count):
+        raise ValueError(
+            f"time must have shape (), (times,) or (members, times) with {count} members, got shape {time.shape}."
+        )
+    return time
+
+
+def of_scalars(method: Method) -> Method:
+    """Mark a method of a record as a formula on scalars: of members it runs on numbers that broadcast.
+
+    Vectors of scalars are `Vector`, or arrays with their components first; arguments that are annotated as `Scalar` are
+    scalars, or arrays of them. Overrides of a marked method are marked, too.
+    """
+    return _marked(method, of_scalars, _on_members(method, {}))
+
+
+def of_times(method: Method) -> Method:
+    """Mark a method of a record that returns an array (..., components) for a time or an array of times."""
+
+    def run(record: Any, arguments: dict[str, Any]) -> Any:
+        record, arguments["time"] = with_times(record, arguments["time"])
+        return method(record, **arguments)
+
+    return _marked(method, of_times, run)
+
+
+def of_arrays(
+    taken: Callable[[str, Any], NDArray[Any]] = reals_or_nan, native: bool = False, **shapes: tuple[Any, ...]
+) -> Callable[[Method], Method]:
+    """Mark a formula whose arguments may also be arrays with their components last, and which then returns an array.
+
+    Parameters
+    ----------
+    taken : function of a name and a value
+        Returns the value as an array, or raises an error.
+    native : bool
+        Whether the method itself computes with arrays of a single body.
+    **shapes
+        The shape of the components of each argument that may be an array; a text is the name of an attribute.
+    """
+
+    def decorated(method: Method) -> Method:
+        on_members = _on_members(method, shapes)
+
+        def run(record: Any, arguments: dict[str, Any]) -> Any:
+            found = {name: _components(record, name, arguments[name], shapes[name], taken) for name in shapes}
+            result = on_members(record, arguments | found)
+            if all(found[name] is arguments[name] for name, shape in shapes.items() if shape):
+                return result
+            return assemble(result) if isinstance(result, Vector) else result
+
+        return _marked(method, of_arrays(taken, native, **shapes), run, always=not native)
+
+    return decorated
+
+
+def inherited_formula(cls: type, name: str) -> Callable[[Any], Any] | None:
+    """Return the mark of a method that a class overrides; None of any other attribute."""
+    marks = (getattr(vars(base).get(name), "mark", None) for base in cls.__mro__)
+    function = vars(cls)[name]
+    if not inspect.isfunction(function) or hasattr(function, "mark"):
+        return None
+    return next((mark for mark in marks if mark is not None), None)
+
+
+def _marked(method: Any, mark: Any, run: Callable[[Any, dict[str, Any]], Any], always: bool = False) -> Any:
+    names = [parameter.name for parameter in inspect.signature(method).parameters.values()][1:]
+
+    @functools.wraps(method)
+    def called(self: Any, *given: Any, **named: Any) -> Any:
+        if not (always or self.member_axis):
+            return method(self, *given, **named)
+        return run(self, dict(zip(names, given, strict=False)) | named)
+
+    called.mark = mark  # type: ignore[attr-defined]
+    return called
+
+
+def _on_members(method: Any, shapes: Mapping[str, Any]) -> Callable[[Any, dict[str, Any]], Any]:
+    """Return the method on the numbers of all members, with arguments that broadcast against them."""
+    annotated = {name for name, kind in getattr(method, "__annotations__", {}).items() if kind == "Scalar"}
+    scalars = annotated | {"time"} | {name for name, shape in shapes.items() if not shape}
+
+    def run(record: Any, arguments: dict[str, Any]) -> Any:
+        if not record.member_axis:
+            return method(record, **arguments)
+        found = {name: _scalars(value, name in scalars) for name, value in arguments.items()}
+        axes = {name: len(_shape(value)) for name, value in found.items()}
+        states = max((count for name, count in axes.items() if name != "time"), default=0) == 1
+        if "time" in found and not (states and axes["time"] == 1):
+            found["time"] = _common_times(record, found["time"])
+        shape = _joint_shape(record, found)
+        twin, found = record.with_axes(len(shape)), {name: _with_axes(x, len(shape)) for name, x in found.items()}
+        result = method(twin, **found)
+        return _each(result, lambda x: np.broadcast_to(x, shape))
+
+    return run
+
+
+def _joint_shape(record: Any, arguments: Mapping[str, Any]) -> Shape:
+    """Return the shape, members first, of the arguments of a formula together with the members of a record."""
+    (count,), shapes = record.member_axis, {name: _shape(value) for name, value in arguments.items()}
+    axes = max(1, *map(len, shapes.values())) if shapes else 1
+    for name, shape in shapes.items():
+        if shape and shape[0] not in (1, count):
+            raise ValueError(f"{name} must have the {count} members as its first axis, got shape {shape}.")
+    filled = (shape + (1,) * (axes - len(shape)) for shape in shapes.values())
+    return np.broadcast_shapes((count, *(1,) * (axes - 1)), *filled)
+
+
+def _scalars(value: Any, scalar: bool) -> Any:
+    """Return an argument as a scalar, or as a `Vector` of the items of its first axis."""
+    if scalar and isinstance(value, list | tuple):
+        return np.asarray(value)
+    if not scalar and isinstance(value, np.ndarray | list | tuple) and np.ndim(value):
+        return Vector(value)
+    return value
+
+
+def _shape(value: Any) -> Shape:
+    """Return the shape of a scalar, of the scalars of a vector or a matrix, or of an instant."""
+    if isinstance(value, Vector):
+        return np.broadcast_shapes(*map(_shape, value))
+    shape = getattr(value, "shape", ())
+    return shape if isinstance(shape, tuple) else ()
+
+
+def _with_axes(value: Any, axes: int) -> Any:
+    """Return an argument of a formula with its arrays expanded."""
+    return _each(value, lambda x: expanded(x, axes) if np.ndim(x) else x)
+
+
+def _each(value: Any, change: Callable[[Any], Any]) -> Any:
+    """Return a formula's argument or result with each of its numbers and arrays changed."""
+    if isinstance(value, Vector):
+        return Vector(_each(x, change) for x in value)
+    if isinstance(value, tuple):
+        made = [_each(x, change) for x in value]
+        return type(value)(*made) if hasattr(value, "_fields") else tuple(made)
+    if isinstance(value, Mapping):
+        return {name: _each(x, change) for name, x in value.items()}
+    is_number = isinstance(value, float | int | np.generic | np.ndarray) and np.asarray(value).dtype != object
+    return change(value) if is_number else value
+
+
+def _components(record: Any, name: str, value: Any, shape: tuple[Any, ...], taken: Callable[..., Any]) -> Any:
+    """Return an array (..., components) as a `Vector` of its components, and anything else as it is."""
+    if isinstance(value, Vector) or (not shape and not isinstance(value, list | tuple)):
+        return value
+    array = taken(name, value)
+    if not shape:
+        return array
+    (length,) = (getattr(record, count) if isinstance(count, str) else count for count in shape)
+    array = array[None] if not array.ndim and length == 1 else array
+    if array.shape[-1:] != (length,):
+        raise ValueError(f"{name} must have shape (..., {length}), got shape {array.shape}.")
+    return Vector(np.moveaxis(array, -1, 0))
