@@ -42,7 +42,7 @@ def expanded(numbers: Any, axes: int, components: int = 0) -> NDArray[Any]:
     """Return an array with axes of length one after the member axis, so many axes in all before its components."""
     array = np.asarray(numbers)
     own = array.ndim - components
-    return array.reshape(*array.shape[:own], *(1,) * (axes - own), *array.shape[own:])
+    return array.reshape((*array.shape[:own], *(1,) * (axes - own), *array.shape[own:]))
 
 
 def common_axis(owner: str, shapes: set[Shape]) -> Shape:
