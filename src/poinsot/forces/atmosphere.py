@@ -34,8 +34,7 @@ class Atmosphere(Dated, ABC):
     --------
     >>> class Thin(pt.forces.Atmosphere):
     ...     scale: float
-    ...     @of_scalars
-    def density(self, instant, orbit):
+    ...     def density(self, instant, orbit):
     ...         return self.scale * instant.inverse_distance(orbit) ** 50
     >>> Thin(2.0)
     Thin(omega_space=[0.0, 0.0, 0.0], scale=2.0)
@@ -44,6 +43,7 @@ class Atmosphere(Dated, ABC):
     _: KW_ONLY
     omega_space: Annotated[Any, (3,), Along("space axes"), Quantity("rate")] = (0.0, 0.0, 0.0)
 
+    @of_scalars
     @abstractmethod
     def density(self, instant: Instant, orbit: Orbit) -> Scalar:
         """Return the density where the body is, by its orbit about the planet."""

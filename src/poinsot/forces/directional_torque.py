@@ -13,6 +13,7 @@ from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.gravity_field import norms, whole_degree
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import NotNegative, Parametric
 from poinsot.shapes.illumination import Lighting
 from poinsot.shapes.mesh import Mesh
@@ -75,6 +76,7 @@ class DirectionalTorque(Parametric):
         """The number of harmonics, (degree + 1)^2."""
         return (self.degree + 1) ** 2
 
+    @of_scalars
     def torque(self, direction: Any) -> Vector:
         """Return the torque of unit pressure from a unit vector along the body axes, three scalars of any kind."""
         harmonics, factors = SolidHarmonics(direction, squared=1), norms(self.degree)

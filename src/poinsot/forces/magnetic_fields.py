@@ -48,8 +48,7 @@ class MagneticField(Dated, ABC):
     --------
     >>> class Uniform(pt.forces.MagneticField):
     ...     size: float
-    ...     @of_scalars
-    def at(self, position, time):
+    ...     def at(self, position, time):
     ...         return pt.functions.Vector((self.size, 0.0, 0.0))
     >>> orbit = pt.orbits.FixedPosition(1.0, position=(2, 0, 0))
     >>> field = Uniform(orbit, pt.orbits.RotationModel(0, np.pi / 2, 0, rate=0.1), 3e-5)
@@ -60,6 +59,7 @@ class MagneticField(Dated, ABC):
     orbit: Orbit
     rotation: PlanetAxes
 
+    @of_scalars
     @abstractmethod
     def at(self, position: Vector, time: Scalar) -> Vector:
         """Return the field, tesla, at a position from the planet's centre, both along the axes of the planet."""

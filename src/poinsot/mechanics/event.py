@@ -44,8 +44,7 @@ class Event(Parametric, ABC):
     --------
     >>> class Slow(pt.Event):
     ...     rate: float
-    ...     @of_scalars
-    def value(self, instant):
+    ...     def value(self, instant):
     ...         return pt.functions.norm(instant.omega_body) - self.rate
     >>> Slow(0.5, direction=-1)
     Slow(rate=0.5, direction=-1)
@@ -67,6 +66,7 @@ class Event(Parametric, ABC):
         names += [name for name, default in defaults.items() if getattr(self, name) != default]
         return f"{type(self).__name__}({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
 
+    @of_scalars
     @abstractmethod
     def value(self, instant: Instant) -> Scalar:
         """Return the scalar whose zeros are the events."""

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra.quaternion import assemble
-from poinsot.errors import reals_or_nan
+from poinsot.errors import real_numbers, reals_or_nan
 from poinsot.functions import Vector
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
 
 Method = TypeVar("Method", bound=Callable[..., Any])
 Shape = tuple[int, ...]
+Kinds = tuple[str, ...]
 
 Components = Any
 """A vector of scalars, or an array with the components as its last axis."""
@@ -86,21 +87,22 @@ def _common_times(record: Any, time: Any) -> Any:
     return time
 
 
-def of_scalars(method: Method) -> Method:
+def of_scalars(method: Method, kinds: Kinds | None = None) -> Method:
     """Mark a method of a record as a formula on scalars: of members it runs on numbers that broadcast.
 
     Vectors of scalars are `Vector`, or arrays with their components first; arguments that are annotated as `Scalar` are
-    scalars, or arrays of them. Overrides of a marked method are marked, too.
+    scalars, or arrays of them. Overrides of a marked method are marked, too, with the same kinds of arguments.
     """
-    return _marked(method, of_scalars, _on_members(method, {}))
+    known = kinds or _kinds(method)
+    return _marked(method, functools.partial(of_scalars, kinds=known), functools.partial(_on_members, method, known))
 
 
 def of_times(method: Method) -> Method:
     """Mark a method of a record that returns an array (..., components) for a time or an array of times."""
 
-    def run(record: Any, arguments: dict[str, Any]) -> Any:
-        record, arguments["time"] = with_times(record, arguments["time"])
-        return method(record, **arguments)
+    def run(record: Any, arguments: Sequence[Any]) -> Any:
+        twin, time = with_times(record, real_numbers("time", arguments[0]))
+        return method(twin, time)
 
     return _marked(method, of_times, run)
 
@@ -117,65 +119,69 @@ def of_arrays(
     native : bool
         Whether the method itself computes with arrays of a single body.
     **shapes
-        The shape of the components of each argument that may be an array; a text is the name of an attribute.
+        The shape of the components of each argument; a text is the name of an attribute.
     """
 
     def decorated(method: Method) -> Method:
-        on_members = _on_members(method, shapes)
+        kinds = ("scalar" if shape == () else "vector" for shape in shapes.values())
+        on_members = functools.partial(_on_members, method, tuple(kinds))
 
-        def run(record: Any, arguments: dict[str, Any]) -> Any:
-            found = {name: _components(record, name, arguments[name], shapes[name], taken) for name in shapes}
-            result = on_members(record, arguments | found)
-            if all(found[name] is arguments[name] for name, shape in shapes.items() if shape):
-                return result
-            return assemble(result) if isinstance(result, Vector) else result
+        def run(record: Any, arguments: Sequence[Any]) -> Any:
+            each = zip(shapes.items(), arguments, strict=True)
+            found = [_components(record, name, value, shape, taken) for (name, shape), value in each]
+            result = on_members(record, found)
+            is_array = [new is not old for new, old in zip(found, arguments, strict=True) if isinstance(new, Vector)]
+            return assemble(result) if isinstance(result, Vector) and any(is_array) else result
 
-        return _marked(method, of_arrays(taken, native, **shapes), run, always=not native)
+        return _marked(method, decorated, run, always=not native)
 
     return decorated
 
 
 def inherited_formula(cls: type, name: str) -> Callable[[Any], Any] | None:
     """Return the mark of a method that a class overrides; None of any other attribute."""
-    marks = (getattr(vars(base).get(name), "mark", None) for base in cls.__mro__)
     function = vars(cls)[name]
     if not inspect.isfunction(function) or hasattr(function, "mark"):
         return None
+    marks = (getattr(vars(base).get(name), "mark", None) for base in cls.__mro__[1:])
     return next((mark for mark in marks if mark is not None), None)
 
 
-def _marked(method: Any, mark: Any, run: Callable[[Any, dict[str, Any]], Any], always: bool = False) -> Any:
-    names = [parameter.name for parameter in inspect.signature(method).parameters.values()][1:]
+def _kinds(method: Any) -> Kinds:
+    """Return "time", "scalar" or "vector" for each argument of a formula."""
+    arguments = _arguments(method)
+    return tuple("time" if x.name == "time" else "scalar" if x.annotation == "Scalar" else "vector" for x in arguments)
+
+
+def _arguments(method: Any) -> list[inspect.Parameter]:
+    return [*inspect.signature(method).parameters.values()][1:]
+
+
+def _marked(method: Any, mark: Any, run: Callable[[Any, Sequence[Any]], Any], always: bool = False) -> Any:
+    names = [argument.name for argument in _arguments(method)]
 
     @functools.wraps(method)
     def called(self: Any, *given: Any, **named: Any) -> Any:
         if not (always or self.member_axis):
             return method(self, *given, **named)
-        return run(self, dict(zip(names, given, strict=False)) | named)
+        return run(self, [*given, *(named[name] for name in names[len(given) :])])
 
     called.mark = mark  # type: ignore[attr-defined]
     return called
 
 
-def _on_members(method: Any, shapes: Mapping[str, Any]) -> Callable[[Any, dict[str, Any]], Any]:
-    """Return the method on the numbers of all members, with arguments that broadcast against them."""
-    annotated = {name for name, kind in getattr(method, "__annotations__", {}).items() if kind == "Scalar"}
-    scalars = annotated | {"time"} | {name for name, shape in shapes.items() if not shape}
-
-    def run(record: Any, arguments: dict[str, Any]) -> Any:
-        if not record.member_axis:
-            return method(record, **arguments)
-        found = {name: _scalars(value, name in scalars) for name, value in arguments.items()}
-        axes = {name: len(_shape(value)) for name, value in found.items()}
-        states = max((count for name, count in axes.items() if name != "time"), default=0) == 1
-        if "time" in found and not (states and axes["time"] == 1):
-            found["time"] = _common_times(record, found["time"])
-        shape = _joint_shape(record, found)
-        twin, found = record.with_axes(len(shape)), {name: _with_axes(x, len(shape)) for name, x in found.items()}
-        result = method(twin, **found)
-        return _each(result, lambda x: np.broadcast_to(x, shape))
-
-    return run
+def _on_members(method: Any, kinds: Kinds, record: Any, arguments: Sequence[Any]) -> Any:
+    """Return what a formula gives for the numbers of all members, with arguments that broadcast against them."""
+    if not record.member_axis:
+        return method(record, *arguments)
+    found = [_scalars(value, kind) for kind, value in zip(kinds, arguments, strict=True)]
+    others = [len(_shape(value)) for kind, value in zip(kinds, found, strict=True) if kind != "time"]
+    if max(others, default=0) != 1:  # else they are states of members, and so are their times
+        found = [_common_times(record, x) if kind == "time" else x for kind, x in zip(kinds, found, strict=True)]
+    names = [argument.name for argument in _arguments(method)]
+    shape = _joint_shape(record, dict(zip(names, found, strict=True)))
+    result = method(record.with_axes(len(shape)), *(_with_axes(x, len(shape)) for x in found))
+    return _each(result, lambda x: np.broadcast_to(x, shape))
 
 
 def _joint_shape(record: Any, arguments: Mapping[str, Any]) -> Shape:
@@ -189,13 +195,11 @@ def _joint_shape(record: Any, arguments: Mapping[str, Any]) -> Shape:
     return np.broadcast_shapes((count, *(1,) * (axes - 1)), *filled)
 
 
-def _scalars(value: Any, scalar: bool) -> Any:
+def _scalars(value: Any, kind: str) -> Any:
     """Return an argument as a scalar, or as a `Vector` of the items of its first axis."""
-    if scalar and isinstance(value, list | tuple):
-        return np.asarray(value)
-    if not scalar and isinstance(value, np.ndarray | list | tuple) and np.ndim(value):
-        return Vector(value)
-    return value
+    if not isinstance(value, np.ndarray | list | tuple):
+        return value
+    return Vector(value) if kind == "vector" and np.ndim(value) else np.asarray(value)
 
 
 def _shape(value: Any) -> Shape:

@@ -67,8 +67,7 @@ class Part(Block, Force):
     --------
     >>> class Rotor(pt.Part):
     ...     rate: float
-    ...     @of_scalars
-    def momentum(self, own, time):
+    ...     def momentum(self, own, time):
     ...         return pt.functions.Vector((0.0, 0.0, self.rate * time))
     >>> system = pt.System(pt.Body((1.25, 1.0, 0.75)), Rotor(0.1))
     >>> start = system.state((1, 0, 0, 0), omega_body=(0, 0, 1))
@@ -94,6 +93,7 @@ class Part(Block, Force):
         """Return the values at the start of a motion that names none; by default zeros."""
         return Vector((0.0,) * self.size)
 
+    @of_scalars
     def momentum(self, own: Vector, time: Scalar) -> Vector:  # noqa: ARG002
         """Return h, the angular momentum at omega = 0, along the body axes; those of parts add up."""
         return Vector((0.0, 0.0, 0.0))

@@ -119,7 +119,7 @@ def test_members_have_their_own_eccentricity():
             argument_of_periapsis=-0.7,
             time_since_periapsis=0.6,
             epoch=EPOCH,
-        ).position_at(np.full(3, 2.0))
+        ).position_at(2.0)
     )
     for i in range(3):
         alone = EscapeOrbit(
