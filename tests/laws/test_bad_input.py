@@ -270,7 +270,7 @@ WRONG_SHAPE = {
     ),
     "rate_of_a_frame": (
         lambda: pt.RotatingFrame(ONE, (0, 1)),
-        "omega_space must have shape (3,), got shape (2,).",
+        "omega_space must have shape (3,) or (members, 3), got shape (2,).",
     ),
     "one_time": (lambda: run(3.0), "times must have shape (n,), got shape ()."),
     "times_of_rank_2": (lambda: run([[0, 1]]), "times must have shape (n,), got shape (1, 2)."),

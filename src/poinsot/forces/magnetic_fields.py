@@ -88,6 +88,7 @@ class MagneticField(Dated, ABC):
         turning = functions.cross(instant.omega_body, self.in_body(instant))
         return Vector(instant.attitude.to_body(along_orbit) - turning)
 
+    @of_scalars
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return, by name, whether the field is used where it need not hold."""
         return {}
