@@ -53,7 +53,8 @@ class Kinetics(Parametric):
     @of_arrays(native=True, g=(3,))
     def half_omega(self, g: ArrayLike) -> Array:
         """Return omega / 2, which turns a quaternion: q' = q (0, omega/2); shape (..., 3)."""
-        return quat.component_product(g, [0.5 * reciprocal for reciprocal in components(self.reciprocals)])
+        halves = assemble([0.5 * reciprocal for reciprocal in components(self.reciprocals)], self.reciprocals)
+        return quat.component_product(g, halves)
 
     @of_arrays(native=True, g=(3,))
     def gyration(self, g: ArrayLike) -> Array:
