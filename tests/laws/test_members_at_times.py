@@ -27,6 +27,8 @@ from laws.test_pair_events import EVENTS as PAIR_EVENTS
 from poinsot.errors import refuse_other_length
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import OrbitBlock
+from poinsot.mechanics.event import EventOn
+from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, kinds_of, of_each
@@ -92,14 +94,22 @@ def varied_number(name, who, value, is_unit):
     share = (0.02 + 0.02 * (zlib.crc32(name.encode()) % 97) / 97) * (1 + who)
     if value.shape == () and value == 0 and name != "eccentricity":  # a circle stays one
         return np.asarray(share)
-    return np.asarray(np.multiply.outer(1 + share, value))
+    scaled = np.asarray(np.multiply.outer(1 + share, value))
+    if name == "C":  # the first coefficient of a field is 1
+        scaled[..., 0, 0] = value[0, 0]
+    return scaled
 
 
 def records_within(record):
     """Yield a record and all records in it."""
     yield record
-    for inner in record.records:
-        yield from records_within(inner)
+    if not isinstance(record, ON_ONE):
+        for inner in record.records:
+            yield from records_within(inner)
+
+
+ON_ONE = PotentialOn, TorqueOn, EventOn
+"""Records of a formula of one body, of which each is tested with a system of one body."""
 
 
 class World:
@@ -149,11 +159,12 @@ class World:
         name, kind = parameter.name, parameter.annotation
         if name in ("instant", "time"):
             return getattr(self, name)
-        if name == "orbit":
+        if name in ("orbit", "sun"):
             return next(x for x in self.records if isinstance(x, pt.Orbit))
         if kind == "int":
             return 2
         sizes = {"own": "size", "pull": "size", "speeds": "count", "angles": "angle_count", "rates": "angle_count"}
+        sizes |= dict.fromkeys(("along", "across", "mirrored"), "count")
         size = getattr(record, sizes[name], 3) if name in sizes else {"draws": 6}.get(name, 3)
         if kind == "Scalar":
             return self.rows(seed=zlib.crc32(name.encode()))
@@ -199,9 +210,14 @@ BOOKKEEPING = {
     **dict.fromkeys(("between_knots", "knots", "pieces", "piece"), "the tables, which all members share"),
     **dict.fromkeys(("check", "check_start", "refuse_inertia", "refuse_moved_orbit"), "a check without a result"),
     **dict.fromkeys(("on", "joined"), "another record of the same numbers"),
+    "act": "an action on the state of one member",
     "own": "the variables of an instant, which are arrays of its own",
 }
 """Public attributes that are no values, and the reasons."""
+
+
+RAISING = {("FixedPosition", "frame"): "a body at rest turns no axes"}
+"""Public attributes that raise an error, and the reasons."""
 
 
 def public(cls):
@@ -276,7 +292,7 @@ SINGLE = {
     **{f"event {name}": (BODY, event) for name, (event, _) in EVENTS.items()},
 }
 LOADS = (pt.forces.TidalFriction("primary", 0.3, 1.4, 0.2), pt.forces.LibrationDamping("secondary", 2e-3))
-ON_ONE = (
+LOADED = (
     pt.forces.LinearDamping(0.1).on("primary"),
     Still(0.3, (0.1, 0.2, 0.9)).on("secondary"),
 )
@@ -285,7 +301,7 @@ OF_TWO = (
     *MUTUAL,
     pt.forces.ThirdBody(ELLIPSE),
     *LOADS,
-    *ON_ONE,
+    *LOADED,
     *(event for event, _ in PAIR_EVENTS.values()),
     *CONTACT,
 )
@@ -306,12 +322,9 @@ def test_values_of_members_are_those_of_each(name, times):
         known.add(type(record))
         for attribute in public(type(record)):
             what = f"{type(record).__name__}.{attribute}"
-            try:
-                values = [one.value(one.records[i], attribute) for one in each]
-            except (ValueError, AttributeError) as error:
-                with pytest.raises(type(error)):
-                    whole.value(record, attribute)
+            if (type(record).__name__, attribute) in RAISING:
                 continue
+            values = [one.value(one.records[i], attribute) for one in each]
             assert_same(whole.value(record, attribute), values, whole, what)
 
 
