@@ -6,9 +6,12 @@ or a new method is tested here, or stands in a table of exclusions with the reas
 
 import functools
 import inspect
+import operator
+import re
 import zlib
 from collections.abc import Mapping
 from itertools import chain
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -33,6 +36,7 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric, kinds_of, of_each
 from poinsot.mechanics.state import State, state_of
+from poinsot.propagation.relative_motion import RelativeMotion
 from poinsot.quantities import Rule, said_of
 
 COUNT = 4
@@ -183,10 +187,10 @@ class World:
         return attribute(*(self.argument(record, parameter) for parameter in parameters))
 
 
-def start(body, world):
+def start(body, world, **own):
     """Return states of a body, or of two, with an attitude and a rate of each member."""
-    if isinstance(body, pt.Body):
-        return body.state(world.turns(1), omega_body=world.rows(3))
+    if isinstance(body, pt.Body | pt.System):
+        return body.state(world.turns(1), omega_body=world.rows(3), **own)
     attitudes, rates = [world.turns(1), world.turns(2)], [world.rows(3, seed=3), world.rows(3, seed=4)]
     return body.state(5 + world.rows(3), world.rows(3, seed=5), attitudes, omega_body=rates, frame="orbit")
 
@@ -234,29 +238,37 @@ def public(cls):
 def assert_same(got, each, world, what):
     """Assert that a value of members is the values of each."""
     first = each[0]
-    if isinstance(got, Rotation):
-        got, each = got.as_quat(), [one.as_quat() for one in each]
-    if isinstance(got, Frame):
-        for name in ("quaternion", "omega_space"):
-            values = [getattr(one, name)(world.time) for one in each]
-            assert_same(getattr(got, name)(world.time), values, world, f"{what}.{name}")
-    if isinstance(got, Instant):
-        pairs = {"quaternion": lambda x: x.attitude.quaternion, "omega": lambda x: x.omega_body}
-        return [assert_same(f(got), [f(one) for one in each], world, f"{what} {n}") for n, f in pairs.items()]
-    if isinstance(got, Parametric):
+    if isinstance(first, Parametric):
         assert {one.structure for one in each} == {got.structure}, what
-        return assert_same(got.numbers, [one.numbers for one in each], world, what)
-    if isinstance(got, Frame) or first is None or isinstance(first, str | bool | type | slice) or callable(first):
-        return None
     if isinstance(first, Mapping):
         assert all(one.keys() == got.keys() for one in each), what
-        return [assert_same(got[key], [one[key] for one in each], world, f"{what}[{key!r}]") for key in got]
-    if isinstance(first, tuple | list | Vector) or (isinstance(first, np.ndarray) and first.dtype == object):
+        parts = {key: (got[key], [one[key] for one in each]) for key in got}
+    elif isinstance(first, tuple | list | Vector) or is_matrix(first):
         assert all(len(one) == len(got) for one in each), what
-        return [assert_same(x, [one[i] for one in each], world, f"{what}[{i}]") for i, x in enumerate(got)]
-    if isinstance(first, State):
-        return assert_same({**got.phase}, [{**one.phase} for one in each], world, what)
-    return assert_numbers(got, each, world, what)
+        parts = {i: (x, [one[i] for one in each]) for i, x in enumerate(got)}
+    elif read := next((read for kind, read in OPENED.items() if isinstance(first, kind)), None):
+        parts = {"": (read(got, world), [read(one, world) for one in each])}
+    else:
+        parts = {}
+        if first is not None and not isinstance(first, str | bool | type | slice):
+            assert_numbers(got, each, world, what)
+    for key, (part, others) in parts.items():
+        assert_same(part, others, world, f"{what}[{key}]")
+
+
+OPENED = {
+    Rotation: lambda turns, _: turns.as_quat(),
+    Instant: lambda instant, _: (instant.attitude.quaternion, instant.omega_body),
+    State: lambda state, _: {**state.phase},
+    Frame: lambda frame, world: (frame.quaternion(world.time), frame.omega_space(world.time)),
+    Parametric: lambda record, _: record.numbers,
+}
+"""The values in what is no number."""
+
+
+def is_matrix(value):
+    """Whether a value is an array of scalars of a formula."""
+    return isinstance(value, np.ndarray) and value.dtype.kind == "O"
 
 
 def assert_numbers(got, each, world, what):
@@ -353,3 +365,149 @@ def test_every_class_is_here():
     found = {type(one).__name__ for one in instances()}
     every = {kind for kind in concrete_subclasses(Parametric, Frame) if not issubclass(kind, OrbitBlock)}
     assert {kind.__name__ for kind in every} - found == INNER.keys()
+
+
+# ------------------------------------------------------------------ motions
+
+LONG = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.8, inclination=0.4, epoch=0.2)
+MOTIONS = {
+    "body": (BODY, (pt.GravityGradient(LONG), pt.GravityGradient(STRAIGHT), PARTS[1], pt.forces.LinearDamping(0.1))),
+    "pair": (PAIR, (pt.forces.MutualGravity(), pt.forces.LinearDamping(0.1).on("secondary"))),
+}
+
+
+@functools.cache
+def motion_of(name, times):
+    """Return the motion of all members at some times, and the motions of each."""
+    body, forces = MOTIONS[name]
+    whole = World(body, forces, MEMBERS, ())
+    system = pt.System(whole.body, *whole.forces)
+    own = {part.name: whole.rows(part.size) for part in system.parts}
+    first = start(system if name == "body" else whole.body, whole, **own)
+    motion = pt.propagate(system, first, np.linspace(0.1, 0.4, *TIMES[times]))
+    return motion, [motion.member(i) for i in range(COUNT)]
+
+
+def frame_of(motion):
+    return motion.system.orbits[0].frame if motion.system.orbits else pt.RotatingFrame((1, 0, 0, 0), (0.1, 0.2, 0.3))
+
+
+READ = {
+    "euler": lambda motion: motion.euler("321"),
+    "relative_to": lambda motion: motion.relative_to(frame_of(motion)),
+    "environment": lambda motion: [
+        getattr(motion.environment, name)(orbit)
+        for orbit in motion.system.orbits
+        for name in ("position", "velocity", "inverse_distance", "direction")
+    ],
+    "dataset": lambda motion: {
+        name: values.to_numpy() for name, values in motion.dataset.items() if "time" in values.dims
+    },
+    "orbit_frame": lambda motion: [getattr(motion.orbit_frame, x)(motion.times) for x in ("quaternion", "omega_space")],
+    "elements": lambda motion: {name: x for name, x in vars(motion.elements).items() if name != "mu"},
+}
+"""Calls of the methods of motions, and the values of attributes that are no numbers."""
+
+UNREAD = {
+    **dict.fromkeys(("member", "isel", "variables", "variable_names", "state_variables"), "a choice of rows"),
+    **dict.fromkeys(("events", "summary", "calendar", "reference_frame", "has_dense_output"), "text, or no array"),
+    **dict.fromkeys(("is_ensemble", "phase", "of_bodies"), "the arrays of the other attributes"),
+}
+
+
+def assert_motions_agree(motion, each, times, what):
+    names = [name for name in public(type(motion)) if name not in UNREAD]
+    for name in names:
+        read = READ.get(name, operator.attrgetter(name))
+        try:
+            values = [read(one) for one in each]
+        except AttributeError as error:  # of two bodies, or of one of two
+            with pytest.raises(AttributeError, match=re.escape(str(error))):
+                read(motion)
+            continue
+        got = read(motion)
+        assert not inspect.ismethod(got), f"{what}.{name} needs a call in READ"
+        if isinstance(got, pt.Trajectory | RelativeMotion):
+            assert_motions_agree(got, values, times, f"{what}.{name}")
+        else:
+            assert_same(got, values, SimpleNamespace(times=TIMES[times]), f"{what}.{name}")
+
+
+@pytest.mark.parametrize("times", [times for times in TIMES if TIMES[times]])
+@pytest.mark.parametrize("name", MOTIONS)
+def test_a_motion_of_members_is_the_motion_of_each(name, times):
+    assert_motions_agree(*motion_of(name, times), times, name)
+
+
+@pytest.mark.parametrize("times", ["fewer", "as many", "more"])
+def test_pitch_of_members_is_drawn_from_the_frame_of_each(times):
+    motion, each = motion_of("body", times)
+    (line,) = [x for x in pt.plot.roll_pitch_yaw(motion, motion.system.orbits[0]).lines if x.get_label() == "pitch"]
+    pitch = [alone.relative_to(frame_of(alone)).roll_pitch_yaw[:, 1] for alone in each]
+    np.testing.assert_allclose(line.get_ydata(), np.degrees(np.median(pitch, axis=0)), rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", ["ellipse", "turning", "table", "a user's orbit"])
+def test_states_of_members_at_times_of_their_own_are_the_states_of_each(name):
+    orbit = STRAIGHT if name == "a user's orbit" else ORBITS[name]
+    whole, times = varied(orbit, MEMBERS), np.array([0.2, 0.9, 0.4, 1.1])
+    attitude, rate = Rotation.random(COUNT, np.random.default_rng(3)).as_quat(), np.eye(4, 3)
+    states = BODY.state(attitude, omega_body=rate, time=times, frame=whole.frame)
+    assert states.shape == (COUNT,)
+    for i in MEMBERS:
+        frame = varied(orbit, i).frame
+        alone = BODY.state(attitude[i], omega_body=rate[i], time=times[i], frame=frame)
+        np.testing.assert_allclose(np.abs(states.quaternion[i]), np.abs(alone.quaternion), rtol=0, atol=1e-14)
+        found = states.angular_momentum_body[i], alone.angular_momentum_body
+        np.testing.assert_allclose(*found, rtol=0, atol=WITHIN * np.max(np.abs(alone.angular_momentum_body)))
+
+
+def test_an_override_without_annotations_has_the_kinds_of_the_base():
+    class Brake(pt.parts.ReactionWheel):
+        def torque_at(self, slip):
+            return -self.torque * slip
+
+    wheel, slips = Brake((0, 0, 1), 0.1, torque=np.array([1.0, 2.0])), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    assert np.array_equal(wheel.torque_at(slips), -slips * [[1.0], [2.0]])
+    assert np.array_equal(wheel.torque_at(slip=slips[:, 0]), -slips[:, 0] * [1.0, 2.0])
+
+
+TWO = pt.Body([(1.0, 1.2, 1.5), (1.1, 1.3, 1.4)])
+CIRCLES = pt.KeplerOrbit(1.0, semimajor_axis=[1.0, 2.0], eccentricity=0.0)
+WRONG = {
+    "vectors of other members": (
+        lambda: TWO.omega(np.ones((3, 3))),
+        "angular_momentum_body must have the 2 members as its first axis, got shape (3,).",
+    ),
+    "a vector of two components": (
+        lambda: TWO.omega(np.ones((2, 2))),
+        "angular_momentum_body must have shape (..., 3), got shape (2, 2).",
+    ),
+    "variables of another length": (
+        lambda: pt.parts.ReactionWheel((0, 0, 1), 0.1).speed(np.ones((2, 3)), (0, 0, 1)),
+        "own must have shape (..., 1), got shape (2, 3).",
+    ),
+    "times of other members": (
+        lambda: CIRCLES.position_at(np.ones((3, 4))),
+        "time must have shape (), (times,) or (members, times) with 2 members, got shape (3, 4).",
+    ),
+    "times of other members, of a frame": (
+        lambda: CIRCLES.frame.quaternion(np.ones((3, 4))),
+        "time must have shape (), (times,) or (members, times) with 2 members, got shape (3, 4).",
+    ),
+    "numbers of two counts": (
+        lambda: pt.KeplerOrbit([1.0, 1.0], semimajor_axis=[1.0, 2.0, 3.0], eccentricity=0.0).position_at(0.0),
+        "the numbers of KeplerOrbit must have equally many members, got 2 and 3.",
+    ),
+    "a frame of two counts": (
+        lambda: pt.RotatingFrame(np.tile((1, 0, 0, 0), (2, 1)), np.ones((3, 3))),
+        "omega_space must have as many members as attitude, got 3 and 2.",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_shapes_that_fit_no_members_are_refused(case):
+    call, message = WRONG[case]
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        call()

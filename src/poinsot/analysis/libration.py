@@ -14,6 +14,7 @@ from poinsot.checked import checked
 from poinsot.html_text import Summarized, told
 from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.euler import angles_from_quaternion
+from poinsot.mechanics.members import expanded
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.propagation.pair_trajectory import PairTrajectory
 
@@ -103,8 +104,7 @@ def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
     if body not in BODIES:
         raise ValueError(f"body must be 'primary' or 'secondary', got {body!r}.")
     relative = getattr(motion, body).relative_to(motion.orbit_frame).quaternion
-    axes = upright(motion.system.pair.bodies[body])
-    axes = axes[:, None, :] if axes.ndim > 1 else axes
+    axes = expanded(upright(motion.system.pair.bodies[body]), relative.ndim - 1, components=1)
     principal = quat.product(relative, quat.conjugate(axes))
     # a half turn about the axis k exchanges the real part with the component k
     nearest = np.argmax(np.abs(principal[..., :1, :]), axis=-1, keepdims=True)

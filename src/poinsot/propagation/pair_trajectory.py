@@ -74,8 +74,8 @@ class PairTrajectory(Trajectory):
     @property
     def velocity(self) -> Array:
         """The velocity of the secondary relative to the primary, space axes; shape (n, 3)."""
-        mass = np.asarray(self.system.pair.reduced_mass)
-        return np.asarray(self.momentum / (mass[:, None, None] if mass.ndim else mass))
+        momentum = self.momentum
+        return np.asarray(momentum / self.system.pair.with_axes(momentum.ndim).reduced_mass)
 
     @property
     def acceleration(self) -> Array:
@@ -97,9 +97,9 @@ class PairTrajectory(Trajectory):
     @property
     def elements(self) -> OsculatingElements:
         """The osculating elements of the secondary's orbit at all times, with the parameter G (m1 + m2)."""
-        mu = np.asarray(self.system.pair.mu)
-        mu = mu[:, None] if mu.ndim else mu
-        return osculating_elements(mu, position=self.position, velocity=self.velocity)
+        position = self.position
+        mu = np.asarray(self.system.pair.with_axes(position.ndim - 1).mu)
+        return osculating_elements(mu, position=position, velocity=self.velocity)
 
     @property
     def orbit_frame(self) -> Frame:
