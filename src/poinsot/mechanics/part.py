@@ -24,6 +24,9 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
 from poinsot.mechanics.parameters import same
 
+MAX_JUMP_NUMBER = 2.0**52
+"""The largest number of a jump: those of later jumps are not exact."""
+
 __all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "named_parts", "parts_of", "tensor_array"]
 
 
@@ -49,6 +52,26 @@ class Jump(NamedTuple):
     phase: Scalar
     draws: int = 0
     seed: Scalar = 0.0
+
+    def first(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Return the numbers k of the first jumps that are not before times, in the rounding of k period + phase.
+
+        Raises
+        ------
+        ValueError
+            If a period is shorter than the rounding of a time.
+        """
+        numbers = np.ceil((np.asarray(times) - self.phase) / self.period) - 1
+        if np.any(np.abs(numbers) > MAX_JUMP_NUMBER):
+            least, time = float(np.min(self.period)), np.ravel(times)[0]
+            raise ValueError(f"period must be longer than the rounding of the time, got {least} at t = {time:.10g}.")
+        while (before := numbers * self.period + self.phase < times).any():
+            numbers = numbers + before
+        return np.asarray(numbers)
+
+    def falls_on(self, times: ArrayLike) -> NDArray[np.bool_]:
+        """Return True for times at which there is a jump."""
+        return np.asarray(self.first(times) * self.period + self.phase == times)
 
 
 class Part(Block, Force):
