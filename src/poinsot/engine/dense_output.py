@@ -165,13 +165,16 @@ class DenseOutput:
 
     Attributes
     ----------
-    last : array (size,) or None
-        The variables at the latest time, of a motion that may jump there.
+    side : {"left", "right"}
+        The step of a time at which two steps meet: "right" for a motion that may jump there.
+    last : mapping
+        True for forwards, False for backwards -> the variables at the last time, of a motion that may jump there.
     """
 
     def __init__(self, variables: StateVector, origin: float, start: Array) -> None:
         self._variables, self._origin, self._start = variables, origin, np.asarray(start, dtype=float)
-        self.last: Array | None = None
+        self.side: Side = "left"
+        self.last: Mapping[bool, Array] = {}
         self.parts: Mapping[bool, Steps] = {}
         self.reached: dict[bool, float] = {}
 
@@ -189,14 +192,14 @@ class DenseOutput:
 
     def _at(self, times: Array) -> Array:
         """Return the variables."""
-        later, earlier = self.parts[True], self.parts[False]
-        if self.last is not None:
-            there = (times == self.reached[True])[:, None]
-            return np.where(there, self.last, self._start if later.empty else later.at(times, "right"))
+        later, earlier, side = self.parts[True], self.parts[False], self.side
         if earlier.empty and not later.empty:
-            return later.at(times)
-        out = np.empty((times.size, self._variables.size))
-        for part, chosen in ((later, times >= self._origin), (earlier, times < self._origin)):
-            if np.any(chosen):
-                out[chosen] = self._start if part.empty else part.at(times[chosen])
+            out = later.at(times, side)
+        else:
+            out = np.empty((times.size, self._variables.size))
+            for part, chosen in ((later, times >= self._origin), (earlier, times < self._origin)):
+                if np.any(chosen):
+                    out[chosen] = self._start if part.empty else part.at(times[chosen], side)
+        for forwards, last in self.last.items():
+            out[times == self.reached[forwards]] = last
         return out

@@ -242,8 +242,9 @@ class LoopedRun(Run):
                     own = block["task"] == k
                     parts[way].append(block if own.all() else block[own])
             dense.parts = {way: KeptSteps(blocks) for way, blocks in parts.items()}
-            if self.clock is not None and tasks.queue.tasks.size:
-                dense.last = tasks.queue.tasks["state"][0].copy()
+            if self.may_jump:
+                dense.side = "right"
+                dense.last = dict(zip(tasks.forwards, tasks.queue.tasks["state"].copy(), strict=True))
             dense.reached = dict(zip(tasks.forwards, tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
         else:
             self.code.keep(kernel)
