@@ -69,6 +69,11 @@ class Jump(NamedTuple):
             numbers = numbers + before
         return np.asarray(numbers)
 
+    def of_members(self, members: Any) -> Jump:
+        """Return the jumps of some members; numbers that all members share stay."""
+        each = ((name, getattr(self, name)) for name in ("period", "phase", "seed"))
+        return self._replace(**{name: number[members] for name, number in each if np.ndim(number)})
+
     def falls_on(self, times: ArrayLike) -> NDArray[np.bool_]:
         """Return True for times at which there is a jump."""
         return np.asarray(self.first(times) * self.period + self.phase == times)

@@ -25,7 +25,6 @@ from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.frame import Frame, checked_frame
-from poinsot.mechanics.part import Jump
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
@@ -329,9 +328,8 @@ class Trajectory(Summarized):
 
     def _jumped(self, times: Array, members: Chosen | slice = EVERY) -> dict[str, Any]:
         """Return by the names of parts at which times they jump, of one body or of some members."""
-        each = {part.name: part.jump for part in self.system.jumping}
-        chosen = {name: [x[members] if np.ndim(x) else x for x in (jump.period, jump.phase)] for name, jump in each.items()}
-        return {name: Jump(*numbers).falls_on(times) for name, numbers in chosen.items()}
+        each = ((part.name, part.jump) for part in self.system.jumping)
+        return {name: jump.of_members(members).falls_on(times) for name, jump in each if jump}
 
     def _members(self, index: Index) -> Chosen | None:
         """Return which members are chosen; None of one body."""
