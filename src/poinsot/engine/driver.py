@@ -136,9 +136,8 @@ class _OneBody(_EngineRun):
         if dense:
             dense.parts = polynomials
             dense.reached = {part.forwards: float(part.reached[0]) for part in parts}
-            if self.may_jump:
-                dense.side = "right"
-                dense.last = {part.forwards: part.rows(0)[-1] for part in parts if part.reached[0] == part.lasts[0]}
+            dense.last = next((part.states[0] for part in parts if isinstance(part, SampledIntegration)), None)
+            dense.actions = [action for part in parts for action in part.actions[0]]
         self._hand_over({part.forwards: part.rows(0) for part in parts})
 
     def _integrate(self, part: Integration, told: Callable[[float], None]) -> None:

@@ -7,13 +7,14 @@ rounding only. What happens at the instant of another event is found there, and 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra.program import Node
+from poinsot.engine.dense_output import Action
 from poinsot.engine.discontinuities import (
     LARGE,
     NEVER,
@@ -75,8 +76,8 @@ class EventDetection:
     ----------
     records : list of Recorded
         What happened, until the integration takes it.
-    actions : list of Action
-        The states after actions, until the integration takes them.
+    actions : list of (int, Action)
+        The lanes of actions and what these have made, until the integration takes it.
     stopped : list
         For each lane "", or why it must not go on: "event", "zeno", or the sentence about an action; or why a chunk of
         steps must end: "act" where the momenta want another scale now, "held" before an action.
@@ -100,7 +101,7 @@ class EventDetection:
         kind: Any,
     ) -> None:
         self.records: list[Recorded] = []
-        self.actions: list[Action] = []
+        self.actions: list[tuple[int, Action]] = []
         self.stopped = [""] * lanes
         self.error: BaseException | None = None
         self.scales: Any = None
@@ -189,7 +190,7 @@ class EventDetection:
             if event.acts:
                 self._act(engine, lane, i, time)
                 after = self.scales.outward(np.array(lane_of(engine.state, lane)), lane)
-                self.actions.append(Action(lane, time, near, after))
+                self.actions.append((lane, Action(time, near, after)))
         if acting and not (self.stopped[lane] or self.scales.fits(engine.state, lane)):
             self.stopped[lane] = "act"
         if any(event.terminal for event in events):
@@ -361,15 +362,6 @@ class EventDetection:
         pars = lane_of(engine.pars, lane)[: self._look.nparams]
         found = self._look(inputs, pars=np.ascontiguousarray(pars)).astype(float, copy=False)
         return found[:n], found[n : 2 * n], found[2 * n : 3 * n], found[3 * n :]
-
-
-class Action(NamedTuple):
-    """The variables after an action, and the time within which all happens at once."""
-
-    lane: int
-    time: float
-    near: float
-    row: NDArray[Any]
 
 
 def acted(

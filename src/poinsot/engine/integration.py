@@ -16,7 +16,8 @@ from typing_extensions import override
 
 from poinsot.engine import kernels
 from poinsot.engine.dense_output import Side
-from poinsot.engine.event_detection import Action, Recorded
+from poinsot.engine.dense_output import Action
+from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED, TRIES, reason
 
@@ -276,6 +277,8 @@ class Integration:
     failed : list of str
         Why each stopped; empty if it did not.
     events : list of lists of Recorded
+    actions : list of lists of Action
+        What the actions of events have made of each member.
     cause : BaseException or None
         What an action raised.
     """
@@ -294,6 +297,7 @@ class Integration:
         self.steps, self.reached = np.zeros(members.size, dtype=int), origins.copy()
         self.failed = [""] * members.size
         self.events: list[list[Recorded]] = [[] for _ in members]
+        self.actions: list[list[Action]] = [[] for _ in members]
         self.cause: BaseException | None = None
         self.lasts = np.array([grid[-1] if grid.size else here for grid, here in zip(grids, origins, strict=True)])
         self._lanes = np.minimum(np.arange(stepper.lanes), members.size - 1)
@@ -489,17 +493,18 @@ class Integration:
         if self._detection is not None:
             for record in self._detection.records:
                 self.events[record[1]].append(record)
-            for action in self._detection.actions:
-                self._put_rows(action)
+            for lane, action in self._detection.actions:
+                self.actions[lane].append(action)
+                self._put_rows(lane, action)
             self._detection.records, self._detection.actions = [], []
 
-    def _put_rows(self, action: Action) -> None:
+    def _put_rows(self, lane: int, action: Action) -> None:
         """Put the variables after an action into the rows at its time."""
-        parts = self._rows[action.lane]
+        parts = self._rows[lane]
         last = sum(map(len, parts))
         for i in range(len(parts) - 1, -1, -1):
             first = last - len(parts[i])
-            here = np.abs(self._grids[action.lane][first:last] - action.time) <= action.near
+            here = np.abs(self._grids[lane][first:last] - action.time) <= action.near
             if here.any():
                 parts[i] = np.where(here[:, None], action.row.astype(float), parts[i])
             last = first

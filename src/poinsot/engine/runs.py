@@ -248,11 +248,6 @@ class Run(ABC):
                 f"before {self.origins.max()}. Such motions run forwards only."
             )
 
-    @property
-    def may_jump(self) -> bool:
-        """Whether variables may get new values at an instant, at samples or by the action of an event."""
-        return self.clock is not None or any(event.acts for event in self.job.problem.events)
-
     def interrupt(self) -> None:
         """Let the run stop after the chunks of steps that are under way, and keep what it has."""
         self.stop = self.report.interrupted = True
