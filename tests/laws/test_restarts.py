@@ -16,7 +16,10 @@ from poinsot.control import NoisySensors, RateDamping, Sampled
 from poinsot.engine import looped_kernel
 from poinsot.functions import Vector
 
-KERNELS = (pytest.param("looped", marks=pytest.mark.skipif(not looped_kernel.available(), reason="no llvmlite")), "heyoka")
+KERNELS = (
+    pytest.param("looped", marks=pytest.mark.skipif(not looped_kernel.available(), reason="no llvmlite")),
+    "heyoka",
+)
 
 BOUND = 1e-13
 """Of each variable relative to its largest value: three times the worst of perturbed starts is 6e-14.

@@ -18,6 +18,7 @@ __all__ = ["Clock", "Jumps", "Update", "Updates"]
 
 Array = NDArray[Any]
 
+
 class Update(NamedTuple):
     """The new values of some variables, at their places, and the symbols of the uniform numbers drawn for them."""
 

@@ -85,7 +85,17 @@ OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"ini
 OF_BODIES = [named(body, name) for body in (*ONE, *BODIES) for name in ("moments", "principal_axes", "mass")]
 NAMES = ("time", "initial_time", "potential_energy", "carried", "masses", "G", *OF_BODIES, *sorted(OF_STATES))
 SHAPES = tuple(named(body, "shape_") for body in (*ONE, *BODIES))
-BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "initial_jumped_", "recorded_", "event_", "system_", *SHAPES)
+BEGINNINGS = (
+    "integral_",
+    "drift_",
+    "own_",
+    "initial_own_",
+    "initial_jumped_",
+    "recorded_",
+    "event_",
+    "system_",
+    *SHAPES,
+)
 """Of all variables that are read; the last ones are of arrays that a text names."""
 
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")

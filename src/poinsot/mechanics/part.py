@@ -27,7 +27,7 @@ from poinsot.mechanics.parameters import same
 MAX_JUMP_NUMBER = 2.0**52
 """The largest number of a jump: those of later jumps are not exact."""
 
-__all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "named_parts", "parts_of", "tensor_array"]
+__all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "jumps_at", "named_parts", "parts_of", "tensor_array"]
 
 
 class Jump(NamedTuple):
@@ -164,6 +164,12 @@ def parts_of(record: Any) -> Iterator[Part]:
         yield record
     for inner in record.records:
         yield from parts_of(inner)
+
+
+def jumps_at(parts: Iterable[Any], times: ArrayLike, members: Any = slice(None)) -> dict[str, NDArray[np.bool_]]:
+    """Return by the names of parts that jump whether they do so at times, of some members."""
+    each = ((part.name, part.jump) for part in parts)
+    return {name: jump.of_members(members).falls_on(times) for name, jump in each if jump is not None}
 
 
 def named_parts(forces: Iterable[Force]) -> dict[str, Part]:

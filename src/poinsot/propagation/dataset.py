@@ -176,7 +176,9 @@ def told_parts(parts: Iterable[Part | StoredPart]) -> str:
 def told_jumps(parts: Iterable[Part | StoredPart]) -> str:
     """Return the text of a file about the times of jumps: the period and the phase of each part, also of members."""
     each = {part.name: part.jump for part in parts if part.jump is not None}
-    return json.dumps({name: [np.asarray(x).tolist() for x in (jump.period, jump.phase)] for name, jump in each.items()})
+    return json.dumps(
+        {name: [np.asarray(x).tolist() for x in (jump.period, jump.phase)] for name, jump in each.items()}
+    )
 
 
 def read_parts(said: str, jumps: str = "{}") -> tuple[StoredPart, ...]:

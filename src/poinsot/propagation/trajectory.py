@@ -25,6 +25,7 @@ from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
@@ -264,7 +265,7 @@ class Trajectory(Summarized):
             outside = t.min() if t.min() < first else t.max()
             raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
         phase = changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1]))
-        return state_of(phase, t, self._jumped(t))
+        return state_of(phase, t, jumps_at(self.system.jumping, t))
 
     # ------------------------------------------------------------------ members and times
 
@@ -321,15 +322,11 @@ class Trajectory(Summarized):
         if isinstance(at, int):
             phase = changed(self.phase, lambda x: rows_of(x, members, at))
             time = np.full(next(iter(phase.values())).shape[:-1], self.times[at])
-            return state_of(phase, time, self._jumped(time, EVERY if members is None else members))
+            jumped = jumps_at(self.system.jumping, time, EVERY if members is None else members)
+            return state_of(phase, time, jumped)
         if np.any(np.diff(at) <= 0):
             raise ValueError("time must keep the order of the times of the motion, got places in another order.")
         return self._selected(members, at)
-
-    def _jumped(self, times: Array, members: Chosen | slice = EVERY) -> dict[str, Any]:
-        """Return by the names of parts at which times they jump, of one body or of some members."""
-        each = ((part.name, part.jump) for part in self.system.jumping)
-        return {name: jump.of_members(members).falls_on(times) for name, jump in each if jump}
 
     def _members(self, index: Index) -> Chosen | None:
         """Return which members are chosen; None of one body."""
