@@ -274,7 +274,8 @@ def test_a_store_of_other_memories_is_another_one(tmp_path):
         pt.propagate(system, forgotten, [1.0], out=tmp_path / "store.zarr", chunk=1)
 
 
-def test_states_of_the_user_have_no_memory(kernel):
+@pytest.mark.usefixtures("kernel")
+def test_states_of_the_user_have_no_memory():
     """A run from a state that a user makes at a sample begins with it, also from the numbers of a row."""
     system = pt.System(BODY, Remembering(0.9, 0.3, 0.1))
     row = pt.propagate(system, system.state(**START), SAMPLED_TIMES).isel(time=4)
@@ -344,13 +345,15 @@ def test_a_row_at_an_action_has_the_state_after_it(kernel):
 
 
 @pytest.mark.parametrize("part", [part for part in PARTS if part.size], ids=lambda part: type(part).__name__)
-def test_a_run_with_a_part_goes_on_from_a_kick(part, kernel):
+@pytest.mark.usefixtures("kernel")
+def test_a_run_with_a_part_goes_on_from_a_kick(part):
     system, times = pt.System(MASSIVE, part), np.array([0.3, 1.0, 1.1, 2.0, 2.3])
     given = {"events": [Push(1.0), Push(2.0)]}
     assert joined(pt.propagate(system, started(system), times, **given), times, **given) < BOUND
 
 
-def test_a_controller_by_events_goes_on(kernel):
+@pytest.mark.usefixtures("kernel")
+def test_a_controller_by_events_goes_on():
     system, times = pt.System(BODY, Held()), np.array([0.0, 0.25, 0.5, 0.6, 1.0, 1.5, 2.0, 2.2])
     whole = pt.propagate(system, system.state(**START), times, events=[Controller(0.5)])
     assert len(whole.events[0]) == 4
@@ -358,7 +361,8 @@ def test_a_controller_by_events_goes_on(kernel):
 
 
 @pytest.mark.parametrize("name", ["pointing along a table, two controllers", "a memory", "feedback beside gravity"])
-def test_a_run_goes_on_from_knots_samples_and_impulses_at_once(name, kernel):
+@pytest.mark.usefixtures("kernel")
+def test_a_run_goes_on_from_knots_samples_and_impulses_at_once(name):
     """Knots of the table, and samples at 0.4 and 1.0: at two of them there is an impulse too."""
     knots = TABLE.knots
     some = knots[(knots > 0) & (knots < 2.5)][[1, 2]]
@@ -371,7 +375,8 @@ def test_a_run_goes_on_from_knots_samples_and_impulses_at_once(name, kernel):
 
 
 @pytest.mark.parametrize("way", [1, -1], ids=["forwards", "backwards"])
-def test_a_run_along_a_table_goes_on_from_its_knots(way, kernel):
+@pytest.mark.usefixtures("kernel")
+def test_a_run_along_a_table_goes_on_from_its_knots(way):
     knots = TABLE.knots
     times = knots[(knots > 0) & (knots < 3)][::way]
     system, events = pt.System(BODY, pt.GravityGradient(TABLE)), [Kick(times[times.size // 2], (0.1, -0.1, 0.05))]
@@ -381,7 +386,8 @@ def test_a_run_along_a_table_goes_on_from_its_knots(way, kernel):
     assert joined(whole, times, events=events) < BOUND
 
 
-def test_members_go_on_from_actions_of_their_own(kernel, tmp_path):
+@pytest.mark.usefixtures("kernel")
+def test_members_go_on_from_actions_of_their_own(tmp_path):
     """At a row one member has just been kicked, the others not."""
     instants = np.array([1.0, 1.5, 7.0, 1.0, 0.3])
     system, times = pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0))), np.array([0.1, 1.0, 1.5, 2.0, 2.5])
@@ -395,7 +401,8 @@ def test_members_go_on_from_actions_of_their_own(kernel, tmp_path):
 
 @pytest.mark.parametrize("name", ["impact", "of one body"])
 @pytest.mark.parametrize("way", [1, -1], ids=["forwards", "backwards"])
-def test_two_bodies_go_on_from_impacts(way, name, kernel, tmp_path):
+@pytest.mark.usefixtures("kernel")
+def test_two_bodies_go_on_from_impacts(way, name, tmp_path):
     ball = pt.Body((0.4, 0.5, 0.6), mass=1.0)
     pair = pt.TwoBodies(ball, ball, G=1.0)
     start = pair.state((2, 0, 0), (0, 1, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0.3, 1)] * 2)

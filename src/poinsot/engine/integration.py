@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.engine import kernels
-from poinsot.engine.dense_output import Side
-from poinsot.engine.dense_output import Action
+from poinsot.engine.dense_output import Action, Side
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED, TRIES, reason
