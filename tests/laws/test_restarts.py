@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
@@ -185,6 +186,29 @@ def test_a_run_goes_on_from_its_samples(name, kernel):
         assert difference(rest, whole) < BOUND
 
 
+@pytest.mark.usefixtures("kernel")
+def test_a_row_next_to_a_sample_is_before_or_after_it():
+    """Also where the distances of both times from the start of a step are equal after rounding."""
+    system, samples = pt.System(BODY, Remembering(0.9, 0.3, 0.1)), 0.3 * np.arange(3) + 0.1
+    around = np.stack([np.nextafter(samples, -9), samples, np.nextafter(samples, 9)], axis=-1)
+    starts = np.random.default_rng(8).uniform(-0.15, 0.0, 20)
+    motion = pt.propagate(system, system.state(**START, time=starts), around.ravel())
+    total = motion.own["remembering"][..., 3:].reshape(20, 3, 3, 3)
+    assert np.array_equal(total[:, :, 1], total[:, :, 2])
+    assert np.min(np.max(np.abs(total[:, :, 1] - total[:, :, 0]), axis=-1)) > 1e-2
+
+
+@pytest.mark.usefixtures("kernel")
+def test_an_impulse_at_a_sample_comes_in_one_order_from_any_row():
+    """The zero of an event is found to rounding: it must not fall before the sample from one row and after it from
+    another."""
+    law = Sampled(RateDamping(0.8, 5.0), 0.25, sensors=NoisySensors(1e-2, seed=3.0))
+    system, events = pt.System(BODY, law), [SampledKick(0.5, (0.1, -0.2, 0.05))]
+    first = np.sort(np.random.default_rng(3).uniform(0.05, 0.45, 40))
+    times = np.unique([*first, 0.25, np.nextafter(0.25, 0), np.nextafter(0.25, 9), 0.5, 0.6, 1.0])
+    assert joined(pt.propagate(system, system.state(**START), times, events=events), times, events=events) < BOUND
+
+
 def test_two_joined_runs_equal_an_integration_from_sample_to_sample(kernel):
     """The equations of SciPy's integration share nothing with the package; an update that acts twice is off by 1e-2."""
     moments, rate, total = np.array([6.0, 8.0, 10.0]), np.array([0.1, 0.2, 0.3]), np.zeros(3)
@@ -220,7 +244,7 @@ def test_members_remember_their_own_samples(chosen, kernel):
     assert whole.run.kernel == kernel
 
 
-WAYS = {
+WAYS: dict[str, Any] = {
     "NetCDF": lambda motion, folder: pt.load(pt.save(motion, folder / "motion.nc")),
     "Zarr": lambda motion, folder: pt.load(pt.save(motion, folder / "motion.zarr")),
     "Zarr of NetCDF": lambda motion, folder: pt.load(pt.save(WAYS["NetCDF"](motion, folder), folder / "again.zarr")),

@@ -195,7 +195,7 @@ def read_parts(said: str, jumps: str = "{}") -> tuple[StoredPart, ...]:
 
 
 def _read_jump(period: Any, phase: Any) -> Jump:
-    jump = Jump(*(np.asarray(x, dtype=float) for x in (period, phase)))
+    jump = Jump(np.asarray(period, dtype=float), np.asarray(phase, dtype=float))
     if not (np.all(np.isfinite([*np.ravel(jump.period), *np.ravel(jump.phase)])) and np.all(jump.period > 0)):
         raise ValueError(f"jumps must have finite times and positive periods, got {jump}.")
     return jump
