@@ -16,6 +16,7 @@ from poinsot.engine.state_vector import factors_of_parts
 from poinsot.errors import PropagationError
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import State, changed, state_of, state_with
 from poinsot.mechanics.system import System
 
@@ -108,7 +109,8 @@ class PeriodMap:
     def _state(self, q: Array, rest: Array, time: Any) -> State:
         sizes = {part.name: part.size for part in self.system.parts if part.size}
         g, *values = np.split(rest, list(itertools.accumulate(sizes.values(), initial=3)), axis=-1)
-        return state_with(q, g, time, dict(zip(sizes, values, strict=False)))
+        state = state_with(q, g, time, dict(zip(sizes, values, strict=False)))
+        return state_of(state.phase, state.time, jumps_at(self.system.jumping, time))  # the end of a period is a row
 
     def _rest(self, state: State) -> Array:
         own = [state.own[part.name] for part in self.system.parts if part.size]

@@ -6,7 +6,7 @@ import ctypes
 import functools
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from poinsot.engine.llvm_ir import Array as Memory
 from poinsot.engine.state_vector import StateVector, blocks_of
 from poinsot.mechanics.state import Phase
 
-__all__ = ["DenseOutput", "KeptSteps", "Side"]
+__all__ = ["Action", "DenseOutput", "KeptSteps", "Side"]
 
 Array = NDArray[Any]
 Side = Literal["left", "right"]
@@ -153,6 +153,14 @@ def _horner(step: Value, ahead: Value, shape: tuple[int, int], out: Value) -> No
         place[0] = value
 
 
+class Action(NamedTuple):
+    """The variables after an event has acted at a time; times that differ by no more than `near` are the same."""
+
+    time: float
+    near: float
+    row: Array
+
+
 class DenseOutput:
     """A motion at any time between the two that it has reached; what jumps is right-continuous.
 
@@ -167,11 +175,14 @@ class DenseOutput:
     ----------
     last : array (size,) or None
         The variables at the latest time, of a motion that may jump there.
+    actions : sequence of Action
+        The actions of events in each direction, in their order.
     """
 
     def __init__(self, variables: StateVector, origin: float, start: Array) -> None:
         self._variables, self._origin, self._start = variables, origin, np.asarray(start, dtype=float)
         self.last: Array | None = None
+        self.actions: Sequence[Action] = ()
         self.parts: Mapping[bool, Steps] = {}
         self.reached: dict[bool, float] = {}
 
@@ -183,9 +194,31 @@ class DenseOutput:
     def __call__(self, times: Array) -> Phase:
         """Return q and the momenta."""
         rows = self._at(times)
+        if self.actions:
+            self._put_actions(times, rows)
         for block in blocks_of(times.size):
             self._variables.make_physical(times[block], rows[block])
         return self._variables.phase_of(rows)
+
+    def _put_actions(self, times: Array, rows: Array) -> None:
+        """Put the variables after actions into rows at their times."""
+        known, near, after = self._after_actions
+        behind = known.searchsorted(times)
+        for places in (np.maximum(behind - 1, 0), np.minimum(behind, known.size - 1)):
+            here = np.abs(times - known[places]) <= near[places]
+            rows[here] = after[places[here]]
+
+    @functools.cached_property
+    def _after_actions(self) -> tuple[Array, Array, Array]:
+        """Times that rise, how near to each the rows are the same, and rows: the last ones of actions at one time."""
+        last = [
+            one
+            for one, following in itertools.zip_longest(self.actions, self.actions[1:])
+            if following is None or abs(following.time - one.time) > following.near
+        ]
+        times, near = np.array([one[:2] for one in last]).T
+        order = np.argsort(times)
+        return times[order], near[order], np.array([one.row for one in last], dtype=float)[order]
 
     def _at(self, times: Array) -> Array:
         """Return the variables."""

@@ -137,6 +137,7 @@ class _OneBody(_EngineRun):
             dense.parts = polynomials
             dense.reached = {part.forwards: float(part.reached[0]) for part in parts}
             dense.last = next((part.states[0] for part in parts if isinstance(part, SampledIntegration)), None)
+            dense.actions = [action for part in parts for action in part.actions[0]]
         self._hand_over({part.forwards: part.rows(0) for part in parts})
 
     def _integrate(self, part: Integration, told: Callable[[float], None]) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra.program import Node
+from poinsot.engine.dense_output import Action
 from poinsot.engine.discontinuities import (
     LARGE,
     NEVER,
@@ -75,6 +76,8 @@ class EventDetection:
     ----------
     records : list of Recorded
         What happened, until the integration takes it.
+    actions : list of (int, Action)
+        The lanes of actions and what these have made, until the integration takes it.
     stopped : list
         For each lane "", or why it must not go on: "event", "zeno", or the sentence about an action; or why a chunk of
         steps must end: "act" where the momenta want another scale now, "held" before an action.
@@ -98,6 +101,7 @@ class EventDetection:
         kind: Any,
     ) -> None:
         self.records: list[Recorded] = []
+        self.actions: list[tuple[int, Action]] = []
         self.stopped = [""] * lanes
         self.error: BaseException | None = None
         self.scales: Any = None
@@ -181,9 +185,12 @@ class EventDetection:
             return False
         for (i, direction), event in zip(new, events, strict=True):
             row = self.scales.outward(np.array(lane_of(engine.state, lane)), lane)
+            near = self._near(lane, time)
             self.records.append((i, lane, time, direction, row))
             if event.acts:
                 self._act(engine, lane, i, time)
+                after = self.scales.outward(np.array(lane_of(engine.state, lane)), lane)
+                self.actions.append((lane, Action(time, near, after)))
         if acting and not (self.stopped[lane] or self.scales.fits(engine.state, lane)):
             self.stopped[lane] = "act"
         if any(event.terminal for event in events):

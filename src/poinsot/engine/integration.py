@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.engine import kernels
-from poinsot.engine.dense_output import Side
+from poinsot.engine.dense_output import Action, Side
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED, TRIES, reason
@@ -276,6 +276,8 @@ class Integration:
     failed : list of str
         Why each stopped; empty if it did not.
     events : list of lists of Recorded
+    actions : list of lists of Action
+        What the actions of events have made of each member.
     cause : BaseException or None
         What an action raised.
     """
@@ -294,11 +296,12 @@ class Integration:
         self.steps, self.reached = np.zeros(members.size, dtype=int), origins.copy()
         self.failed = [""] * members.size
         self.events: list[list[Recorded]] = [[] for _ in members]
+        self.actions: list[list[Action]] = [[] for _ in members]
         self.cause: BaseException | None = None
         self.lasts = np.array([grid[-1] if grid.size else here for grid, here in zip(grids, origins, strict=True)])
         self._lanes = np.minimum(np.arange(stepper.lanes), members.size - 1)
         self._closely, self._tries = False, 0
-        self._ahead, self._rows = list(grids), [list[Array]() for _ in members]
+        self._grids, self._ahead, self._rows = grids, list(grids), [list[Array]() for _ in members]
         self._later: Array | None = None  # the rows of all lanes behind the first ones, if they came at once
         for lane, grid in enumerate(grids):
             if grid.size and grid[0] == origins[lane]:
@@ -351,7 +354,7 @@ class Integration:
         self._stepper.place(time, state)
         self._kernel.begin(self.forwards, self.members[lanes])
         if self._detection is not None:
-            self._detection.records = []
+            self._detection.records, self._detection.actions = [], []
 
     def _limit_steps(self, tries: int) -> None:
         self._tries = tries
@@ -489,7 +492,21 @@ class Integration:
         if self._detection is not None:
             for record in self._detection.records:
                 self.events[record[1]].append(record)
-            self._detection.records = []
+            for lane, action in self._detection.actions:
+                self.actions[lane].append(action)
+                self._put_rows(lane, action)
+            self._detection.records, self._detection.actions = [], []
+
+    def _put_rows(self, lane: int, action: Action) -> None:
+        """Put the variables after an action into the rows at its time."""
+        parts = self._rows[lane]
+        last = sum(map(len, parts))
+        for i in range(len(parts) - 1, -1, -1):
+            first = last - len(parts[i])
+            here = np.abs(self._grids[lane][first:last] - action.time) <= action.near
+            if here.any():
+                parts[i] = np.where(here[:, None], action.row.astype(float), parts[i])
+            last = first
 
 
 def _has_room(ahead: Array, here: float, length: int) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -12,14 +12,11 @@ from numpy.typing import NDArray
 from poinsot.algebra.draws import key_of, uniforms
 from poinsot.algebra.program import Node
 from poinsot.algebra.replay import Replay
-from poinsot.mechanics.part import Part
+from poinsot.mechanics.part import Jump, Part
 
 __all__ = ["Clock", "Jumps", "Update", "Updates"]
 
 Array = NDArray[Any]
-
-MOST = 2.0**52
-"""Samples beyond which their numbers are not exact."""
 
 
 class Update(NamedTuple):
@@ -58,10 +55,12 @@ class Clock:
     parts : sequence of Part
         Those that jump.
     numbers : array (members,)
-        Those of the members, of which their noise depends.
+        The numbers of the members, which determine their noise.
+    jumped : mapping
+        The name of a part to an array (members,) of truth values: whether its sample at the start is done.
     """
 
-    def __init__(self, parts: Sequence[Part], numbers: Array) -> None:
+    def __init__(self, parts: Sequence[Part], numbers: Array, jumped: Mapping[str, Array]) -> None:
         jumps = [part.jump for part in parts if part.jump is not None]
         self.periods, self.phases = (
             np.array([np.broadcast_to(x, numbers.shape) for x in each], dtype=float).T
@@ -69,26 +68,14 @@ class Clock:
         )
         seeds = np.array([np.broadcast_to(jump.seed, numbers.shape) for jump in jumps], dtype=float).T
         self.keys = key_of(seeds, numbers[:, None])
+        done = [jumped.get(part.name, False) for part in parts if part.jump is not None]
+        self._jumped = np.array([np.broadcast_to(each, numbers.shape) for each in done]).T
 
     def first(self, times: Array, members: Array) -> Array:
-        """Return the numbers of the first samples of members that are not before times, shape (n, jumps).
-
-        Raises
-        ------
-        ValueError
-            If there are more samples since time zero than numbers.
-        """
-        periods, phases = self.periods[members], self.phases[members]
-        numbers = np.ceil((times[:, None] - phases) / periods) - 1
-        if np.any(np.abs(numbers) > MOST):
-            least = float(np.min(periods))
-            raise ValueError(
-                f"period must be longer than the rounding of the time, got {least} at t = {times[0]:.10g}."
-            )
-        while (before := numbers * periods + phases < times[:, None]).any():
-            numbers += before
-        found: Array = numbers
-        return found
+        """Return the numbers of the first samples of members that start at times, shape (n, jumps)."""
+        samples = Jump(self.periods[members], self.phases[members])
+        found: Array = samples.first(times[:, None])
+        return found + (self._jumped[members] & samples.falls_on(times[:, None]))
 
     def times(self, numbers: Array, members: Array) -> Array:
         """Return the times of samples of members, shape (..., jumps)."""

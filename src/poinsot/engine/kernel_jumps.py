@@ -29,6 +29,8 @@ class Sampling:
     ----------
     count : int
         How many parts jump.
+    targets : list of str
+        The time at which a step ends for the next jump, by its name in the memory of a run.
     of_tasks : list
         The fields that a lane and a task have for it: of each sample its number, the time between two and that of
         number 0, and the key of the numbers drawn.
@@ -37,6 +39,7 @@ class Sampling:
     def __init__(self, kernel: Any, jumps: Jumps | None) -> None:
         self._kernel, self._jumps, self._lanes = kernel, jumps or NO_JUMPS, kernel.lanes
         self.count = count = len(self._jumps.updates)
+        self.targets = ["sample"] if count else []
         self.of_tasks = [*((name, "f8", (count,)) for name in OF_TASKS), ("keys", "i8", (count,))]
 
     def define(self, module: Module) -> None:

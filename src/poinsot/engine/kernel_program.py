@@ -166,7 +166,8 @@ class KernelProgram:
         h, cut, waits, stops = self.watch.look(
             lines, work, last.choose(left, length.intrinsic("copysign", left)), active
         )
-        last, arrived = last & ~cut, ~waits & left.is_("eq", 0.0)
+        at_sample = cut & h.is_("eq", left) if self.sampling.count else lines.constant(last.type, 0)
+        last, arrived = (last & ~cut) | at_sample, ~waits & left.is_("eq", 0.0)
         following, states = work.array("following", self.kind), self.layout.states(work.address, 0)
         lines.run("evaluate", work.address, following.address, h)
         moved = [following[k] for k in range(self.variables)]
@@ -177,7 +178,7 @@ class KernelProgram:
         if self.lanes == 1:
             with lines.when(work.array("kept", INTEGER)[0].is_("ne", 0) & goes):
                 lines.run("keep_step", work.address, h)
-        self._rows(lines, work, seen, h, last & goes)
+        self._rows(lines, work, seen, h, last & goes, target)
         below = work.array("below", self.kind)
         for k, value in enumerate(moved):
             states[k] = goes.choose(value, states[k])
@@ -213,15 +214,18 @@ class KernelProgram:
         time[1] = goes.choose(last.choose(low * 0.0, rest - (later - total)), low)
         return goes & ~last & total.is_("eq", high)
 
-    def _rows(self, lines: Lines, work: Record, goes: Value, h: Value, last: Value) -> None:
-        """Write the rows of the output times within a step; of one up to a sample the next step writes the last."""
+    def _rows(self, lines: Lines, work: Record, goes: Value, h: Value, last: Value, target: Value) -> None:
+        """Write the rows of the output times within a step; of one up to a sample the next step writes the last.
+
+        Times are compared, and not their distances from the start of the step, which may be equal after rounding.
+        """
         time, row = work.array("time", self.kind), work.array("row", self.kind)
 
         def due() -> list[Value]:
             ahead = (work.array("output_time", self.kind)[0] - time[0]) - time[1]
             within = abs(ahead).is_("le", abs(h))
             if self.sampling.count:
-                within = within & ~(last & ahead.is_("eq", h))
+                within = within & ~(last & work.array("output_time", self.kind)[0].is_("ge", target))
             return [ahead, goes & within]
 
         def write(ahead: Value, which: Value) -> list[Value]:

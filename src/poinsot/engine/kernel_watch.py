@@ -96,7 +96,8 @@ class Watch:
             chosen = earlier.choose(changes.choose(chosen.like(i), -1), chosen)
             h, cut, waits = earlier.choose(share * reach, h), cut | earlier, waits | wrong[-1]
         kept[0] = near
-        for target in ("end", "output_time") if self.events else ():  # an event two roundings beside these is there
+        targets = ["end", "output_time", *self._kernel.sampling.targets]
+        for target in targets if self.events else ():  # an event two roundings beside these is there
             ahead = (work.array(target, kind)[0] - work.array("time", kind)[0]) - work.array("time", kind)[1]
             there = chosen.is_("ge", len(self.conditions)) & abs(ahead - h).is_("le", 0.125 * near)
             h = there.choose(ahead, h)

@@ -16,7 +16,7 @@ from typing_extensions import override
 
 from poinsot.algebra.replay import Replay, wide
 from poinsot.engine import kernels, looped_kernel
-from poinsot.engine.dense_output import DenseOutput, KeptSteps
+from poinsot.engine.dense_output import Action, DenseOutput, KeptSteps
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.kernel_program import KernelProgram
 from poinsot.engine.legs import Legs
@@ -242,6 +242,7 @@ class LoopedRun(Run):
                     own = block["task"] == k
                     parts[way].append(block if own.all() else block[own])
             dense.parts = {way: KeptSteps(blocks) for way, blocks in parts.items()}
+            dense.actions = tasks.actions
             if self.clock is not None and tasks.queue.tasks.size:
                 dense.last = tasks.queue.tasks["state"][0].copy()
             dense.reached = dict(zip(tasks.forwards, tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
@@ -490,6 +491,11 @@ class _Tasks:
         left: NDArray[np.int_] = np.bincount(self.own[under_way], minlength=self._members.size)
         finished: NDArray[np.bool_] = left == 0
         return finished
+
+    @property
+    def actions(self) -> list[Action]:
+        """The actions of events, task after task."""
+        return [] if self._noted is None else [action for of_task in self._noted.actions for action in of_task]
 
     @property
     def reached(self) -> slice:

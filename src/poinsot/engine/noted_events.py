@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra.replay import Replay
+from poinsot.engine.dense_output import Action
 from poinsot.engine.event_detection import ZENO, Recorded, acted, told
 from poinsot.engine.looped_kernel import Queue, Status
 from poinsot.engine.problem import Problem
@@ -43,6 +44,8 @@ class NotedEvents:
     ----------
     records : list of lists of Recorded
         What happened to each task.
+    actions : list of lists of Action
+        What the actions of each task have made.
     failed : dict
         Task -> why it stopped at an action.
     causes : dict
@@ -64,6 +67,7 @@ class NotedEvents:
         self._members, self._inputs, self._interrupt, self._stopped = members, inputs, interrupt, stopped
         tasks, events = queue.tasks, problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
+        self.actions: list[list[Action]] = [[] for _ in tasks]
         self.failed: dict[int, str] = {}
         self.causes: dict[int, BaseException] = {}
         self._last = np.repeat(tasks["time"][:, :1], len(events), axis=1)
@@ -77,7 +81,9 @@ class NotedEvents:
         for row, own, task, which, rising, time, near in zip(rows, counts, *columns, strict=True):
             found = [(i, 1 if rising & bit else -1) for i, bit in self._bits if which & bit and own[i]]
             new = [(i, direction) for i, direction in found if self._is_new(task, i, time, near)]
-            self._let_happen(task, new, time, row)
+            if self._let_happen(task, new, time, row):
+                self.actions[task].append(Action(time, near, row))
+                self._put_rows(task, self.actions[task][-1])
         tasks = self._queue.tasks
         stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)
         tasks["status"][stopped] = Status.UNDER_WAY
@@ -105,18 +111,30 @@ class NotedEvents:
         self._since[task, number] = since
         return True
 
-    def _let_happen(self, task: int, new: list[tuple[int, int]], time: float, row: Array) -> None:
-        """Record events with their directions, and act, in the order of the list."""
+    def _let_happen(self, task: int, new: list[tuple[int, int]], time: float, row: Array) -> bool:
+        """Record events with their directions, and act, in the order of the list; return True if an event has acted."""
+        acted = False
         for number, direction in new:
             event = self._problem.events[number]
             self.records[task].append((number, 0, time, direction, row.copy()))
             if event.acts and not self._stopped():
-                self._act(task, number, time, row)
+                acted |= self._act(task, number, time, row)
             if event.terminal:
                 self._queue.tasks["status"][task] = Status.ENDED
+        return acted
 
-    def _act(self, task: int, number: int, time: float, row: Array) -> None:
-        """Give a task the state that an event returns, or note why not."""
+    def _put_rows(self, task: int, action: Action) -> None:
+        """Put the variables after an action into the rows at its time, which the kernel writes before the action."""
+        own, output = self._queue.tasks[task], self._queue.output
+        rows, stride = output.rows.reshape(-1, action.row.size), int(own["stride"])
+        for back in range(1, int(own["index"]) + 1):
+            step = (int(own["index"]) - back) * stride
+            if abs(output.times[own["first"] + step] - action.time) > action.near:
+                return
+            rows[own["place"] + step] = action.row
+
+    def _act(self, task: int, number: int, time: float, row: Array) -> bool:
+        """Give a task the state that an event returns, or note why not; return True if there is one."""
         own, member = self._queue.tasks[task], int(self._members[task])
         try:
             after = acted(self._problem, self._variables, number, member, time, row)
@@ -127,3 +145,5 @@ class NotedEvents:
         else:
             row[: after.size] = after
             own["state"][: after.size], own["below"][: after.size], own["sides"] = after, 0.0, 0.0
+            return True
+        return False

@@ -241,7 +241,7 @@ class Run(ABC):
         start = job.variables.from_state(state if job.precision == "double" else _in_precision(state, job.precision))
         self.starts = start.reshape(-1, start.shape[-1])
         jumping = job.problem.system.jumping
-        self.clock = Clock(jumping, job.problem.system.numbered(self.origins.size)) if jumping else None
+        self.clock = Clock(jumping, job.problem.system.numbered(self.origins.size), state.jumped) if jumping else None
         if jumping and self.rising[0] < self.origins.max() and False in ways:
             raise ValueError(
                 f"times must not be before the state's where {jumping[0].name!r} is sampled, got {self.rising[0]} "
@@ -301,7 +301,7 @@ class Run(ABC):
 
 def _in_precision(state: State, precision: str) -> State:
     kind = kernels.PRECISIONS[precision]
-    return state_of(changed(state.phase, lambda array: Vector(map(kind, array))), state.time)
+    return state_of(changed(state.phase, lambda array: Vector(map(kind, array))), state.time, state.jumped)
 
 
 def allowed_threads() -> int:

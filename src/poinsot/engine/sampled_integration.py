@@ -88,6 +88,7 @@ class SampledIntegration(Integration):
             rows = leg.rows(k)
             self.steps[lane] += leg.steps[k]
             self.events[lane] += leg.events[k]
+            self.actions[lane] += leg.actions[k]
             self.failed[lane], self.reached[lane] = self.failed[lane] or leg.failed[k], leg.reached[k]
             there = len(rows) == grid.size
             self._rows[lane].append(rows[: grid.size - 1])

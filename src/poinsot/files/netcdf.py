@@ -85,7 +85,17 @@ OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"ini
 OF_BODIES = [named(body, name) for body in (*ONE, *BODIES) for name in ("moments", "principal_axes", "mass")]
 NAMES = ("time", "initial_time", "potential_energy", "carried", "masses", "G", *OF_BODIES, *sorted(OF_STATES))
 SHAPES = tuple(named(body, "shape_") for body in (*ONE, *BODIES))
-BEGINNINGS = ("integral_", "drift_", "own_", "initial_own_", "recorded_", "event_", "system_", *SHAPES)
+BEGINNINGS = (
+    "integral_",
+    "drift_",
+    "own_",
+    "initial_own_",
+    "initial_jumped_",
+    "recorded_",
+    "event_",
+    "system_",
+    *SHAPES,
+)
 """Of all variables that are read; the last ones are of arrays that a text names."""
 
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
@@ -315,7 +325,7 @@ class _Reading:
         said = data.attrs.get("state_variables")
         parts = data.attrs.get("parts", "{}")
         try:
-            self.parts = read_parts(parts)
+            self.parts = read_parts(parts, data.attrs.get("jumps", "{}"))
         except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
             raise ValueError(f"{name} must have parts by name with their variables, got {described(parts)}.") from None
         self.own = {part.name: part.size for part in self.parts if part.size}
@@ -324,6 +334,7 @@ class _Reading:
         alike = PHASES[:2] if self.bodies == ONE else PHASES[2:]
         self.initial = next((s for s in alike if all(f"initial_{each}" in data.variables for each in s)), alike[0])
         own = {f"{kind}_{name}": size for kind in ("own", "initial_own") for name, size in self.own.items()}
+        self.jumped = [part.name for part in self.parts if f"initial_jumped_{part.name}" in data.variables]
         self._check_variables(own)
         self.measures = (System if self.bodies == ONE else PairSystem).measures
         for key in (*RUN, *(f"units_{measure}" for measure in self.measures), "state_variables"):
@@ -345,6 +356,10 @@ class _Reading:
         known = {named(body, name): size for body in self.bodies for name, size in of_bodies.items()}
         known = {name: size for name, size in known.items() if not name.endswith("mass") or name in variables}
         known |= {} if self.bodies == ONE else {"masses": (2,), "G": ()}
+        known |= {f"initial_jumped_{name}": () for name in self.jumped}
+        of_jumps = {np.shape(x) for part in self.parts if part.jump for x in part.jump[:2]}
+        if not of_jumps <= {(), members}:
+            raise ValueError(f"{self.name} must have jumps of each member, got {described(self.data.attrs['jumps'])}.")
         allowed |= {name: [size, (*members, *size)] for name, size in known.items()}
         for name, shapes in allowed.items():
             array = self._variable(name)
@@ -512,7 +527,8 @@ class _Reading:
     def _initial(self) -> State:
         phase = {name: self._array(f"initial_{name}") for name in self.initial}
         phase |= {name: self._array(f"initial_own_{name}") for name in self.own}
-        return state_of(_with_orbit(phase), self._array("initial_time"))
+        jumped = {name: self._array(f"initial_jumped_{name}") == 1 for name in self.jumped}
+        return state_of(_with_orbit(phase), self._array("initial_time"), jumped)
 
     def _phase(self) -> Phase:
         if self.store is not None and (stored := phase_in(self.store)) is not None:

@@ -25,7 +25,10 @@ from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import same
 
-__all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "named_parts", "parts_of", "tensor_array"]
+MAX_JUMP_NUMBER = 2.0**52
+"""The largest number of a jump: those of later jumps are not exact."""
+
+__all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "jumps_at", "named_parts", "parts_of", "tensor_array"]
 
 
 class Jump(NamedTuple):
@@ -50,6 +53,31 @@ class Jump(NamedTuple):
     phase: Scalar
     draws: int = 0
     seed: Scalar = 0.0
+
+    def first(self, times: ArrayLike) -> NDArray[np.float64]:
+        """Return the numbers k of the first jumps that are not before times, in the rounding of k period + phase.
+
+        Raises
+        ------
+        ValueError
+            If a period is shorter than the rounding of a time.
+        """
+        numbers = np.ceil((np.asarray(times) - self.phase) / self.period) - 1
+        if np.any(np.abs(numbers) > MAX_JUMP_NUMBER):
+            least, time = float(np.min(self.period)), np.ravel(times)[0]
+            raise ValueError(f"period must be longer than the rounding of the time, got {least} at t = {time:.10g}.")
+        while (before := numbers * self.period + self.phase < times).any():
+            numbers = numbers + before
+        return np.asarray(numbers)
+
+    def of_members(self, members: Any) -> Jump:
+        """Return the jumps of some members; numbers that all members share stay."""
+        each = ((name, getattr(self, name)) for name in ("period", "phase", "seed"))
+        return self._replace(**{name: number[members] for name, number in each if np.ndim(number)})
+
+    def falls_on(self, times: ArrayLike) -> NDArray[np.bool_]:
+        """Return True for times at which there is a jump."""
+        return np.asarray(self.first(times) * self.period + self.phase == times)
 
 
 class Part(Block, Force):
@@ -145,6 +173,12 @@ def parts_of(record: Any) -> Iterator[Part]:
         yield record
     for inner in record.records:
         yield from parts_of(inner)
+
+
+def jumps_at(parts: Iterable[Any], times: ArrayLike, members: Any = slice(None)) -> dict[str, NDArray[np.bool_]]:
+    """Return by the names of parts that jump whether they do so at times, of some members."""
+    each = ((part.name, part.jump) for part in parts)
+    return {name: jump.of_members(members).falls_on(times) for name, jump in each if jump is not None}
 
 
 def named_parts(forces: Iterable[Force]) -> dict[str, Part]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -79,6 +80,12 @@ class State(Summarized):
 
     body_names: ClassVar[tuple[str, ...]] = ("",)
     """What the names of its rigid bodies begin with in a phase."""
+
+    jumped: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})
+    """The name of a part to True where the state holds the variables after a jump of the part at the state's time.
+
+    Rows of motions have it, so that a run from a row does not repeat the jump. States that a user makes are empty here.
+    """
 
     def __init__(
         self,
@@ -338,10 +345,12 @@ def own_of(phase: Phase) -> Phase:
     return {name: values for name, values in phase.items() if name not in RIGID}
 
 
-def state_of(phase: Phase, time: Any) -> State:
+def state_of(phase: Phase, time: Any, jumped: Mapping[str, Any] | None = None) -> State:
     """Return a state of computed values, whose small defects are measurements and not mistakes."""
     state = object.__new__(PairState if "orbit" in phase and "quaternion" not in phase else State)
     state.phase, state.time = phase, time
+    if jumped:
+        state.jumped = {name: np.asarray(done) for name, done in jumped.items()}
     return state
 
 

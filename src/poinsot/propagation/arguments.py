@@ -130,7 +130,8 @@ def members_of(system: Collection, state: State) -> tuple[int, ...]:
 def broadcast_members(state: State, members: tuple[int, ...]) -> State:
     """Return a state for each member."""
     phase = changed(state.phase, lambda x: np.broadcast_to(x, (*members, x.shape[-1])))
-    return state_of(phase, np.broadcast_to(state.time, members))
+    jumped = changed(dict(state.jumped), lambda x: np.broadcast_to(x, members))
+    return state_of(phase, np.broadcast_to(state.time, members), jumped)
 
 
 def checked_threads(threads: int | None) -> int:

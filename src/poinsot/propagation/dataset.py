@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.mechanics.calendar import SCALES, Calendar
+from poinsot.mechanics.part import Jump, Part
 from poinsot.mechanics.state import RIGID, State, named
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 
 if TYPE_CHECKING:
     import xarray
-
-    from poinsot.mechanics.part import Part
 
 __all__ = [
     "COLUMNS",
@@ -30,6 +29,7 @@ __all__ = [
     "dataset_of",
     "dataset_of_result",
     "read_parts",
+    "told_jumps",
     "told_parts",
 ]
 
@@ -61,11 +61,16 @@ class StoredPart(NamedTuple):
     name: str
     variables: Mapping[str, int]
     momenta: frozenset[str]
+    jump: Jump | None = None
 
     @property
     def size(self) -> int:
         """The number of its scalars."""
         return sum(self.variables.values())
+
+    def of_members(self, members: Any) -> StoredPart:
+        """Return the part of some members."""
+        return self if self.jump is None else self._replace(jump=self.jump.of_members(members))
 
 
 class Motion(NamedTuple):
@@ -122,6 +127,7 @@ def dataset_of(motion: Motion) -> xarray.Dataset:
             "system": repr(motion.system),
             "initial_state": repr(motion.initial),
             **({"parts": told_parts(parts)} if parts else {}),
+            **({"jumps": told_jumps(motion.system.jumping)} if motion.system.jumping else {}),
             **motion.attributes,
             **{f"units_{measure}": unit for measure, unit in motion.system.units.items()},
         },
@@ -167,15 +173,32 @@ def told_parts(parts: Iterable[Part | StoredPart]) -> str:
     return json.dumps(said)
 
 
-def read_parts(said: str) -> tuple[StoredPart, ...]:
-    """Return the parts of which a file says so, by what `told_parts` has written."""
-    told = json.loads(said).items()
-    parts = tuple(StoredPart(name, each["variables"], frozenset(each["momenta"])) for name, each in told)
+def told_jumps(parts: Iterable[Part | StoredPart]) -> str:
+    """Return the text of a file about the times of jumps: the period and the phase of each part, also of members."""
+    each = {part.name: part.jump for part in parts if part.jump is not None}
+    return json.dumps(
+        {name: [np.asarray(x).tolist() for x in (jump.period, jump.phase)] for name, jump in each.items()}
+    )
+
+
+def read_parts(said: str, jumps: str = "{}") -> tuple[StoredPart, ...]:
+    """Return the parts in a file, from the texts of `told_parts` and `told_jumps`."""
+    told, jumping = json.loads(said).items(), {name: _read_jump(*each) for name, each in json.loads(jumps).items()}
+    parts = tuple(
+        StoredPart(name, each["variables"], frozenset(each["momenta"]), jumping.get(name)) for name, each in told
+    )
     for part in parts:
         counts = part.variables.values()
         if not part.name.isidentifier() or part.name in RIGID or any(type(n) is not int or n < 1 for n in counts):
             raise ValueError(f"parts must have names and numbers of scalars, got {part.name!r}.")
     return parts
+
+
+def _read_jump(period: Any, phase: Any) -> Jump:
+    jump = Jump(np.asarray(period, dtype=float), np.asarray(phase, dtype=float))
+    if not (np.all(np.isfinite([*np.ravel(jump.period), *np.ravel(jump.phase)])) and np.all(jump.period > 0)):
+        raise ValueError(f"jumps must have finite times and positive periods, got {jump}.")
+    return jump
 
 
 def components(part: Part | StoredPart) -> list[str]:
@@ -247,6 +270,8 @@ class _Variables:
         for name, part in self.parts.items():
             unit, meaning, axis = self._said_of_part(part)
             self._fixed(f"initial_own_{name}", state.own[name], unit, f"{meaning}, at the start", axis)
+        for name, done in state.jumped.items():
+            self._fixed(f"initial_jumped_{name}", done.astype(float), "1", f"1 if {name} has jumped at the start")
         self._fixed("initial_time", state.time, units.time, "time of the start")
         for name, body in zip(state.of_bodies, motion.system.rigid_bodies, strict=True):
             self._body(name, body)

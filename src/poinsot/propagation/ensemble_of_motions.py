@@ -112,7 +112,7 @@ class EnsembleOfMotions:
         return {
             "function": "propagate",
             "system": own.system,
-            "states": (dict(self.state.phase), self.state.time),
+            "states": (dict(self.state.phase), self.state.time, *self.state.jumped.items()),
             "times": self.times,
             "events": own.problem.events,
             "settings": (own.formulation.name, own.tolerance, own.device),

@@ -132,7 +132,7 @@ def analysed_in_chunks(
         return function(*given, **shared, **of_each(varied, members), threads=threads, progress=False)
 
     problem = {"function": function.__qualname__, "system": system, "times": times, "settings": {**shared, **varied}}
-    states = {"states": (dict(whole.phase), whole.time)}
+    states = {"states": (dict(whole.phase), whole.time, *whole.jumped.items())}
     ensemble = EnsembleOfResults(some, counts[0], float(times[-1]), problem | states)
     return results_in_chunks(ensemble, plan, progress)
 

@@ -88,4 +88,5 @@ def system_of_members(system: System, members: Chosen | slice) -> System:
 def state_of_members(state: State, members: Chosen | slice) -> State:
     """Return the states of some members; one that all members share stays."""
     own = changed(state.phase, lambda x: x[members] if x.ndim > 1 else x)
-    return state_of(own, np.asarray(state.time[members]) if np.ndim(state.time) else state.time)
+    jumped = changed(dict(state.jumped), lambda x: x[members] if x.ndim else x)
+    return state_of(own, np.asarray(state.time[members]) if np.ndim(state.time) else state.time, jumped)

@@ -86,7 +86,13 @@ class StoredSystem:
     def of_members(self, members: Chosen) -> StoredSystem:
         """Return the body of some members."""
         body = numbers_of_members(self._free.body, members)
-        return StoredSystem(body, self.units, self._written, self.not_rerunnable, self.integrals, self.parts)
+        parts = tuple(part.of_members(members) for part in self.parts)
+        return StoredSystem(body, self.units, self._written, self.not_rerunnable, self.integrals, parts)
+
+    @property
+    def jumping(self) -> tuple[StoredPart, ...]:
+        """The parts whose variables jump, as a file has them."""
+        return tuple(part for part in self.parts if part.jump is not None)
 
     @property
     def numbers(self) -> Any:

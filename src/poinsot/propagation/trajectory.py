@@ -25,6 +25,7 @@ from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
@@ -263,7 +264,8 @@ class Trajectory(Summarized):
         if t.size and (t.min() < first or t.max() > last):
             outside = t.min() if t.min() < first else t.max()
             raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
-        return state_of(changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1])), t)
+        phase = changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1]))
+        return state_of(phase, t, jumps_at(self.system.jumping, t))
 
     # ------------------------------------------------------------------ members and times
 
@@ -319,7 +321,9 @@ class Trajectory(Summarized):
         members = self._members(member)
         if isinstance(at, int):
             phase = changed(self.phase, lambda x: rows_of(x, members, at))
-            return state_of(phase, np.full(next(iter(phase.values())).shape[:-1], self.times[at]))
+            time = np.full(next(iter(phase.values())).shape[:-1], self.times[at])
+            jumped = jumps_at(self.system.jumping, time, EVERY if members is None else members)
+            return state_of(phase, time, jumped)
         if np.any(np.diff(at) <= 0):
             raise ValueError("time must keep the order of the times of the motion, got places in another order.")
         return self._selected(members, at)

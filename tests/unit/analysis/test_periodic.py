@@ -220,6 +220,41 @@ def test_a_sampled_controller_has_multipliers_of_zero():
     assert motion.growth_rates.size == 0
 
 
+class Following(pt.Part, pt.Torque):
+    """A controller with a memory: it adds up what the rate is off a spin."""
+
+    gain: float
+    period: float
+    variables = {"torque": 3, "sum": 3}  # noqa: RUF012
+
+    @property
+    def jump(self):
+        return pt.Jump(self.period, 0.0)
+
+    def update(self, instant, draws):  # noqa: ARG002
+        error = instant.omega_body - pt.functions.Vector((0.0, 0.0, 1.0))
+        total = 0.9 * pt.functions.Vector(instant.own(self)[3:]) + self.period * error
+        return pt.functions.Vector((*(-self.gain * (error + 0.1 * total)), *total))
+
+    def rates(self, instant, pull):  # noqa: ARG002
+        return pt.functions.Vector((0.0,) * 6)
+
+    def torque(self, instant):
+        return pt.functions.Vector(instant.own(self)[:3])
+
+
+def test_a_controller_with_a_memory_repeats_itself():
+    """The samples at the end of a period are those at the start of the next one."""
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
+    law = Following(0.05, orbit.period / 8)
+    system = pt.System(pt.Body((1.0, 1.5, 2.0)), pt.GravityGradient(orbit), law)
+    found = pt.analysis.periodic_motion(system, system.state((1, 0, 0, 0), omega_body=(0, 0, 1)), orbit.period)
+    own = pt.propagate(system, found.state, [orbit.period, 2 * orbit.period]).own["following"]
+    # Newton's method ends within 1e-8; the largest multiplier is 1.52.
+    assert np.max(np.abs(own - found.state.own["following"])) < 1e-7
+    assert np.max(np.abs(own)) > 0.1
+
+
 # ---------------------------------------------------------------------- Cassini states
 
 
