@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import csv
 import datetime as dt
+import itertools
 import json
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import level_of_user, optional, real_array
+from poinsot.files import ccsds
+from poinsot.files.keys import Entry, Keys
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.mechanics.parameters import described
@@ -64,6 +67,9 @@ ELEMENTS = {
 }
 """Fields that SGP4 cannot do without, besides the epoch, and their ranges: revolutions a day, degrees, 1 / radius."""
 
+COMPONENTS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
+"""Components of the covariance, whose entries are CX_X, CY_X and so on."""
+
 UNUSED = {
     "NORAD_CAT_ID": "0",
     "OBJECT_ID": "",
@@ -85,9 +91,34 @@ ONLY = {
 }
 """What these fields of a message must say, where they are there."""
 
+IGNORED = {"GM": MU_WGS72, "REF_FRAME_EPOCH": None}
+"""Fields that SGP4 replaces by a constant, and by the epoch of the elements for the axes."""
+
+OTHER_THEORIES = ("SEMI_MAJOR_AXIS", "BTERM", "AGOM")
+"""Fields of a message whose elements are for another theory."""
+
+KEYS = Keys(
+    frozenset(("EPOCH", *ELEMENTS, *ONLY, *IGNORED, *OTHER_THEORIES)),
+    frozenset(
+        (
+            *("CCSDS_OMM_VERS", "OBJECT_NAME", *ccsds.HEADER, *UNUSED),
+            *("MASS", "SOLAR_RAD_AREA", "SOLAR_RAD_COEFF", "DRAG_AREA", "DRAG_COEFF", "COV_REF_FRAME"),
+            *(f"C{a}_{b}" for a, b in itertools.combinations_with_replacement(COMPONENTS[::-1], 2)),
+            # Fields that Space-Track adds to its messages.
+            *("SEMIMAJOR_AXIS", "PERIOD", "APOAPSIS", "PERIAPSIS", "OBJECT_TYPE", "RCS_SIZE", "COUNTRY_CODE"),
+            *("LAUNCH_DATE", "SITE", "DECAY_DATE", "DECAYED", "FILE", "GP_ID", "TLE_LINE0", "TLE_LINE1", "TLE_LINE2"),
+        )
+    ),
+    repeated=("COMMENT",),
+)
+"""Fields of a message."""
+
 FRAMES = ("TEME", "ICRF")
 
 Array = NDArray[np.float64]
+
+MESSAGE = "message"
+"""The name of a message in errors."""
 
 
 @checked
@@ -323,48 +354,58 @@ def _epoch_of(line: str) -> Calendar:
 
 def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     if isinstance(message, Mapping):
-        return {str(key): str(value) for key, value in message.items() if value is not None}
-    if len(message) > MOST_CHARACTERS:
+        found = [_entries_of_fields(message.items())]
+    elif len(message) > MOST_CHARACTERS:
         raise ValueError(f"message must be about one satellite, got {len(message)} characters.")
-    text = message.strip().lstrip("\ufeff")
-    if text.startswith("<"):
-        segments = [part for part in parsed_xml(text, "message").iter() if local_name(part) == "segment"]
-        found = [{local_name(part): part.text for part in segment.iter() if len(part) == 0} for segment in segments]
-    elif text.startswith(("{", "[")):
-        found = _fields_of_json(text)
-    elif "=" in text:
-        found = [_fields_of_kvn(text)]
     else:
-        found = _fields_of_csv(text)
+        found = _entries_of_text(message.strip().lstrip("\ufeff"))
     if len(found) != 1:
         raise ValueError(f"message must be about one satellite, got {len(found)}.")
-    return {str(key): str(value).strip() for key, value in found[0].items() if value is not None}
+    return {key: entry.value for key, entry in KEYS.by_key(found[0]).items()}
 
 
-def _fields_of_json(text: str) -> list[dict[str, Any]]:
+def _entries_of_text(text: str) -> list[list[Entry]]:
+    """Return the fields of each satellite in a message."""
+    if text.startswith("<"):
+        segments = [part for part in parsed_xml(text, MESSAGE).iter() if local_name(part) == "segment"]
+        return [
+            [entry for half in segment for child in half for entry in ccsds.entries_of(child, MESSAGE)]
+            for segment in segments
+        ]
+    if text.startswith(("{", "[")):
+        return _entries_of_json(text)
+    if "=" in text:
+        numbered = enumerate(map(str.strip, text.splitlines()), start=1)
+        lines = [(count, line) for count, line in numbered if line and not re.match(r"COMMENT\b", line)]
+        return [[ccsds.kvn_entry(line, f"{MESSAGE}, line {count}", "KEY = VALUE") for count, line in lines]]
+    return _entries_of_csv(text)
+
+
+def _entries_of_fields(fields: Iterable[tuple[Any, Any]]) -> list[Entry]:
+    return [Entry(str(key), str(value).strip(), MESSAGE) for key, value in fields if value is not None]
+
+
+def _entries_of_json(text: str) -> list[list[Entry]]:
     try:
-        content = json.loads(text)
+        content = json.loads(text, object_pairs_hook=tuple)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"message must be JSON where it begins with a bracket, got an error: {error}.") from None
     found = content if isinstance(content, list) else [content]
-    if not all(isinstance(fields, dict) for fields in found):
+    if not all(isinstance(fields, tuple) for fields in found):
         raise ValueError("message must be the fields of a satellite by name, got other JSON.")
-    return found
+    return [_entries_of_fields(fields) for fields in found]
 
 
-def _fields_of_kvn(text: str) -> dict[str, Any]:
-    pairs = [line.partition("=") for line in text.splitlines() if "=" in line and not line.startswith("COMMENT")]
-    keys = [key.strip() for key, _, _ in pairs]
-    if len(set(keys)) != len(keys):
-        raise ValueError("message must be about one satellite, got a field twice.")
-    return {key: re.sub(r"\[[^\]]*\]\s*$", "", value).strip() for key, (_, _, value) in zip(keys, pairs, strict=True)}
-
-
-def _fields_of_csv(text: str) -> list[dict[str, Any]]:
+def _entries_of_csv(text: str) -> list[list[Entry]]:
     try:
-        return [{key: value for key, value in row.items() if key} for row in csv.DictReader(text.splitlines())]
+        rows = [row for row in csv.reader(text.splitlines()) if row]
     except csv.Error as error:
         raise ValueError(f"message must be XML, KVN, CSV or JSON, got an error: {error}.") from None
+    names = [name.strip() for name in rows[0]] if rows else []
+    for row in rows[1:]:
+        if len(row) != len(names):
+            raise ValueError(f"message must have a value for each of the {len(names)} columns, got {len(row)} values.")
+    return [_entries_of_fields(zip(names, row, strict=True)) for row in rows[1:]]
 
 
 def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
@@ -379,7 +420,30 @@ def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
     for name, allowed in ONLY.items():
         if fields.get(name) and fields[name].upper() not in allowed:
             raise ValueError(f"{name} must be {' or '.join(allowed)} for SGP4, got {fields[name][:40]!r}.")
+    _check_theory(fields)
     return UNUSED | {name: fields[name] for name in ("EPOCH", *ELEMENTS)}
+
+
+def _check_theory(fields: dict[str, str]) -> None:
+    """Refuse the fields of other theories, and warn of the fields that SGP4 cannot use."""
+    for name in OTHER_THEORIES:
+        if fields.get(name):
+            raise ValueError(
+                f"{name} must be absent from elements for SGP4, got {fields[name][:40]!r}. SGP4 uses MEAN_MOTION and "
+                "BSTAR."
+            )
+    for name, expected in IGNORED.items():
+        if fields.get(name) and not _is_number(fields[name], expected):
+            warnings.warn(
+                f"{name} should be {expected or 'absent'} for SGP4, got {fields[name][:40]!r}, which is ignored.",
+                stacklevel=level_of_user(),
+            )
+
+
+def _is_number(text: str, value: float | None) -> bool:
+    with contextlib.suppress(ValueError):
+        return float(text) == value
+    return False
 
 
 def _epoch_of_message(text: str) -> str:
