@@ -127,7 +127,7 @@ def _halved(position: Callable[[Array], Array], start: float, stop: float, toler
         before = np.tile(error[~ended], 2)
     whole = _Fit(*map(np.concatenate, zip(*done, strict=True)))
     order = np.argsort(whole.left)
-    return _Fit(*(part[order] for part in whole))
+    return _Fit(whole.left[order], whole.coefficients[order], whole.error[order], whole.broken[order])
 
 
 def _jumps(position: Callable[[Array], Array], fit: _Fit, stop: float, tolerance: float) -> list[tuple[float, float]]:

@@ -149,7 +149,8 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     AttitudeTable
         Of one row.
     Body or None
-        With moments in kg m2 about the axes of the attitude; None if the inertia is missing or along other axes.
+        With moments in kg m2 about the axes of the attitude; None if the inertia is missing, or is along other axes,
+        which gives a warning.
 
     Raises
     ------
@@ -268,8 +269,13 @@ def _warn(sentence: str) -> None:
 
 def _body(blocks: list[_Block], body_frame: str, version: str) -> Body | None:
     """Return the body; version 1 gives the entries of the tensor, version 2 the products of inertia."""
-    about = [block for block in blocks if block.kind == "INERTIA"]
-    about = [block for block in about if ccsds.axes_name(block.text("INERTIA_REF_FRAME")) == body_frame]
+    about = []
+    for block in (block for block in blocks if block.kind == "INERTIA"):
+        axes = ccsds.axes_name(block.text("INERTIA_REF_FRAME"))
+        if axes == body_frame:
+            about.append(block)
+        else:
+            _warn(f"{block.place} should have INERTIA_REF_FRAME {body_frame}, got {axes[:40]!r}. The block is ignored.")
     if not about:
         return None
     block, *others = about

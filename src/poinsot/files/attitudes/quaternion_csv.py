@@ -82,7 +82,9 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     factor = 1.0
     if own is not None and calendar is not None and calendar != own:
         times, factor = calendar.converted(times, own), SECONDS[calendar.unit] / SECONDS[own.unit]
-    frames = (rows.says.get("reference_frame", SPACE_AXES_UNNAMED), rows.says.get("body_frame", "SC_BODY_1"))
+    reference = rows.says.get("reference_frame") or SPACE_AXES_UNNAMED
+    reference = reference if reference in ccsds.FRAMES else ccsds.FRAMES.get(reference.upper(), reference)
+    frames = (reference, rows.says.get("body_frame") or "SC_BODY_1")
     body_is_b = DIRECTIONS[rows.says["direction"]]
     table = adm.read_attitudes(rows, "QUATERNION", times, calendar or own, frames, body_is_b=body_is_b)
     if len(rows.columns) == 5:
@@ -127,8 +129,8 @@ def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[st
     names = [column.strip().lower() for column in line.split(",")]
     shape = "".join(column[:1] for column in names)
     if shape not in ("tqqqq", "tqqqqooo"):
-        known = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
-        raise ValueError(f"{place} must name the columns, such as {known}, got {line[:80]!r}.")
+        example = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
+        raise ValueError(f"{place} must name the columns, such as {example}, got {line[:80]!r}.")
     ends = [column[-1:] for column in names]
     vector = ends[2:5] if says["order"] == "scalar first" else ends[1:4]
     for what, three in (("quaternion", vector), ("angular velocity", ends[5:])):

@@ -2,6 +2,7 @@
 
 import contextlib
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -222,6 +223,71 @@ def test_segments_that_follow_each_other_are_one(read):
     assert read(parts(), segment=1).times.size == 21
     with pytest.raises(ValueError, match="segment must be a number from 0 to 1, got 2"):
         read(parts(), segment=2)
+
+
+def disagreeing(numbers, kind="QUATERNION/ANGVEL"):
+    """Two segments of which the second begins at the last epoch of the first with other numbers."""
+    first = metadata("QUATERNION/ANGVEL", STOP_TIME=None) + rows(columns("QUATERNION/ANGVEL")[:21], TIMES[:21])
+    return opening() + first + metadata(kind, STOP_TIME=None) + rows(numbers[20:], TIMES[20:])
+
+
+@pytest.mark.parametrize("what", ["attitude", "rate"])
+def test_segments_that_disagree_at_an_epoch_are_chosen_from(read, what):
+    numbers = columns("QUATERNION/ANGVEL").copy()
+    if what == "attitude":
+        numbers[20, :4] = numbers[25, :4]
+    else:
+        numbers[20, 4] += 0.01
+    sentence = (
+        r"0 and 1, which differ in the attitude and the rate at 2026-11-21T00:00:05\.0+\. Say which one: segment=0 to"
+    )
+    with pytest.raises(ValueError, match=sentence):
+        read(disagreeing(numbers))
+    assert read(disagreeing(numbers), segment=0).times.size == 21
+    assert read(disagreeing(numbers), segment=1).times.size == 21
+    numbers[20] = columns("QUATERNION/ANGVEL")[20]
+    check(read(disagreeing(numbers * np.repeat((-1, 1), (4, 3)))), 1e-12)  # of both signs
+
+
+def test_segments_with_and_without_rates_are_chosen_from(read):
+    text = disagreeing(columns("QUATERNION"), "QUATERNION")
+    with pytest.raises(
+        ValueError, match=r"0 and 1, which differ in the presence of rates\. Say which one: segment=0 to 1"
+    ):
+        read(text)
+    assert read(text, segment=0).omega_body.shape == (21, 3)
+    assert read(text, segment=1).omega_body is None
+
+
+def test_xml_rows_with_more_than_their_type(read):
+    text = as_xml("QUATERNION/ANGVEL", columns("QUATERNION/ANGVEL"), ANGVEL_FRAME=None)
+    with pytest.raises(
+        ValueError, match=r"segment 0, row 0 must have numbers for Q1, Q2, Q3, QC, got 'ANGVEL_X' as well\.$"
+    ):
+        read(text.replace("<ATTITUDE_TYPE>QUATERNION/ANGVEL", "<ATTITUDE_TYPE>QUATERNION"))
+    with pytest.raises(
+        ValueError, match=r"segment 0 must have a key of the format, got 'attitudeStat'\. Did you mean att"
+    ):
+        read(text.replace("attitudeState>", "attitudeStat>", 2))
+
+
+def version_1_rotations(axes="ZXY", order=(1, 2, 3)):
+    tags = dict(zip(order, axes, strict=True))
+    text = as_xml("EULER_ANGLE", columns("EULER_ANGLE"), 1)
+
+    def rotations(match):
+        leaves = {i: match[i] for i in (1, 2, 3)}
+        inner = "".join(f'<rotation{i} angle="{tags[i]}_ANGLE" units="deg">{leaves[i]}</rotation{i}>' for i in order)
+        return f"<rotationAngles>{inner}</rotationAngles>"
+
+    return re.sub(r"<ANGLE_1>(.*?)</ANGLE_1><ANGLE_2>(.*?)</ANGLE_2><ANGLE_3>(.*?)</ANGLE_3>", rotations, text)
+
+
+def test_rotations_of_version_1_are_read_by_their_numbers_and_axes(read):
+    check(read(version_1_rotations()), 1e-12, None)
+    check(read(version_1_rotations("YZX", (3, 1, 2))), 1e-12, None)
+    with pytest.raises(ValueError, match=r"row 0 must have its angles in the order 'ZXY', got 'XZY'\.$"):
+        read(version_1_rotations("XZY"))
 
 
 def test_segments_that_differ_are_chosen_from(read):

@@ -306,6 +306,36 @@ def test_messages_say_what_lines_say(written):
     assert orbit.calendar == pt.Calendar("2000-06-27T18:50:19.733568", "UTC")
 
 
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        ({"GM": "398600.4415"}, "GM should be 398600.8 for SGP4, got '398600.4415', which is ignored."),
+        (
+            {"REF_FRAME_EPOCH": "2000-06-27"},
+            "REF_FRAME_EPOCH should be absent for SGP4, got '2000-06-27', which is ignored.",
+        ),
+        ({"WEATHER": "fine"}, "message should have a key of the format, got 'WEATHER', which is ignored."),
+    ],
+)
+def test_fields_that_are_ignored_give_a_warning(fields, sentence):
+    with pytest.warns(UserWarning, match=f"^{re.escape(sentence)}$"):
+        orbit = pt.files.omm_orbit(MESSAGE | fields, 0, 1000)
+    np.testing.assert_array_equal(place(orbit, 500.0), place(pt.files.omm_orbit(MESSAGE, 0, 1000), 500.0))
+
+
+def test_fields_of_the_standard_and_of_space_track_pass():
+    fields = {
+        "GM": "398600.8",
+        "MASS": "1.5",
+        "CX_X": "1",
+        "CZ_DOT_Y": "2",
+        "SEMIMAJOR_AXIS": "8000",
+        "TLE_LINE1": "1 0",
+    }
+    orbit = pt.files.omm_orbit(MESSAGE | fields | {"USER_DEFINED_A": "b"}, 0, 1000)
+    np.testing.assert_array_equal(place(orbit, 500.0), place(pt.files.omm_orbit(MESSAGE, 0, 1000), 500.0))
+
+
 def test_units_and_day_of_year_in_a_message():
     fields = MESSAGE | {"INCLINATION": "34.2682 [deg]", "EPOCH": "2000-179T18:50:19.733568"}
     orbit = pt.files.omm_orbit(as_kvn(fields), 0, 1000)
@@ -320,6 +350,34 @@ def test_units_and_day_of_year_in_a_message():
         (
             MESSAGE | {"MEAN_ELEMENT_THEORY": "DSST"},
             "MEAN_ELEMENT_THEORY must be SGP4 or SGP/SGP4 for SGP4, got 'DSST'",
+        ),
+        (as_kvn(MESSAGE | {"INCLINATION": "0.598 [rad]"}), "message, line 12 must have INCLINATION in deg, got 'rad'"),
+        (
+            as_kvn(MESSAGE | {"MEAN_MOTION": "7.87e-4 [rad/s]"}),
+            "message, line 10 must have MEAN_MOTION in rev/day, got",
+        ),
+        (
+            as_xml(MESSAGE).replace("<BSTAR>", '<BSTAR units="1/m">'),
+            "message must have BSTAR in 1/ER, got '1/m'",
+        ),
+        (
+            as_xml(MESSAGE).replace("<BSTAR>", "<BSTAR>1e-5</BSTAR><BSTAR>"),
+            "message must not repeat BSTAR, got '0.28098E",
+        ),
+        (as_json(MESSAGE)[:-2] + ', "BSTAR": 1e-5}]', "message must not repeat BSTAR, got '1e-05' after '2.8098e-05'"),
+        (
+            as_csv(MESSAGE).replace("BSTAR", "BSTAR,BSTAR").rstrip() + ",1e-5",
+            "message must not repeat BSTAR, got '1e-5'",
+        ),
+        (as_csv(MESSAGE).rstrip() + ",1e-5", "message must have a value for each of the 15 columns, got 16 values"),
+        (
+            MESSAGE | {"BTERM": "0.01"},
+            "BTERM must be absent from elements for SGP4, got '0.01'. SGP4 uses MEAN_MOTION and",
+        ),
+        (MESSAGE | {"SEMI_MAJOR_AXIS": "8000"}, "SEMI_MAJOR_AXIS must be absent from elements for SGP4, got '8000'"),
+        (
+            MESSAGE | {"REFFRAME": "ICRF"},
+            "message must have a key of the format, got 'REFFRAME'. Did you mean REF_FRAME",
         ),
         (MESSAGE | {"REF_FRAME": "ICRF"}, "REF_FRAME must be TEME for SGP4, got 'ICRF'"),
         (MESSAGE | {"TIME_SYSTEM": "TDB"}, "TIME_SYSTEM must be UTC"),
