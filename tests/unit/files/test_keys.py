@@ -8,6 +8,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.files.keys import Entry, Keys
+from tumbling import columns
 from unit.files.attitudes import test_aem, test_apm, test_quaternion_csv, test_stk
 from unit.files.orbits import test_oem, test_tle
 
@@ -69,7 +70,7 @@ def file_reader(read, name):
     return reader
 
 
-NUMBERS = test_aem.columns("QUATERNION/ANGVEL")
+NUMBERS = columns("QUATERNION/ANGVEL")
 OEM = test_oem.OPENING + test_oem.metadata(STOP_TIME=test_oem.dated(480)) + test_oem.lines(last=4)
 APM = file_reader(pt.files.read_apm, "a.apm")
 FILES = {
