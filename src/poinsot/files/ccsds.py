@@ -6,13 +6,14 @@ import datetime as dt
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.atomic_write import write_text
+from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import SCALES, Calendar
@@ -43,6 +44,11 @@ UNITS = (
     (re.compile(r"I(XX|YY|ZZ|XY|XZ|YZ|11|22|33|12|13|23)"), "kg*m**2"),
     (re.compile(r"[XYZ]"), "km"),
     (re.compile(r"[XYZ]_DOT"), "km/s"),
+    (re.compile(r"MEAN_MOTION"), "rev/day"),
+    (re.compile(r"ECCENTRICITY"), ""),
+    (re.compile(r"INCLINATION|RA_OF_ASC_NODE|ARG_OF_PERICENTER|MEAN_ANOMALY"), "deg"),
+    (re.compile(r"BSTAR"), "1/ER"),
+    (re.compile(r"GM"), "km**3/s**2"),
 )
 
 ROTATIONS = {"rotationAngles": "ANGLE", "rotationRates": "RATE"}
@@ -54,12 +60,11 @@ SCHEMAS = {"1.0": "ndmxml-1.0-master.xsd", "2.0": "ndmxml-4.0.0-master-4.0.xsd"}
 INSTANCE = "http://www.w3.org/2001/XMLSchema-instance"
 
 
-class Entry(NamedTuple):
-    """KEY = VALUE, and where in the file it is."""
+HEADER = ("CLASSIFICATION", "COMMENT", "CREATION_DATE", "MESSAGE_ID", "ORIGINATOR")
+"""Keys of the header of every message, without an influence on the result."""
 
-    key: str
-    value: str
-    place: str
+ROW_TAGS = {"AEM": "attitudeState", "OEM": "stateVector"}
+"""Elements of a row in XML."""
 
 
 # ------------------------------------------------------------------ reading
@@ -93,14 +98,13 @@ def kvn_entry(line: str, place: str, rule: str) -> Entry:
     return Entry(key, value.strip(), place)
 
 
-def kvn_block(lines: Iterator[tuple[int, str]], name: str, begin: int, end: str) -> dict[str, Entry]:
-    """Return the entries of the lines up to the end of a block, such as META_STOP, by key."""
-    said: dict[str, Entry] = {}
+def kvn_block(lines: Iterator[tuple[int, str]], name: str, begin: int, end: str) -> list[Entry]:
+    """Return the entries of the lines up to the end of a block, such as META_STOP."""
+    entries: list[Entry] = []
     for count, line in lines:
         if line == end:
-            return said
-        entry = kvn_entry(line, f"{name}, line {count}", f"KEY = VALUE or {end}")
-        said[entry.key] = entry
+            return entries
+        entries.append(kvn_entry(line, f"{name}, line {count}", f"KEY = VALUE or {end}"))
     raise ValueError(f"{name}, line {begin} must be followed by {end}, got the end of the file.")
 
 
@@ -109,6 +113,9 @@ def opened_xml(text: str, name: str, message: str, versions: str = "12") -> tupl
     messages = [part for part in parsed_xml(text, name).iter() if local_name(part) == message.lower()]
     if len(messages) != 1:
         raise ValueError(f"{name} must hold one {message.lower()} element, got {len(messages)}.")
+    header = (child for part in messages[0] if local_name(part) == "header" for child in part)
+    entries = [entry for child in header for entry in entries_of(child, f"{name}, header")]
+    Keys((), HEADER, repeated=("COMMENT",)).by_key(entries)
     version = messages[0].get("version", "")
     if not re.fullmatch(rf"[{versions}](\.\d+)?", version):
         known = " or ".join(f"{version}.0" for version in versions)
@@ -120,7 +127,8 @@ def entries_of(element: ET.Element, place: str) -> Iterator[Entry]:
     """Yield the leaves of an element, with their units checked; the rotations of version 1 as ANGLE_i and RATE_i."""
     for part in element.iter():
         kind = ROTATIONS.get(local_name(part))
-        leaves = [(f"{kind}_{i}", leaf) for i, leaf in enumerate(part, start=1)] if kind else [(local_name(part), part)]
+        leaves = [(local_name(leaf).replace("rotation", f"{kind}_"), leaf) for leaf in part if kind]
+        leaves = leaves or [(local_name(part), part)]
         for key, leaf in leaves:
             if len(leaf) == 0 and not key.startswith("rotation"):
                 _check_unit(key, leaf.get("units"), place)
@@ -130,7 +138,7 @@ def entries_of(element: ET.Element, place: str) -> Iterator[Entry]:
 def _check_unit(key: str, unit: str | None, place: str) -> None:
     """Refuse a unit that is said and is not the one of the standard."""
     right = unit_of(key)
-    if unit and right is not None and unit.strip().lower() not in ((right,) if right else ("", "n/a")):
+    if unit and right is not None and unit.strip().lower() not in ((right.lower(),) if right else ("", "n/a")):
         raise ValueError(f"{place} must have {key} in {right or 'no unit'}, got {unit[:20]!r}.")
 
 
@@ -139,13 +147,21 @@ def unit_of(key: str) -> str | None:
     return next((unit for pattern, unit in UNITS if pattern.fullmatch(key)), None)
 
 
+def axes_name(name: str) -> str:
+    """Return the name of axes in capitals without spaces; of several names of inertial axes the first one."""
+    plain = name.strip().upper().replace(" ", "")
+    return FRAMES.get(plain, plain)
+
+
 def segments_of(
     text: str,
     name: str,
     message: str,
     versions: str,
     needed: tuple[str, ...],
+    metadata: Keys,
     columns_of: Callable[[Rows, str, bool], tuple[str, ...]],
+    ignored_columns: tuple[str, ...] = (),
 ) -> tuple[str, list[Rows]]:
     """Return the version of an ephemeris message, and its segments, each with the needed metadata.
 
@@ -153,33 +169,36 @@ def segments_of(
     """
     segments: list[Rows] = []
 
-    def begin(says: Mapping[str, str]) -> Rows:
-        segment = Rows(name, dict(says))
+    def begin(entries: list[Entry]) -> Rows:
+        segment = Rows(name, {entry.key: entry.value for entry in entries})
         for key in needed:
             if not segment.says.get(key):
                 raise ValueError(f"segment {len(segments)} of {name} must have {key}, got none.")
+        metadata.by_key(entries)
         segment.columns = columns_of(segment, version, is_xml(text))
         segments.append(segment)
         return segment
 
+    header = Keys((), HEADER, elsewhere=metadata.used, repeated=("COMMENT",))
     if is_xml(text):
         version, elements = opened_xml(text, name, message, versions)
         for i, element in enumerate(elements):
-            _read_xml(element, f"{name}, segment {i}", begin)
+            _read_xml(element, f"{name}, segment {i}", ROW_TAGS[message], begin, ignored_columns)
     else:
         version, lines = opened_kvn(text, name, message, versions)
-        _read_kvn(lines, name, begin)
+        header.by_key(_read_kvn(lines, name, begin))
     return version, segments
 
 
-def _read_kvn(lines: Iterator[tuple[int, str]], name: str, begin: Callable[[Mapping[str, str]], Rows]) -> None:
+def _read_kvn(lines: Iterator[tuple[int, str]], name: str, begin: Callable[[list[Entry]], Rows]) -> list[Entry]:
+    """Read the segments, and return the entries before the first one."""
     segment, block, begun = None, "", 0
+    header: list[Entry] = []
     for count, line in lines:
         place = f"{name}, line {count}"
         marked = re.fullmatch(r"(DATA|COVARIANCE)_(START|STOP)", line)
         if line == "META_START" and not block:
-            entries = kvn_block(lines, name, count, "META_STOP")
-            segment = begin({key: entry.value for key, entry in entries.items()})
+            segment = begin(kvn_block(lines, name, count, "META_STOP"))
         elif marked and segment:
             block, begun = (marked[1], count) if marked[2] == "START" else ("", 0)
         elif segment and block != "COVARIANCE":
@@ -188,21 +207,54 @@ def _read_kvn(lines: Iterator[tuple[int, str]], name: str, begin: Callable[[Mapp
             segment.add(place, texts[: len(texts) - accelerations], epoch)
         elif not segment and "=" not in line:
             raise ValueError(f"{place} must come after META_START, got {line[:60]!r}.")
+        elif not segment:
+            header.append(kvn_entry(line, place, "KEY = VALUE"))
     if block:
         raise ValueError(f"{name}, line {begun} must be followed by {block}_STOP, got the end of the file.")
+    return header
 
 
-def _read_xml(element: ET.Element, place: str, begin: Callable[[Mapping[str, str]], Rows]) -> None:
+def _read_xml(
+    element: ET.Element,
+    place: str,
+    row_tag: str,
+    begin: Callable[[list[Entry]], Rows],
+    ignored_columns: tuple[str, ...],
+) -> None:
     parts = [(local_name(part), part) for part in element.iter()]
-    about = next((part for tag, part in parts if tag == "metadata"), ET.Element("metadata"))
-    segment = begin({said.key: said.value for said in entries_of(about, place)})
-    for part in (part for tag, part in parts if tag in ("attitudeState", "stateVector")):
+    about = (child for tag, part in parts if tag == "metadata" for child in part)
+    segment = begin([entry for child in about for entry in entries_of(child, place)])
+    columns = frozenset(("EPOCH", *segment.columns, *ignored_columns))
+    keys = Keys((), columns, repeated=("COMMENT",))
+    tags = Keys((row_tag,), ("covarianceMatrix",), repeated=("COMMENT", row_tag))
+    for data in (part for tag, part in parts if tag == "data"):
+        for part in data:
+            tags.check(local_name(part), place)
+    for part in (part for tag, part in parts if tag == row_tag):
         row = f"{place}, row {len(segment.numbers)}"
-        said = {entry.key: entry.value for entry in entries_of(part, row)}
+        check_sequence(part, segment.says.get("EULER_ROT_SEQ", ""), row)
+        entries = list(entries_of(part, row))
+        said = {entry.key: entry.value for entry in entries}
+        others = said.keys() - columns - {"COMMENT"}
         missing = next((key for key in ("EPOCH", *segment.columns) if not said.get(key)), None)
         if missing:
             raise ValueError(f"{row} must have {missing}, got none.")
+        if others:
+            raise ValueError(
+                f"{row} must have numbers for {', '.join(segment.columns)}, got {min(others)[:40]!r} as well."
+            )
+        if len(said) < len(entries):
+            keys.by_key(entries)
         segment.add(row, [said[key] for key in segment.columns], said["EPOCH"])
+
+
+def check_sequence(element: ET.Element, sequence: str, place: str) -> None:
+    """Refuse rotations of version 1 about other axes than the sequence names."""
+    for part in (part for part in element.iter() if local_name(part) == "rotationAngles"):
+        axes = "".join((leaf.get("angle") or "")[:1] for leaf in sorted(part, key=local_name)).upper()
+        given = sequence.upper().translate(str.maketrans("123", "XYZ"))
+        if axes and axes != given:
+            raise ValueError(f"{place} must have its angles in the order {given[:20]!r}, got {axes[:20]!r}.")
 
 
 def chosen(segments: list[Rows], index: int | None, name: str) -> list[Rows]:
@@ -232,15 +284,15 @@ def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, b
 
     The third is whether the body is the second one.
     """
-    names = [part.strip().upper().replace(" ", "") for part in (first, second)]
-    inertial = [name in FRAMES for name in names]
+    names = [axes_name(part) for part in (first, second)]
+    inertial = [name in INERTIAL for name in names]
     turning = next((name for name in names if ROTATING.match(name) or ORBITAL.match(name)), None)
     if turning is not None or sum(inertial) != 1 or not all(re.fullmatch(r"[!-~]{1,80}", name) for name in names):
         given = f"{turning[:40]!r}, which rotates" if turning else f"{first[:40]!r} and {second[:40]!r}"
         known = ", ".join(FRAMES)
         raise ValueError(f"{place} must be the body and a frame that does not rotate ({known}), got {given}.")
     body, reference = names[::-1] if inertial[0] else names
-    return body, FRAMES[reference], inertial[0]
+    return body, reference, inertial[0]
 
 
 def times_of(rows: Rows, calendar: Calendar | None) -> tuple[NDArray[np.float64], Calendar]:

@@ -76,18 +76,16 @@ def positions(rule: str, target: int, frame: str, center: int, ets: Array) -> An
 
 
 def turned(frame: str, reference: str, ets: Array) -> Answer:
-    """Return the matrices from the reference to the body axes, and the rates along the reference axes if known."""
+    """Return the matrices from the reference to the body axes, and the rates along the reference axes, NaN if none."""
     check_inertial(reference, "reference_frame")
     _known(frame)
-    matrices, rates = np.empty((ets.size, 3, 3)), np.empty((ets.size, 3))
-    try:
-        for i, et in enumerate(ets):
+    matrices, rates = np.empty((ets.size, 3, 3)), np.full((ets.size, 3), np.nan)
+    for i, et in enumerate(ets):
+        try:
             matrices[i], rates[i] = spice.xf2rav(spice.sxform(reference, frame, et))
-    except spice.utils.exceptions.SpiceyError:
-        for i, et in enumerate(ets):
+        except spice.utils.exceptions.SpiceyError:
             with _sentences(f"kernels must say the attitude of {frame!r} at {spice.etcal(et)} TDB"):
                 matrices[i] = spice.pxform(reference, frame, et)
-        return None, [matrices]
     return None, [matrices, rates]
 
 

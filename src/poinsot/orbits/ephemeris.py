@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import operator
+import warnings
 from collections.abc import Callable
 from dataclasses import KW_ONLY
 from typing import Annotated, Any
@@ -17,7 +18,7 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.program import Graph, number, tangents
 from poinsot.checked import checked
-from poinsot.errors import real_array, real_numbers, refuse_nonpositive
+from poinsot.errors import level_of_user, real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import Calendar
@@ -86,9 +87,11 @@ class _Pieces(Table):
             for order in (0, 1)
             for end in (1.0, -1.0)
         ]
+        self.position_jumps, velocity_jumps = (
+            np.linalg.norm(before[:-1] - after[1:], axis=-1) for before, after in (ends[:2], ends[2:])
+        )
         self.position_jump, self.velocity_jump = (
-            float(np.max(np.linalg.norm(before[:-1] - after[1:], axis=-1), initial=0.0))
-            for before, after in (ends[:2], ends[2:])
+            float(np.max(jumps, initial=0.0)) for jumps in (self.position_jumps, velocity_jumps)
         )
         between = (pieces.values(coefficients, self.half_lengths, np.full(len(self.middles), s), 0) for s in SAMPLES)
         self.closest = float(min(np.min(np.linalg.norm(r, axis=-1)) for r in between))
@@ -141,7 +144,8 @@ class Ephemeris(Orbit):
         Pieces are halved until the polynomials, of degree 12, are right at times between those that made them, or
         until only the rounding of the function is left. Some 4000 times or more, evenly over the span, judge the
         result: the `error` is twice the largest difference seen. What is shorter than the span over 4000 may pass
-        unseen between them; then split the span.
+        unseen between them; then split the span. A jump of the function becomes a knot at which the orbit jumps, and
+        a warning names its time and its size.
 
         Parameters
         ----------
@@ -170,7 +174,9 @@ class Ephemeris(Orbit):
             return real_array("position(times)", position(times), (times.size, 3))
 
         knots, coefficients, error = pieces.fitted(positions, first, last, tolerance)
-        return cls(mu, pieces=_Pieces(knots, coefficients, error, (reference_frame, origin, calendar)), radius=radius)
+        made = _Pieces(knots, coefficients, error, (reference_frame, origin, calendar))
+        _warn_of_jumps(made)
+        return cls(mu, pieces=made, radius=radius)
 
     @classmethod
     @checked
@@ -419,6 +425,23 @@ class EphemerisFrame(Frame):
         r, v = (np.stack(list(part(time)), axis=-1) for part in self._derivatives[:2])
         radial, normal = (x / np.linalg.norm(x, axis=-1, keepdims=True) for x in (r, np.cross(r, v)))
         return radial, np.cross(normal, radial), normal
+
+
+def _warn_of_jumps(made: _Pieces) -> None:
+    """Warn of knots at which a function jumps: neighbouring polynomials that meet it differ by the error at most."""
+    found = np.flatnonzero(made.position_jumps > made.error)
+    if not found.size:
+        return
+    largest = found[np.argmax(made.position_jumps[found])]
+    size, time = made.position_jumps[largest], made.knots[1 + largest]
+    calendar = made.calendar
+    date = "" if calendar is None else f" ({calendar.date(time).isot} {calendar.scale})"
+    number = "a jump" if found.size == 1 else f"{found.size} jumps, the largest"
+    warnings.warn(
+        f"the position relative to {made.origin} must be continuous from start to stop, got {number} of {size:.6g} at "
+        f"t = {time:.10g}{date}. The orbit jumps there too. End it before, or begin it after the jump.",
+        stacklevel=level_of_user(),
+    )
 
 
 INCOHERENT = 0.01

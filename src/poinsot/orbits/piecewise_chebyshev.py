@@ -6,7 +6,9 @@ A piece is a row of Chebyshev coefficients, shape (3, terms), of s in [-1, 1].
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -60,10 +62,21 @@ def _powers_of_chebyshev(terms: int) -> Array:
     )
 
 
+class _Fit(NamedTuple):
+    """Pieces in the order of time; the `broken` ones miss the function although they were halved to the end."""
+
+    left: Array
+    coefficients: Array
+    error: Array
+    broken: NDArray[np.bool_]
+
+
 def fitted(
     position: Callable[[Array], Array], start: float, stop: float, tolerance: float
 ) -> tuple[Array, Array, float]:
     """Return knots, coefficients and largest error of a function, in pieces halved until it is met.
+
+    A jump of the function becomes a knot: the pieces on each side of it are fitted to the function on that side.
 
     Parameters
     ----------
@@ -78,8 +91,20 @@ def fitted(
     ValueError
         If it takes too many pieces.
     """
+    fit = _halved(position, start, stop, tolerance)
+    jumps = _jumps(position, fit, stop, tolerance)
+    if jumps:
+        ends = [start, *itertools.chain(*jumps), stop]
+        sides = [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
+        parts = zip(*(_halved(position, a, b, tolerance) for a, b in sides), strict=True)
+        fit = _Fit(*map(np.concatenate, parts))
+    return np.array([start, *fit.left[1:], stop]), fit.coefficients, MARGIN * float(np.max(fit.error))
+
+
+def _halved(position: Callable[[Array], Array], start: float, stop: float, tolerance: float) -> _Fit:
+    """Return the pieces of a function that is smooth but for jumps."""
     left, right, before = np.array([start]), np.array([stop]), np.array([np.inf])
-    done: list[tuple[Array, Array, Array]] = []
+    done: list[_Fit] = []
     for halving in range(HALVINGS + 1):
         coefficients, error, size = _fits(position, left, right)
         good = (error <= tolerance * size) | ((error > before / IMPROVEMENT) & (error <= ROUNDING * size))
@@ -88,21 +113,41 @@ def fitted(
             allowed = np.maximum(tolerance * size[good], 4 * error[good])
             error[good] = _worst(position, coefficients[good], left[good], right[good], CHECK_TIMES >> halving)
             good[good] = error[good] <= allowed
-        good |= (halving == HALVINGS) | shortest
-        done.append((left[good], coefficients[good], error[good]))
-        if np.all(good):
+        ended = good | (halving == HALVINGS) | shortest
+        done.append(_Fit(left[ended], coefficients[ended], error[ended], ~good[ended]))
+        if np.all(ended):
             break
-        if sum(len(part[0]) for part in done) + 2 * np.sum(~good) > MOST_PIECES:
+        if sum(len(part.left) for part in done) + 2 * np.sum(~ended) > MOST_PIECES:
             raise ValueError(
                 f"start and stop must be so near that {MOST_PIECES} polynomials suffice, got "
                 f"[{start:.10g}, {stop:.10g}]. Shorten the span, or loosen the tolerance."
             )
-        middle = 0.5 * (left[~good] + right[~good])
-        left, right = np.concatenate([left[~good], middle]), np.concatenate([middle, right[~good]])
-        before = np.tile(error[~good], 2)
-    left, coefficients, error = (np.concatenate(parts) for parts in zip(*done, strict=True))
-    order = np.argsort(left)
-    return np.append(left[order], stop), coefficients[order], MARGIN * float(np.max(error))
+        middle = 0.5 * (left[~ended] + right[~ended])
+        left, right = np.concatenate([left[~ended], middle]), np.concatenate([middle, right[~ended]])
+        before = np.tile(error[~ended], 2)
+    whole = _Fit(*map(np.concatenate, zip(*done, strict=True)))
+    order = np.argsort(whole.left)
+    return _Fit(whole.left[order], whole.coefficients[order], whole.error[order], whole.broken[order])
+
+
+def _jumps(position: Callable[[Array], Array], fit: _Fit, stop: float, tolerance: float) -> list[tuple[float, float]]:
+    """Return the neighbouring times between which the function jumps, one pair for each run of broken pieces."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], fit.broken, [False]])))
+    knots = np.append(fit.left, stop)
+    found = []
+    for before, after in knots[edges].reshape(-1, 2):
+        a, b = float(before), float(after)
+        low, high = position(np.array([a, b]))
+        if np.linalg.norm(high - low) <= max(tolerance, ROUNDING) * np.linalg.norm(high):
+            continue
+        while a < (middle := 0.5 * (a + b)) < b:
+            (between,) = position(np.array([middle]))
+            if np.linalg.norm(between - low) > np.linalg.norm(high - between):
+                b, high = middle, between
+            else:
+                a, low = middle, between
+        found.append((a, b))
+    return found
 
 
 def _fits(position: Callable[[Array], Array], left: Array, right: Array) -> tuple[Array, Array, Array]:

@@ -14,7 +14,10 @@ from poinsot.files import reader_process
 from poinsot.files.attitudes import ck
 from tumbling import MOTION, NAMED
 
-pytestmark = pytest.mark.filterwarnings("ignore:Ephemeris. the periapsis:UserWarning")
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:Ephemeris. the periapsis:UserWarning",
+    "ignore:the position relative to EARTH must be continuous:UserWarning",  # of types 2 and 3, between their records
+)
 
 PROBE, EARTH = -1000, 399
 TIMES = np.arange(0.0, 3001.0, 100.0)

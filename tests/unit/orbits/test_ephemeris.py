@@ -115,6 +115,48 @@ def test_a_kink_is_found_between_two_knots():
     assert np.max(np.abs(x - [10 + 2 / 15, 10, 10 + 17 / 30])) < 4 * ephemeris.error < 8e-9
 
 
+def steps(*places):
+    """A circle that jumps by its number along z at each of some places."""
+
+    def position(times):
+        height = sum(((i + 1) * (times >= place) for i, place in enumerate(places)), 0 * times)
+        return np.stack([np.cos(times), np.sin(times), height], axis=-1)
+
+    return position
+
+
+@pytest.mark.parametrize(
+    ("places", "given"),
+    [
+        ((1 / 3,), "a jump of 1 at t = 0.3333333333"),
+        ((1 / 3, 2 / 3), "2 jumps, the largest of 2 at t = 0.6666666667"),
+        ((0.5,), "a jump of 1 at t = 0.5"),
+        ((0.25, 0.25 + 1e-6), "2 jumps, the largest of 2 at t = 0.250001"),
+    ],
+)
+def test_a_jump_becomes_a_knot_with_a_warning(places, given):
+    sentence = (
+        f"the position relative to attractor must be continuous from start to stop, got {given}. The orbit jumps there"
+        " too. End it before, or begin it after the jump."
+    )
+    with pytest.warns(UserWarning, match=f"^{re.escape(sentence)}$"):
+        ephemeris = pt.orbits.Ephemeris.from_function(1.0, position=steps(*places), start=0.0, stop=1.0)
+    assert set(places) <= set(ephemeris.knots)
+    assert ephemeris.position_jump == pytest.approx(len(places), rel=1e-12, abs=0)
+    assert ephemeris.velocity_jump < 1e-7  # rounding of 1e-16 over the shortest piece, 1e-6, times 144 for degree 12
+    times = np.concatenate([np.linspace(0, 1, 1001), places, np.nextafter(places, 0)])
+    found = np.stack(list(ephemeris.position_at(times)), axis=-1)
+    assert np.max(np.abs(found - steps(*places)(times))) < ephemeris.error < 1e-12
+
+
+@pytest.mark.parametrize("place", [0.0, 1.0])
+def test_a_jump_at_an_end_is_outside(place):
+    ephemeris = pt.orbits.Ephemeris.from_function(1.0, position=steps(place), start=0.0, stop=1.0)
+    inside = np.linspace(0.001, 0.999, 1001)
+    found = np.stack(list(ephemeris.position_at(inside)), axis=-1)
+    assert np.max(np.abs(found - steps(place)(inside))) < ephemeris.error < 1e-12
+
+
 def test_velocity_and_acceleration_are_derivatives(fitted):
     times, h = np.linspace(0, T, 101), 1e-2
     for derived, of in ((fitted.velocity_at, fitted.position_at), (fitted.acceleration_at, fitted.velocity_at)):

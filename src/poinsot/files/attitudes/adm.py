@@ -7,10 +7,13 @@ angular velocity is that of B relative to A.
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
+from poinsot.errors import level_of_user
 from poinsot.files.attitudes.attitude_table import AttitudeTable
 from poinsot.files.rows import Rows
 from poinsot.mechanics import euler
@@ -68,10 +71,10 @@ def read_attitudes(
     rate_in_a: bool = False,
     version: str = "2.0",
 ) -> AttitudeTable:
-    """Return the attitudes of rows of one type from A to B, body -> reference, with their rates where they are said.
+    """Return the attitudes of rows of one type from A to B, body -> reference, with their rates if the rows have them.
 
-    What version 1 calls RATE is read by some as rates of angles and by others as the angular velocity, and its
-    NUTATION is not defined: they are passed over.
+    Programs differ in the meaning of RATE in version 1: rates of angles or angular velocity. Version 1 does not define
+    NUTATION either. These columns are ignored with a warning.
 
     `frames` are the names of the reference frame and of the body, which `body_is_b` or is A; `rate_in_a` is whether
     angular velocities are along A.
@@ -88,6 +91,8 @@ def read_attitudes(
     q, omega = raw / norms[:, None], None
     if form == "SPIN" and (not more or version >= "2"):
         omega = _spin_rate(q, rows, more)
+    elif form == "SPIN" or more == "RATE":
+        warn_of_undefined(rows.name, more)
     elif more == "ANGVEL":
         given = rows.stacked(*ANGVEL, factor=np.pi / 180)
         omega = quat.rotate(quat.conjugate(q), given) if rate_in_a else given
@@ -98,6 +103,14 @@ def read_attitudes(
     if omega is not None and calendar is not None:
         omega = omega * SECONDS[calendar.unit]
     return AttitudeTable(times, q, omega, calendar, *frames, float(error[worst]))
+
+
+def warn_of_undefined(place: str, what: str) -> None:
+    """Warn of columns whose meaning the standard does not define."""
+    warnings.warn(
+        f"{place} should have rates that the standard defines, got those of /{what}, which are ignored.",
+        stacklevel=level_of_user(),
+    )
 
 
 def _sequence_of(rows: Rows) -> str:

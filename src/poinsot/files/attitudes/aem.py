@@ -16,14 +16,35 @@ from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
+from poinsot.files.keys import Keys
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
+from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.calendar import Calendar
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_aem", "write_aem"]
 
 NEEDED = ("REF_FRAME_A", "REF_FRAME_B", "TIME_SYSTEM", "ATTITUDE_TYPE")
+
+SAME_ROW = 1e-6
+"""Radians, and the relative difference of rates: rows of seven digits that state one attitude."""
+
+METADATA = Keys(
+    frozenset(
+        (
+            *(*NEEDED, "OBJECT_NAME", "OBJECT_ID", "STOP_TIME", "EULER_ROT_SEQ", "ANGVEL_FRAME"),
+            *("ATTITUDE_DIR", "QUATERNION_TYPE"),
+        )
+    ),
+    frozenset(
+        (
+            *("CENTER_NAME", "START_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "RATE_FRAME"),
+            *("INTERPOLATION_METHOD", "INTERPOLATION_DEGREE"),
+        )
+    ),
+    repeated=("COMMENT",),
+)
 
 XML_ROWS = {
     ("1.0", "QUATERNION"): "quaternionState",
@@ -47,7 +68,8 @@ def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar
     ----------
     path : str or Path
     segment : int, optional
-        Which one of several, from 0; default: all, which must follow each other and be of one object.
+        Which one of several, from 0; default: all, which must follow each other, be of one object, agree at an epoch
+        that two of them share, and all have rates or none.
     calendar : Calendar, optional
         Counts the times; default: from the first epoch, in seconds, in the time system of the message.
 
@@ -71,7 +93,7 @@ def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar
       ...
     """
     text, name = read_text(path), str(path)
-    version, segments = ccsds.segments_of(text, name, "AEM", "12", NEEDED, _columns)
+    version, segments = ccsds.segments_of(text, name, "AEM", "12", NEEDED, METADATA, _columns)
     parts, tables = ccsds.chosen(segments, segment, name), list[AttitudeTable]()
     for part in parts:
         tables.append(_table_of(part, version, calendar))
@@ -115,13 +137,13 @@ def _rate_in_a(segment: Rows, first: str, second: str) -> bool:
     """Return whether angular velocities are along the frame from which the attitude leads, not along the other."""
     if not segment.says["ATTITUDE_TYPE"].endswith("ANGVEL"):
         return False
-    said = segment.says.get("ANGVEL_FRAME", "").upper()
-    names = {said, segment.says.get(said, said).upper()}
-    if not names & {first.upper(), second.upper()}:
+    said = segment.says.get("ANGVEL_FRAME", "")
+    along = ccsds.axes_name(segment.says.get(said.upper(), said))
+    if along not in (ccsds.axes_name(first), ccsds.axes_name(second)):
         raise ValueError(
             f"ANGVEL_FRAME in {segment.name} must be one of the frames {first}, {second}, got {said[:40]!r}."
         )
-    return second.upper() not in names
+    return along != ccsds.axes_name(second)
 
 
 def _joined(segments: list[Rows], tables: list[AttitudeTable]) -> AttitudeTable:
@@ -132,20 +154,34 @@ def _joined(segments: list[Rows], tables: list[AttitudeTable]) -> AttitudeTable:
             "OBJECT_ID": segments[i - 1].says.get("OBJECT_ID") == segments[i].says.get("OBJECT_ID"),
             "frames": (first.body_frame, first.reference_frame) == (after.body_frame, after.reference_frame),
             "order in time": before.times[-1] <= after.times[0],
+            "the presence of rates": (before.omega_body is None) == (after.omega_body is None),
+            f"the attitude and the rate at {segments[i].epochs[0]}": _same_row(before, after),
         }
         ccsds.check_continued(segments, i, same)
         kept.append(slice(int(after.times[0] == before.times[-1]), None))
     if len(tables) == 1:
         return first
     parts = [(table, part) for table, part in zip(tables, kept, strict=True)]
-    rates = [table.omega_body[part] for table, part in parts if table.omega_body is not None]
+    rates = [table.omega_body[part] for table, part in parts if table.omega_body is not None]  # of all or of none
     return dataclasses.replace(
         first,
         times=np.concatenate([table.times[part] for table, part in parts]),
         quaternion=np.concatenate([table.quaternion[part] for table, part in parts]),
-        omega_body=np.concatenate(rates) if len(rates) == len(tables) else None,
+        omega_body=np.concatenate(rates) if rates else None,
         norm_error=max(table.norm_error for table in tables),
     )
+
+
+def _same_row(before: AttitudeTable, after: AttitudeTable) -> bool:
+    """Return whether two tables agree at an epoch that ends the first and begins the second."""
+    if before.times[-1] != after.times[0]:
+        return True
+    if rotation_angle(before.quaternion[-1], after.quaternion[0]) > SAME_ROW:
+        return False
+    if before.omega_body is None or after.omega_body is None:
+        return True
+    rates = before.omega_body[-1], after.omega_body[0]
+    return float(np.linalg.norm(rates[1] - rates[0])) <= SAME_ROW * float(np.max(np.linalg.norm(rates, axis=-1)))
 
 
 # ------------------------------------------------------------------ writing

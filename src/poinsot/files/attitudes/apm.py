@@ -2,27 +2,34 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
+from poinsot.errors import level_of_user
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
-from poinsot.files.attitudes.attitude_table import AttitudeTable, rates_per_second, table_of
-from poinsot.files.ccsds import Entry
+from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
+from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import Rows, number
 from poinsot.files.untrusted import local_name, read_text
+from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.state import State
 
 __all__ = ["read_apm", "write_apm"]
+
+Array = NDArray[np.float64]
 
 FORMS = {"QUAT": "QUATERNION", "EULER": "EULER_ANGLE", "SPIN": "SPIN"}
 """Blocks that are an attitude, each with the type that a row of an ephemeris would have."""
@@ -39,13 +46,44 @@ XML_BLOCKS = {
     "maneuverParameters": "MAN",
 }
 
-V1_BLOCKS = (
-    ("QUAT", re.compile(r"Q_(FRAME_[AB]|DIR)|Q[123C](_DOT)?")),
-    ("EULER", re.compile(r"EULER_\w+|RATE_FRAME|[XYZ]_(ANGLE|RATE)")),
-    ("SPIN", re.compile(r"SPIN_\w+|NUTATION\w*")),
-    ("INERTIA", re.compile(r"INERTIA_REF_FRAME|I[123]{2}")),
-    ("MAN", re.compile(r"MAN_\w+")),
+HEADER = ("TIME_SYSTEM", "EPOCH")
+ABOUT = (*ccsds.HEADER, "OBJECT_NAME", "OBJECT_ID", "CENTER_NAME")
+
+FRAMES = ("REF_FRAME_A", "REF_FRAME_B")
+SPIN = tuple(sorted({key for kind, keys in adm.COLUMNS.items() if kind.startswith("SPIN") for key in keys}))
+
+V2_KEYS = {
+    "QUAT": (*FRAMES, *adm.COLUMNS["QUATERNION/DERIVATIVE"]),
+    "EULER": (*FRAMES, "EULER_ROT_SEQ", *adm.COLUMNS["EULER_ANGLE/DERIVATIVE"]),
+    "ANGVEL": (*FRAMES, "ANGVEL_FRAME", *adm.ANGVEL),
+    "SPIN": (*FRAMES, *SPIN),
+    "INERTIA": ("INERTIA_REF_FRAME", "IXX", "IYY", "IZZ", "IXY", "IXZ", "IYZ"),
+    "MAN": (),
+}
+"""Keys of the blocks of version 2."""
+
+V1_KEYS = {
+    "QUAT": ("Q_FRAME_A", "Q_FRAME_B", "Q_DIR", *V2_KEYS["QUAT"][2:]),
+    "EULER": ("EULER_FRAME_A", "EULER_FRAME_B", "EULER_DIR", "EULER_ROT_SEQ", *adm.ANGLES),
+    "SPIN": ("SPIN_FRAME_A", "SPIN_FRAME_B", "SPIN_DIR", *adm.COLUMNS["SPIN/NUTATION"]),
+    "INERTIA": ("INERTIA_REF_FRAME", "I11", "I22", "I33", "I12", "I13", "I23"),
+    "MAN": (),
+}
+"""Keys of the blocks of version 1, which name their blocks."""
+
+AXIS_ANGLES, AXIS_RATES = ("X_ANGLE", "Y_ANGLE", "Z_ANGLE"), ("X_RATE", "Y_RATE", "Z_RATE")
+"""Keys of version 1 that come twice in a sequence such as 313."""
+
+MANEUVERS = (
+    *("MAN_EPOCH_START", "MAN_DURATION", "MAN_REF_FRAME", "MAN_TOR_X", "MAN_TOR_Y", "MAN_TOR_Z", "MAN_DELTA_MASS"),
+    *("MAN_TOR_1", "MAN_TOR_2", "MAN_TOR_3"),
 )
+
+USED = frozenset(key for keys in (*V1_KEYS.values(), *V2_KEYS.values(), AXIS_ANGLES, HEADER) for key in keys)
+"""Keys with an influence on the result, in some block of some version."""
+
+SAME_ATTITUDE, SAME_RATE = 1e-3, 1e-2
+"""Radians, and relative: blocks with few digits that state one attitude and one angular velocity."""
 
 TENSOR = {"IXX": (0, 0), "IYY": (1, 1), "IZZ": (2, 2), "IXY": (0, 1), "IXZ": (0, 2), "IYZ": (1, 2)}
 
@@ -56,7 +94,7 @@ V1_TENSOR = {key.translate(TO_DIGITS) for key in TENSOR}
 
 
 class _Block(NamedTuple):
-    """What one logical block says, by the keys of version 2; directions are always from A to B."""
+    """One logical block with the keys of version 2; directions are always from A to B."""
 
     kind: str
     said: dict[str, Entry]
@@ -70,8 +108,21 @@ class _Block(NamedTuple):
     def number(self, key: str) -> float:
         return number(key, self.text(key), self.said[key].place)
 
-    def frames(self) -> tuple[str, str]:
-        return self.text("REF_FRAME_A"), self.text("REF_FRAME_B")
+    def frames(self) -> tuple[str, str, bool]:
+        """Return the names of the body's and of the reference axes, and whether the body is B."""
+        return ccsds.body_and_reference(self.text("REF_FRAME_A"), self.text("REF_FRAME_B"), self.place)
+
+
+class _Attitude(NamedTuple):
+    """The attitude of one block, with its angular velocity if the block has one."""
+
+    block: _Block
+    table: AttitudeTable
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the angular velocity has all components: SPIN without nutation has one along the spin axis."""
+        return self.block.kind != "SPIN" or "NUTATION_VEL" in self.block.said or "NUTATION_PER" in self.block.said
 
 
 # ------------------------------------------------------------------ reading
@@ -81,9 +132,10 @@ class _Block(NamedTuple):
 def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[AttitudeTable, Body | None]:
     """Return the attitude in a CCSDS Attitude Parameter Message (504.0-B), and the body if it says its inertia.
 
-    `table.state(body)` is then the state from which a propagation starts. The attitude is that of the first block of
-    quaternion, Euler angles or spin between the body and a frame that does not rotate; its rate is that of the block
-    or of an ANGVEL block beside it. Manoeuvres and the rates of version 1 in Euler blocks are passed over.
+    `table.state(body)` is then the state from which a propagation starts. The attitude is read from the first block of
+    quaternion, Euler angles or spin between the body and a frame that does not rotate. The angular velocity is read
+    from the same block, from an ANGVEL block, or from another attitude block of the body, in this order. Blocks that
+    state the same must agree. The reader ignores maneuvers, and warns of rates and attitudes that it cannot use.
 
     Parameters
     ----------
@@ -97,7 +149,8 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     AttitudeTable
         Of one row.
     Body or None
-        With moments in kg m2 about the axes of the attitude; None if the inertia is missing or along other axes.
+        With moments in kg m2 about the axes of the attitude; None if the inertia is missing, or is along other axes,
+        which gives a warning.
 
     Raises
     ------
@@ -118,57 +171,123 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     epoch.text("EPOCH")
     system = {"TIME_SYSTEM": epoch.text("TIME_SYSTEM")}
     times, calendar = ccsds.times_of(Rows(name, system, (), [header["EPOCH"].place], [header["EPOCH"].value]), calendar)
-    block, (body_frame, frame, body_is_b) = _attitude_block(blocks, name)
-    kind, columns, rate_in_a = _row(block, blocks)
-    says = {key: entry.value for key, entry in block.said.items()}
-    row = Rows(block.place, says, tuple(columns), [block.place], [""], [list(columns.values())])
-    conventions = {"body_is_b": body_is_b, "rate_in_a": rate_in_a}
-    frames = (frame, body_frame)
-    table = adm.read_attitudes(row, kind, times, calendar, frames, **conventions, version=version)
-    return table, _body(blocks, body_frame, version)
+    attitudes = _attitudes(blocks, name, times, calendar, version)
+    table = attitudes[0].table
+    omega = _rate(attitudes, [block for block in blocks if block.kind == "ANGVEL"])
+    return dataclasses.replace(table, omega_body=omega), _body(blocks, table.body_frame, version)
 
 
-def _attitude_block(blocks: list[_Block], name: str) -> tuple[_Block, tuple[str, str, bool]]:
+def _attitudes(blocks: list[_Block], name: str, times: Array, calendar: Calendar, version: str) -> list[_Attitude]:
+    """Return the attitude of the first block that has one, and of the others between the same axes."""
+    found: list[_Attitude] = []
     reason = ValueError(f"{name} must have an attitude (quaternion, Euler angles or spin), got none.")
     for block in blocks:
-        if block.kind in FORMS:
-            try:
-                return block, ccsds.body_and_reference(*block.frames(), block.place)
-            except ValueError as error:
-                reason = error
-    raise reason
+        if block.kind not in FORMS:
+            continue
+        try:
+            body, reference, body_is_b = block.frames()
+        except ValueError as error:
+            reason = error
+            continue
+        if found and (body, reference) != (found[0].table.body_frame, found[0].table.reference_frame):
+            axes = f"{found[0].table.body_frame} in {found[0].table.reference_frame}"
+            _warn(f"{block.place} should be about {axes}, got {body} in {reference}. The block is ignored.")
+            continue
+        kind, columns = _row(block)
+        says = {key: entry.value for key, entry in block.said.items()}
+        row = Rows(block.place, says, tuple(columns), [block.place], [""], [list(columns.values())])
+        frames = (reference, body)
+        table = adm.read_attitudes(row, kind, times, calendar, frames, body_is_b=body_is_b, version=version)
+        found.append(_Attitude(block, table))
+        angle = float(rotation_angle(found[0].table.quaternion, table.quaternion)[0])
+        if angle > SAME_ATTITUDE:
+            raise ValueError(
+                f"{block.place} must state the attitude of {found[0].block.place}, got one that is {angle:.3g} rad "
+                "away. Remove one of the blocks."
+            )
+    if not found:
+        raise reason
+    return found
 
 
-def _row(block: _Block, blocks: list[_Block]) -> tuple[str, dict[str, float], bool]:
-    """Return the type and the columns of the row that an ephemeris would have, and whether its rate is along A."""
+def _row(block: _Block) -> tuple[str, dict[str, float]]:
+    """Return the type and the columns of the row that an ephemeris would have."""
     form = FORMS[block.kind]
-    kinds = [kind for kind in adm.COLUMNS if kind.startswith(f"{form}/") and not kind.endswith(("ANGVEL", "RATE"))]
-    kind = next((kind for kind in kinds if all(key in block.said for key in adm.COLUMNS[kind])), form)
-    columns = {key: block.number(key) for key in adm.COLUMNS[kind]}
-    a, b = block.frames()
-    beside = next((other for other in blocks if other.kind == "ANGVEL" and set(other.frames()) == {a, b}), None)
-    if kind != form or form == "SPIN" or beside is None:
-        return kind, columns, False
-    along = beside.text("ANGVEL_FRAME")
-    if along not in (a, b):
-        raise ValueError(f"{beside.place} must have ANGVEL_FRAME {a} or {b}, got {along[:40]!r}.")
-    sign = 1 if beside.frames() == (a, b) else -1
-    columns |= {key: sign * beside.number(key) for key in adm.ANGVEL}
-    return f"{form}/ANGVEL", columns, along == a
+    kinds = [kind for kind in adm.COLUMNS if kind.startswith(f"{form}/")]
+    more = {kind: adm.COLUMNS[kind][len(adm.COLUMNS[form]) :] for kind in kinds}
+    given = [kind for kind, keys in more.items() if any(key in block.said for key in keys)]
+    if len(given) > 1:
+        raise ValueError(f"{block.place} must have the keys of one type, got those of {' and '.join(given)}.")
+    kind = given[0] if given else form
+    return kind, {key: block.number(key) for key in adm.COLUMNS[kind]}
+
+
+def _rate(attitudes: list[_Attitude], blocks: list[_Block]) -> Array | None:
+    """Return the angular velocity of the first block that states it, with which the others must agree."""
+    first = attitudes[0].table
+    stated = [(one.block.place, one.table.omega_body, one.is_whole) for one in attitudes]
+    beside = [(block.place, _angular_velocity(block, first), True) for block in blocks]
+    rates = [(place, omega, whole) for place, omega, whole in (stated[0], *beside, *stated[1:]) if omega is not None]
+    rates.sort(key=lambda rate: not rate[2])
+    for place, omega, whole in rates[1:]:
+        apart = float(np.linalg.norm(omega - rates[0][1]))
+        largest = max(float(np.linalg.norm(one)) for one in (omega, rates[0][1]))
+        if whole and apart > SAME_RATE * largest:
+            raise ValueError(
+                f"{place} must state the angular velocity of {rates[0][0]}, got one that differs by "
+                f"{100 * apart / largest:.3g} %. Remove one of them."
+            )
+    return rates[0][1] if rates else None
+
+
+def _angular_velocity(block: _Block, table: AttitudeTable) -> Array | None:
+    """Return the angular velocity in an ANGVEL block, shape (1, 3), along the body; None if it is of other axes."""
+    pair = block.text("REF_FRAME_A"), block.text("REF_FRAME_B")
+    try:
+        body, reference, body_is_b = block.frames()
+    except ValueError:
+        body, reference, body_is_b = "", "", False
+    if body != table.body_frame:
+        axes = f"{table.body_frame} in axes that do not rotate"
+        _warn(
+            f"{block.place} should be about {axes}, got {pair[0][:40]!r} and {pair[1][:40]!r}. Its rates are ignored."
+        )
+        return None
+    along = ccsds.axes_name(block.text("ANGVEL_FRAME"))
+    if along not in (body, reference) or (along == reference != table.reference_frame):
+        allowed = " or ".join(pair if reference == table.reference_frame else (body,))
+        raise ValueError(f"{block.place} must have ANGVEL_FRAME {allowed}, got {along[:40]!r}.")
+    degrees = np.array([[block.number(key) for key in adm.ANGVEL]])
+    omega = np.pi / 180 * (degrees if body_is_b else -degrees)
+    omega = omega if along == body else quat.rotate(quat.conjugate(table.quaternion), omega)
+    return np.asarray(omega * SECONDS[calendar_of(table).unit])
+
+
+def _warn(sentence: str) -> None:
+    warnings.warn(sentence, stacklevel=level_of_user())
 
 
 def _body(blocks: list[_Block], body_frame: str, version: str) -> Body | None:
     """Return the body; version 1 gives the entries of the tensor, version 2 the products of inertia."""
-    for block in blocks:
-        if block.kind == "INERTIA" and block.text("INERTIA_REF_FRAME").upper() == body_frame:
-            tensor = np.empty((3, 3))
-            for key, (i, j) in TENSOR.items():
-                tensor[i, j] = tensor[j, i] = block.number(key) * (1 if i == j or version < "2" else -1)
-            try:
-                return Body.from_inertia(tensor)
-            except ValueError as error:
-                raise ValueError(f"{block.place}: {error}") from None
-    return None
+    about = []
+    for block in (block for block in blocks if block.kind == "INERTIA"):
+        axes = ccsds.axes_name(block.text("INERTIA_REF_FRAME"))
+        if axes == body_frame:
+            about.append(block)
+        else:
+            _warn(f"{block.place} should have INERTIA_REF_FRAME {body_frame}, got {axes[:40]!r}. The block is ignored.")
+    if not about:
+        return None
+    block, *others = about
+    if others:
+        raise ValueError(f"{others[0].place} must not repeat the inertia of {block.place}, got two blocks. Remove one.")
+    tensor = np.empty((3, 3))
+    for key, (i, j) in TENSOR.items():
+        tensor[i, j] = tensor[j, i] = block.number(key) * (1 if i == j or version < "2" else -1)
+    try:
+        return Body.from_inertia(tensor)
+    except ValueError as error:
+        raise ValueError(f"{block.place}: {error}") from None
 
 
 # ------------------------------------------------------------------ KVN
@@ -176,29 +295,50 @@ def _body(blocks: list[_Block], body_frame: str, version: str) -> Body | None:
 
 def _of_kvn(text: str, name: str) -> tuple[str, dict[str, Entry], list[_Block]]:
     version, lines = ccsds.opened_kvn(text, name, "APM")
-    header: dict[str, Entry] = {}
+    header: list[Entry] = []
     blocks: list[_Block] = []
     found: dict[str, list[Entry]] = {}
     rule = "KEY = VALUE" if version < "2" else "KEY = VALUE or the start of a block"
     for count, line in lines:
         match = re.fullmatch(r"(QUAT|EULER|ANGVEL|SPIN|INERTIA|MAN)_START", line)
         if match and version >= "2":
-            said = ccsds.kvn_block(lines, name, count, f"{match[1]}_STOP")
-            blocks.append(_Block(match[1], said, f"{name}, line {count}"))
+            entries = ccsds.kvn_block(lines, name, count, f"{match[1]}_STOP")
+            blocks.append(_block(match[1], entries, f"{name}, line {count}", version))
             continue
         entry = ccsds.kvn_entry(line, f"{name}, line {count}", rule)
-        kinds = (kind for kind, pattern in V1_BLOCKS if version < "2" and pattern.fullmatch(entry.key))
-        if kind := next(kinds, None):
-            found.setdefault(kind, []).append(entry)
-        else:
-            header[entry.key] = entry
-    return version, header, blocks + [_from_v1(kind, entries) for kind, entries in found.items()]
+        kind = _kind_of_v1(entry.key) if version < "2" else None
+        (found.setdefault(kind, []) if kind else header).append(entry)
+    blocks += [_block(kind, entries, entries[0].place, version) for kind, entries in found.items()]
+    return version, _header(header), blocks
 
 
-def _from_v1(kind: str, entries: list[Entry]) -> _Block:
+def _header(entries: list[Entry]) -> dict[str, Entry]:
+    return Keys(HEADER, ABOUT, elsewhere=USED, repeated=("COMMENT",)).by_key(entries)
+
+
+def _kind_of_v1(key: str) -> str | None:
+    """Return the block to which a key of version 1 belongs."""
+    more = {"EULER": ("RATE_FRAME", *AXIS_ANGLES, *AXIS_RATES), "MAN": MANEUVERS}
+    return next((kind for kind, keys in V1_KEYS.items() if key in (*keys, *more.get(kind, ()))), None)
+
+
+def _block(kind: str, entries: list[Entry], place: str, version: str) -> _Block:
+    """Return a block by the keys of version 2."""
+    keys = (V1_KEYS if version < "2" else V2_KEYS)[kind]
+    repeated = ("COMMENT", *(MANEUVERS if kind == "MAN" else ()))
+    ignored: tuple[str, ...] = ()
+    if version < "2":
+        ignored = ("EPOCH", "RATE_FRAME", *adm.RATES)
+        repeated = (*repeated, *(AXIS_ANGLES + AXIS_RATES if kind == "EULER" else ()))
+    said = Keys(keys, ignored, elsewhere=USED, repeated=repeated).by_key(entries)
+    return _from_v1(_Block(kind, said, place), entries) if version < "2" else _Block(kind, said, place)
+
+
+def _from_v1(block: _Block, entries: list[Entry]) -> _Block:
     """Return a block of version 1 by the keys of version 2."""
-    said = {re.sub(r"^(Q|EULER|SPIN)_FRAME_", "REF_FRAME_", entry.key): entry for entry in entries}
-    block = _Block(kind, said, entries[0].place)
+    kind = block.kind
+    said = {re.sub(r"^(Q|EULER|SPIN)_FRAME_", "REF_FRAME_", key): entry for key, entry in block.said.items()}
+    block = block._replace(said=said)
     if kind == "INERTIA":
         renamed = {key.translate(TO_LETTERS) if key in V1_TENSOR else key: entry for key, entry in said.items()}
         return block._replace(said=renamed)
@@ -210,19 +350,22 @@ def _from_v1(kind: str, entries: list[Entry]) -> _Block:
         if direction not in ("A2B", "B2A"):
             raise ValueError(f"{said[key].place} must have {key} A2B or B2A, got {direction[:20]!r}.")
         if direction == "B2A":
-            block.frames()
-            said["REF_FRAME_A"], said["REF_FRAME_B"] = said["REF_FRAME_B"], said["REF_FRAME_A"]
+            said["REF_FRAME_A"], said["REF_FRAME_B"] = (
+                Entry(other, block.text(other), block.place) for other in ("REF_FRAME_B", "REF_FRAME_A")
+            )
     return block
 
 
 def _number_angles(block: _Block, entries: list[Entry]) -> None:
     """Name the angles X_ANGLE, Y_ANGLE, Z_ANGLE, which may come twice, by their place in the sequence."""
-    given = [entry for entry in entries if re.fullmatch(r"[XYZ]_ANGLE", entry.key)]
+    given = [entry for entry in entries if entry.key in AXIS_ANGLES]
     sequence = block.text("EULER_ROT_SEQ").upper().translate(TO_DIGITS)
     axes = "".join(entry.key[0] for entry in given).translate(TO_DIGITS)
     if given and axes != sequence:
         raise ValueError(f"{block.place} must have its angles in the order {sequence[:20]!r}, got {axes[:20]!r}.")
     block.said.update({f"ANGLE_{i}": entry for i, entry in enumerate(given, start=1)})
+    if any(entry.key in AXIS_RATES for entry in entries):
+        adm.warn_of_undefined(block.place, "RATE")
 
 
 # ------------------------------------------------------------------ XML
@@ -232,16 +375,22 @@ def _of_xml(text: str, name: str) -> tuple[str, dict[str, Entry], list[_Block]]:
     version, segments = ccsds.opened_xml(text, name, "APM")
     if len(segments) != 1:
         raise ValueError(f"{name} must hold one segment, got {len(segments)}.")
-    header: dict[str, Entry] = {}
+    header: list[Entry] = []
     blocks: list[_Block] = []
     for part in (child for half in segments[0] for child in half):
         kind, place = XML_BLOCKS.get(local_name(part)), f"{name}, {local_name(part)[:40]}"
         entries = list(ccsds.entries_of(part, place))
-        said = {entry.key: entry for entry in entries}
-        header |= {key: entry for key, entry in said.items() if kind is None or key == "EPOCH"}
         if kind and entries:
-            blocks.append(_from_v1(kind, entries) if version < "2" else _Block(kind, said, place))
-    return version, header, blocks
+            block = _block(kind, entries, place, version)
+            ccsds.check_sequence(part, block.text("EULER_ROT_SEQ") if kind == "EULER" else "", place)
+            blocks.append(block)
+        epochs = {entry.value for entry in header if entry.key == "EPOCH"}
+        header += [
+            entry
+            for entry in entries
+            if kind is None or (version < "2" and entry.key == "EPOCH" and entry.value not in epochs)
+        ]
+    return version, _header(header), blocks
 
 
 # ------------------------------------------------------------------ writing

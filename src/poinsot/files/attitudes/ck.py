@@ -118,8 +118,8 @@ def spice_attitude(
     Raises
     ------
     OSError, ValueError, ImportError
-        If a kernel is missing or no kernel, a frame is unknown, the reference frame rotates, or the kernels do not
-        cover the times; or spiceypy is missing.
+        If a kernel is missing or no kernel, a frame is unknown, the reference frame rotates, the kernels do not cover
+        the times, or have rates at some of the times only; or spiceypy is missing.
 
     Examples
     --------
@@ -143,9 +143,16 @@ def _table(
         for block in blocks:
             answers.append(spice.ask("turned", frame, reference_frame, times=block)[1])
             told(block.size)
-    matrices, *rates = map(np.concatenate, zip(*answers, strict=False))  # rates if all blocks have them
+    matrices, rates = map(np.concatenate, zip(*answers, strict=True))
     q = quaternion_from_matrix(np.swapaxes(matrices, -1, -2))
-    omega = quat.rotate(quat.conjugate(q), rates[0]) * SECONDS[calendar.unit] if rates else None
+    known = np.isfinite(rates[:, 0])
+    if np.any(known) and not np.all(known):
+        with_rates, without = (str(calendar.date(t[int(np.argmax(one))]).isot) for one in (known, ~known))
+        raise ValueError(
+            f"kernels must have rates of {frame!r} at all times or at none, got rates at {with_rates} and none at "
+            f"{without}. Ask for the times with rates and the times without rates in two calls."
+        )
+    omega = quat.rotate(quat.conjugate(q), rates) * SECONDS[calendar.unit] if np.all(known) else None
     named = "ICRF" if reference_frame.upper() == "J2000" else reference_frame.upper()
     return AttitudeTable(t, q, omega, calendar, named, frame.upper())
 

@@ -14,6 +14,7 @@ from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, dated_calendar, table_of
+from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -27,9 +28,13 @@ ORDERS = {"scalar first": ("QC", "Q1", "Q2", "Q3"), "scalar last": adm.QUATERNIO
 DIRECTIONS = {"body to reference": True, "reference to body": False}
 """Whether the quaternion turns components along the body into those along the reference frame."""
 
+CONVENTION = "x_reference = q x_body q~, Hamilton product"
+
 RATE = "rad per unit of time, inertial, along the body axes"
 
 OMEGA = ("omega_1", "omega_2", "omega_3")
+
+KEYS = Keys(frozenset(("order", "direction", "reference_frame", "body_frame", "time", "rate", "convention")))
 
 EXAMPLE = "# order: scalar first, # direction: body to reference"
 
@@ -77,7 +82,9 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     factor = 1.0
     if own is not None and calendar is not None and calendar != own:
         times, factor = calendar.converted(times, own), SECONDS[calendar.unit] / SECONDS[own.unit]
-    frames = (rows.says.get("reference_frame", SPACE_AXES_UNNAMED), rows.says.get("body_frame", "SC_BODY_1"))
+    reference = rows.says.get("reference_frame") or SPACE_AXES_UNNAMED
+    reference = reference if reference in ccsds.FRAMES else ccsds.FRAMES.get(reference.upper(), reference)
+    frames = (reference, rows.says.get("body_frame") or "SC_BODY_1")
     body_is_b = DIRECTIONS[rows.says["direction"]]
     table = adm.read_attitudes(rows, "QUATERNION", times, calendar or own, frames, body_is_b=body_is_b)
     if len(rows.columns) == 5:
@@ -86,13 +93,13 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
 
 
 def _parsed(text: str, name: str) -> Rows:
-    rows = Rows(name)
+    rows, header = Rows(name), list[Entry]()
     for count, line in enumerate(text.splitlines(), start=1):
         place = f"{name}, line {count}"
         if line.startswith("#"):
-            key, _, value = line[1:].partition(":")
-            rows.says[key.strip().lower()] = value.strip()
+            header += _stated(line, place, bool(rows.columns))
         elif line.strip() and not rows.columns:
+            rows.says |= {key: entry.value for key, entry in KEYS.by_key(header).items()}
             rows.columns = _columns(line, rows.says, name, place)
         elif line.strip():
             rows.add(place, [text.strip() for text in line.split(",")])
@@ -101,20 +108,46 @@ def _parsed(text: str, name: str) -> Rows:
     return rows
 
 
+def _stated(line: str, place: str, after_columns: bool) -> list[Entry]:
+    """Return the value that a comment line states, if its key is, or resembles, a key of the format."""
+    key, colon, value = (part.strip() for part in line[1:].partition(":"))
+    if not colon or not KEYS.resembles(key.lower()):
+        return []
+    if after_columns:
+        raise ValueError(f"{place} must come before the names of the columns, got {line[:60]!r}.")
+    return [Entry(key.lower(), value, place)]
+
+
 def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[str, ...]:
-    """Return the columns by the names that they have here, and check what the file says of them."""
+    """Return the columns by their names in this package, and check the statements of the file about them."""
     for key, known in (("order", ORDERS), ("direction", DIRECTIONS)):
         if says.get(key) not in known:
             given = repr(says[key][:40]) if key in says else "none"
             raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, got {given}. Write {EXAMPLE}.")
-    shape = "".join(column.strip()[:1].lower() for column in line.split(","))
+    if "Hamilton" not in says.get("convention", CONVENTION):
+        raise ValueError(f"{name} must have the convention {CONVENTION!r}, got {says['convention'][:60]!r}.")
+    names = [column.strip().lower() for column in line.split(",")]
+    shape = "".join(column[:1] for column in names)
     if shape not in ("tqqqq", "tqqqqooo"):
-        names = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
-        raise ValueError(f"{place} must name the columns, such as {names}, got {line[:80]!r}.")
+        example = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
+        raise ValueError(f"{place} must name the columns, such as {example}, got {line[:80]!r}.")
+    ends = [column[-1:] for column in names]
+    vector = ends[2:5] if says["order"] == "scalar first" else ends[1:4]
+    for what, three in (("quaternion", vector), ("angular velocity", ends[5:])):
+        if three and not _are_ordered("".join(three)):
+            raise ValueError(
+                f"{place} must name the components of the {what} in the order 1, 2, 3 or x, y, z, {says['order']}, "
+                f"got {line[:80]!r}."
+            )
     rates = OMEGA if len(shape) == 8 else ()
     if rates and says.get("rate") != RATE:
         raise ValueError(f"{place} must come after a line that says what rates are, '# rate: {RATE}', got none.")
     return ("t", *ORDERS[says["order"]], *rates)
+
+
+def _are_ordered(ends: str) -> bool:
+    """Return whether the last characters of three names are those of a vector, in order; w is the scalar."""
+    return "".join(sorted(set(ends))) == ends and "w" not in ends and (ends.isalpha() or ends.isdigit())
 
 
 # ------------------------------------------------------------------ writing
@@ -158,7 +191,7 @@ def write_quaternion_csv(
     says = {
         "order": "scalar first",
         "direction": "body to reference",
-        "convention": "x_reference = q x_body q~, Hamilton product",
+        "convention": CONVENTION,
         "reference_frame": ccsds.word("reference_frame", table.reference_frame),
         "body_frame": ccsds.word("body_frame", table.body_frame),
     }

@@ -20,6 +20,7 @@ from poinsot.files.attitudes.attitude_table import (
     rates_per_second,
     table_of,
 )
+from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
@@ -37,6 +38,19 @@ FORMATS = {
 
 AXES = {"ICRF": "ICRF", "J2000": "ICRF", "TEMEOFDATE": "TEME", "TRUEOFDATE": "TOD", "MEANOFDATE": "MOD"}
 """Axes that do not rotate, and their names here."""
+
+KEYWORDS = Keys(
+    frozenset(
+        ("BEGIN", "NUMBEROFATTITUDEPOINTS", "SCENARIOEPOCH", "COORDINATEAXES", "TIMEFORMAT", "SEQUENCE"),
+    ),
+    frozenset(
+        (
+            *("INTERPOLATIONMETHOD", "INTERPOLATIONORDER", "BLOCKINGFACTOR", "CENTRALBODY", "MESSAGELEVEL"),
+            *("ATTITUDEDEVIATIONS", "COORDINATEAXESEPOCH"),
+        )
+    ),
+)
+"""Keywords before the rows, in capitals."""
 
 WRITTEN_AXES = {"ICRF": "ICRF", "J2000": "J2000", "EME2000": "J2000"}
 WRITTEN_AXES |= {"TEME": "TEMEOfDate", "TOD": "TrueOfDate", "MOD": "MeanOfDate"}
@@ -95,7 +109,7 @@ def _parsed(text: str, name: str) -> tuple[Rows, str]:
     _, opening = next(lines, (0, ""))
     if not re.fullmatch(r"stk\.v\.\d+(\.\d+)*", opening, re.IGNORECASE):
         raise ValueError(f"{name} must begin with stk.v. and a version, got {opening[:60]!r}.")
-    rows, data_format = Rows(name), ""
+    rows, data_format, entries = Rows(name), "", list[Entry]()
     for count, line in lines:
         key, _, value = line.partition(" ")
         if key.upper().startswith("ATTITUDETIME"):
@@ -103,19 +117,27 @@ def _parsed(text: str, name: str) -> tuple[Rows, str]:
             break
         if not re.fullmatch(r"\w+", key) or re.fullmatch(r"END\s+\w+", line, re.IGNORECASE):
             raise ValueError(f"{name}, line {count} must be a keyword and its value, got {line[:60]!r}.")
-        rows.says[key.upper()] = value.strip("\"' ")
+        entries.append(Entry(key.upper(), value.strip("\"' "), f"{name}, line {count}"))
+    rows.says |= {entry.key: entry.value for entry in entries}
     if rows.says.get("BEGIN", "").upper() != "ATTITUDE":
         raise ValueError(f"{name} must have a block BEGIN Attitude, got none.")
     if data_format.upper() not in FORMATS:
         known = "AttitudeTimeQuaternions, -QuatScalarFirst, -QuatAngVels or -EulerAngles"
         raise ValueError(f"{name} must hold {known}, got {repr(data_format[:40]) if data_format else 'none'}.")
-    time_format = rows.says.get("TIMEFORMAT", "EpSec")
-    if time_format.upper() != "EPSEC":
-        raise ValueError(f"TimeFormat in {name} must be EpSec, got {time_format[:40]!r}.")
+    _check_keywords(rows, entries)
     kind, columns = FORMATS[data_format.upper()]
     rows.columns = ("time", *columns)
     _read_rows(rows, lines)
     return rows, kind
+
+
+def _check_keywords(rows: Rows, entries: list[Entry]) -> None:
+    time_format = rows.says.get("TIMEFORMAT", "EpSec")
+    if time_format.upper() != "EPSEC":
+        raise ValueError(f"TimeFormat in {rows.name} must be EpSec, got {time_format[:40]!r}.")
+    for key in ("CoordinateAxes", "ScenarioEpoch"):
+        rows.word(key)
+    KEYWORDS.by_key(entries)
 
 
 def _read_rows(rows: Rows, lines: Iterator[tuple[int, str]]) -> None:
@@ -125,6 +147,9 @@ def _read_rows(rows: Rows, lines: Iterator[tuple[int, str]]) -> None:
         if whole:
             break
         rows.add(f"{rows.name}, line {count}", line.split())
+    after = next(lines, None)
+    if after:
+        raise ValueError(f"{rows.name}, line {after[0]} must be absent after END Attitude, got {after[1][:60]!r}.")
     if not rows.numbers:
         raise ValueError(f"{rows.name} must have rows, got none.")
     said, found = rows.says.get("NUMBEROFATTITUDEPOINTS"), len(rows.numbers)

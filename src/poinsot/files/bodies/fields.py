@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.files.keys import Entry, Keys
 from poinsot.files.untrusted import MOST_BYTES, lazy_lines, read_text
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
 from poinsot.shapes.shape import HIGHEST_DEGREE
@@ -105,10 +106,15 @@ def _shadr(text: str) -> _Table:
     return _Table(radius, degree, order, flag == 1, ((k, _fields(line)) for k, line in lines))
 
 
+ICGEM = Keys(("radius", "max_degree", "norm"))
+"""Keys of the header of ICGEM with an influence on the result; other lines of the header are free."""
+
+
 def _icgem(text: str) -> _Table:
     head, _, body = text.partition("end_of_head")
     words = (line.split() for _, line in lazy_lines(head.rpartition("begin_of_head")[2][:MOST_OF_HEADER]))
-    known = {line[0]: line[1] for line in words if len(line) >= 2}
+    stated = (Entry(line[0], line[1], "the header") for line in words if len(line) >= 2 and ICGEM.resembles(line[0]))
+    known = {key: entry.value for key, entry in ICGEM.by_key(stated).items()}
     for name in ("radius", "max_degree"):
         if name not in known:
             raise ValueError(f"the header must have {name}, got none.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
+from poinsot.errors import level_of_user
 from poinsot.files import ccsds
+from poinsot.files.keys import Keys
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar, checked_calendar
@@ -20,6 +23,14 @@ from poinsot.orbits.ephemeris import Ephemeris
 __all__ = ["read_oem"]
 
 NEEDED = ("CENTER_NAME", "REF_FRAME", "TIME_SYSTEM")
+
+METADATA = Keys(
+    frozenset((*NEEDED, "OBJECT_ID", "STOP_TIME", "USEABLE_START_TIME", "USEABLE_STOP_TIME", "REF_FRAME_EPOCH")),
+    frozenset(("OBJECT_NAME", "START_TIME", "INTERPOLATION", "INTERPOLATION_DEGREE")),
+    repeated=("COMMENT",),
+)
+
+ACCELERATION = ("X_DDOT", "Y_DDOT", "Z_DDOT")
 
 MOST_DISTANCE, MOST_SPEED = 1e13, 299792.458
 """km, a light-year; km/s."""
@@ -65,8 +76,14 @@ def read_oem(
     (0.0, 120.0)
     """
     text, name = read_text(path), str(path)
-    _, segments = ccsds.segments_of(text, name, "OEM", "123", NEEDED, lambda *_: COMPONENTS)
+    _, segments = ccsds.segments_of(text, name, "OEM", "123", NEEDED, METADATA, lambda *_: COMPONENTS, ACCELERATION)
     rows = _joined(ccsds.chosen(segments, segment, name))
+    if rows.says.get("REF_FRAME_EPOCH") and ccsds.axes_name(rows.says["REF_FRAME"]) != "ICRF":
+        epoch = rows.says["REF_FRAME_EPOCH"][:40]
+        warnings.warn(
+            f"REF_FRAME_EPOCH in {name} should be absent, got {epoch!r}. It is ignored: the axes are those of date.",
+            stacklevel=level_of_user(),
+        )
     center, frame = rows.says["CENTER_NAME"], rows.says["REF_FRAME"].upper().replace(" ", "")
     if frame not in ccsds.FRAMES:
         rule = "a frame that does not rotate" if ccsds.ROTATING.match(frame) else f"one of {', '.join(ccsds.FRAMES)}"
@@ -112,7 +129,7 @@ def _joined(segments: list[Rows]) -> Rows:
     """Return all segments as one, if each begins with the state with which the one before ends."""
     whole = segments[0]
     for i, after in enumerate(segments[1:], start=1):
-        same = {key: whole.says.get(key) == after.says.get(key) for key in ("OBJECT_ID", *NEEDED)}
+        same = {key: whole.says.get(key) == after.says.get(key) for key in ("OBJECT_ID", "REF_FRAME_EPOCH", *NEEDED)}
         state = f"the state at {after.epochs[0]}"
         same[state] = (whole.epochs[-1], whole.numbers[-1]) == (after.epochs[0], after.numbers[0])
         ccsds.check_continued(segments, i, same)

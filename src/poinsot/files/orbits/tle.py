@@ -5,16 +5,20 @@ from __future__ import annotations
 import contextlib
 import csv
 import datetime as dt
+import itertools
 import json
 import re
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import optional, real_array
+from poinsot.errors import level_of_user, optional, real_array
+from poinsot.files import ccsds
+from poinsot.files.keys import Entry, Keys
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.mechanics.parameters import described
@@ -29,6 +33,12 @@ MU_WGS72 = 398600.8
 
 TOLERANCE = 1e-10
 """Of the polynomials, relative to the distance; SGP4 itself is good to a km."""
+
+VELOCITIES_COMPARED = 4001
+"""Times at which SGP4's velocity is compared with the derivative of its position."""
+
+MOST_BETWEEN_VELOCITIES = 0.01
+"""km/s. The difference is 4 m/s or less for all sets of Vallado et al. (2006) but object 23333, where it is 312 m/s."""
 
 MOST_CHARACTERS = 1_000_000
 
@@ -57,6 +67,9 @@ ELEMENTS = {
 }
 """Fields that SGP4 cannot do without, besides the epoch, and their ranges: revolutions a day, degrees, 1 / radius."""
 
+COMPONENTS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
+"""Components of the covariance, whose entries are CX_X, CY_X and so on."""
+
 UNUSED = {
     "NORAD_CAT_ID": "0",
     "OBJECT_ID": "",
@@ -78,9 +91,34 @@ ONLY = {
 }
 """What these fields of a message must say, where they are there."""
 
+IGNORED = {"GM": MU_WGS72, "REF_FRAME_EPOCH": None}
+"""Fields that SGP4 replaces by a constant, and by the epoch of the elements for the axes."""
+
+OTHER_THEORIES = ("SEMI_MAJOR_AXIS", "BTERM", "AGOM")
+"""Fields of a message whose elements are for another theory."""
+
+KEYS = Keys(
+    frozenset(("EPOCH", *ELEMENTS, *ONLY, *IGNORED, *OTHER_THEORIES)),
+    frozenset(
+        (
+            *("CCSDS_OMM_VERS", "OBJECT_NAME", *ccsds.HEADER, *UNUSED),
+            *("MASS", "SOLAR_RAD_AREA", "SOLAR_RAD_COEFF", "DRAG_AREA", "DRAG_COEFF", "COV_REF_FRAME"),
+            *(f"C{a}_{b}" for a, b in itertools.combinations_with_replacement(COMPONENTS[::-1], 2)),
+            # Fields that Space-Track adds to its messages.
+            *("SEMIMAJOR_AXIS", "PERIOD", "APOAPSIS", "PERIAPSIS", "OBJECT_TYPE", "RCS_SIZE", "COUNTRY_CODE"),
+            *("LAUNCH_DATE", "SITE", "DECAY_DATE", "DECAYED", "FILE", "GP_ID", "TLE_LINE0", "TLE_LINE1", "TLE_LINE2"),
+        )
+    ),
+    repeated=("COMMENT",),
+)
+"""Fields of a message."""
+
 FRAMES = ("TEME", "ICRF")
 
 Array = NDArray[np.float64]
+
+MESSAGE = "message"
+"""The name of a message in errors."""
 
 
 @checked
@@ -112,7 +150,9 @@ def tle_orbit(
     -------
     Ephemeris
         km and km/s, with the `mu` of WGS-72, 398600.8 km3/s2. Its time is the one that passes: where UTC has a leap
-        second, a minute of SGP4 is still 60 s.
+        second, a minute of SGP4 is still 60 s. Its velocity is the derivative of SGP4's position, from which SGP4's
+        velocity differs by metres per second; a warning names a difference of more than 10 m/s. SGP4's position jumps
+        where the perturbed inclination of a deep-space orbit crosses 0.2 rad; a warning names time and size.
 
     Raises
     ------
@@ -201,14 +241,17 @@ def _orbit(
             " may be: max_age."
         )
 
-    def position(times: Array) -> Array:
+    def along_axes(times: Array) -> tuple[Array, Array]:
         elapsed = epoch.converted(times, calendar)
-        places = _propagated(satellite, elapsed, epoch)
-        return places if reference_frame == "TEME" else _in_icrf(places, epoch.date(elapsed))
+        places, velocities = _propagated(satellite, elapsed, epoch)
+        if reference_frame == "TEME":
+            return places, velocities
+        dates = epoch.date(elapsed)
+        return _in_icrf(places, dates), _in_icrf(velocities, dates)
 
-    return Ephemeris.from_function(
+    orbit = Ephemeris.from_function(
         MU_WGS72,
-        position=position,
+        position=lambda times: along_axes(times)[0],
         start=first,
         stop=last,
         tolerance=TOLERANCE,
@@ -217,12 +260,27 @@ def _orbit(
         calendar=calendar,
         radius=attractor_radius("EARTH"),
     )
+    times = np.linspace(first, last, VELOCITIES_COMPARED)
+    _warn_of_velocity(times, np.stack([*orbit.velocity_at(times)], axis=-1) - along_axes(times)[1])
+    return orbit
 
 
-def _propagated(satellite: Any, seconds: Array, epoch: Calendar) -> Array:
-    """Return the positions at seconds from the epoch, km, TEME."""
+def _warn_of_velocity(times: Array, differences: Array) -> None:
+    """Warn where the derivative of SGP4's position, which is the velocity of the orbit, is far from SGP4's velocity."""
+    sizes = np.linalg.norm(differences, axis=-1)
+    worst = int(np.argmax(sizes))
+    if sizes[worst] > MOST_BETWEEN_VELOCITIES:
+        warnings.warn(
+            f"the velocity of SGP4 must be within {MOST_BETWEEN_VELOCITIES} km/s of the derivative of its position, "
+            f"got {sizes[worst]:.3g} km/s at t = {times[worst]:.10g}. velocity_at returns the derivative.",
+            stacklevel=level_of_user(),
+        )
+
+
+def _propagated(satellite: Any, seconds: Array, epoch: Calendar) -> tuple[Array, Array]:
+    """Return the positions and velocities at seconds from the epoch, km and km/s, TEME."""
     days, rest = np.divmod(seconds / 86400, 1)
-    errors, places, _ = satellite.sgp4_array(satellite.jdsatepoch + days, satellite.jdsatepochF + rest)
+    errors, places, velocities = satellite.sgp4_array(satellite.jdsatepoch + days, satellite.jdsatepochF + rest)
     if np.any(errors):
         i = int(np.argmax(errors != 0))
         reason = optional("sgp4.api", "mean elements").SGP4_ERRORS.get(int(errors[i]), f"error {errors[i]}")
@@ -230,7 +288,7 @@ def _propagated(satellite: Any, seconds: Array, epoch: Calendar) -> Array:
             f"start and stop must be times at which SGP4 has a position, got {seconds[i]:.6g} s from the epoch "
             f"{epoch.zero} UTC: {reason}."
         )
-    return np.asarray(places)
+    return np.asarray(places), np.asarray(velocities)
 
 
 def _in_icrf(places: Array, dates: Any) -> Array:
@@ -296,48 +354,58 @@ def _epoch_of(line: str) -> Calendar:
 
 def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     if isinstance(message, Mapping):
-        return {str(key): str(value) for key, value in message.items() if value is not None}
-    if len(message) > MOST_CHARACTERS:
+        found = [_entries_of_fields(message.items())]
+    elif len(message) > MOST_CHARACTERS:
         raise ValueError(f"message must be about one satellite, got {len(message)} characters.")
-    text = message.strip().lstrip("\ufeff")
-    if text.startswith("<"):
-        segments = [part for part in parsed_xml(text, "message").iter() if local_name(part) == "segment"]
-        found = [{local_name(part): part.text for part in segment.iter() if len(part) == 0} for segment in segments]
-    elif text.startswith(("{", "[")):
-        found = _fields_of_json(text)
-    elif "=" in text:
-        found = [_fields_of_kvn(text)]
     else:
-        found = _fields_of_csv(text)
+        found = _entries_of_text(message.strip().lstrip("\ufeff"))
     if len(found) != 1:
         raise ValueError(f"message must be about one satellite, got {len(found)}.")
-    return {str(key): str(value).strip() for key, value in found[0].items() if value is not None}
+    return {key: entry.value for key, entry in KEYS.by_key(found[0]).items()}
 
 
-def _fields_of_json(text: str) -> list[dict[str, Any]]:
+def _entries_of_text(text: str) -> list[list[Entry]]:
+    """Return the fields of each satellite in a message."""
+    if text.startswith("<"):
+        segments = [part for part in parsed_xml(text, MESSAGE).iter() if local_name(part) == "segment"]
+        return [
+            [entry for half in segment for child in half for entry in ccsds.entries_of(child, MESSAGE)]
+            for segment in segments
+        ]
+    if text.startswith(("{", "[")):
+        return _entries_of_json(text)
+    if "=" in text:
+        numbered = enumerate(map(str.strip, text.splitlines()), start=1)
+        lines = [(count, line) for count, line in numbered if line and not re.match(r"COMMENT\b", line)]
+        return [[ccsds.kvn_entry(line, f"{MESSAGE}, line {count}", "KEY = VALUE") for count, line in lines]]
+    return _entries_of_csv(text)
+
+
+def _entries_of_fields(fields: Iterable[tuple[Any, Any]]) -> list[Entry]:
+    return [Entry(str(key), str(value).strip(), MESSAGE) for key, value in fields if value is not None]
+
+
+def _entries_of_json(text: str) -> list[list[Entry]]:
     try:
-        content = json.loads(text)
+        content = json.loads(text, object_pairs_hook=tuple)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"message must be JSON where it begins with a bracket, got an error: {error}.") from None
     found = content if isinstance(content, list) else [content]
-    if not all(isinstance(fields, dict) for fields in found):
+    if not all(isinstance(fields, tuple) for fields in found):
         raise ValueError("message must be the fields of a satellite by name, got other JSON.")
-    return found
+    return [_entries_of_fields(fields) for fields in found]
 
 
-def _fields_of_kvn(text: str) -> dict[str, Any]:
-    pairs = [line.partition("=") for line in text.splitlines() if "=" in line and not line.startswith("COMMENT")]
-    keys = [key.strip() for key, _, _ in pairs]
-    if len(set(keys)) != len(keys):
-        raise ValueError("message must be about one satellite, got a field twice.")
-    return {key: re.sub(r"\[[^\]]*\]\s*$", "", value).strip() for key, (_, _, value) in zip(keys, pairs, strict=True)}
-
-
-def _fields_of_csv(text: str) -> list[dict[str, Any]]:
+def _entries_of_csv(text: str) -> list[list[Entry]]:
     try:
-        return [{key: value for key, value in row.items() if key} for row in csv.DictReader(text.splitlines())]
+        rows = [row for row in csv.reader(text.splitlines()) if row]
     except csv.Error as error:
         raise ValueError(f"message must be XML, KVN, CSV or JSON, got an error: {error}.") from None
+    names = [name.strip() for name in rows[0]] if rows else []
+    for row in rows[1:]:
+        if len(row) != len(names):
+            raise ValueError(f"message must have a value for each of the {len(names)} columns, got {len(row)} values.")
+    return [_entries_of_fields(zip(names, row, strict=True)) for row in rows[1:]]
 
 
 def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
@@ -352,7 +420,30 @@ def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
     for name, allowed in ONLY.items():
         if fields.get(name) and fields[name].upper() not in allowed:
             raise ValueError(f"{name} must be {' or '.join(allowed)} for SGP4, got {fields[name][:40]!r}.")
+    _check_theory(fields)
     return UNUSED | {name: fields[name] for name in ("EPOCH", *ELEMENTS)}
+
+
+def _check_theory(fields: dict[str, str]) -> None:
+    """Refuse the fields of other theories, and warn of the fields that SGP4 cannot use."""
+    for name in OTHER_THEORIES:
+        if fields.get(name):
+            raise ValueError(
+                f"{name} must be absent from elements for SGP4, got {fields[name][:40]!r}. SGP4 uses MEAN_MOTION and "
+                "BSTAR."
+            )
+    for name, expected in IGNORED.items():
+        if fields.get(name) and not _is_number(fields[name], expected):
+            warnings.warn(
+                f"{name} should be {expected or 'absent'} for SGP4, got {fields[name][:40]!r}, which is ignored.",
+                stacklevel=level_of_user(),
+            )
+
+
+def _is_number(text: str, value: float | None) -> bool:
+    with contextlib.suppress(ValueError):
+        return float(text) == value
+    return False
 
 
 def _epoch_of_message(text: str) -> str:

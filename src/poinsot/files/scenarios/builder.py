@@ -15,7 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers, refuse_other_members
-from poinsot.files.scenarios.errors import MISSING, Errors, has, maker_at, nearest
+from poinsot.files.keys import nearest
+from poinsot.files.scenarios.errors import MISSING, Errors, has, maker_at
 from poinsot.files.scenarios.folder import Folder
 from poinsot.files.scenarios.registry import Group, Key, default_of, makers
 from poinsot.files.scenarios.schema import MOST_TIMES, STARTS, STATE, converted, scenario_model, short

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any, get_args
 
 import numpy as np
 from pydantic import ValidationError
 
+from poinsot.files.keys import nearest
 from poinsot.files.scenarios.registry import Group, Maker, default_of, makers
 from poinsot.files.scenarios.schema import scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, lines_of
 from poinsot.html_text import said
 
-__all__ = ["MISSING", "Errors", "has", "maker_at", "nearest"]
+__all__ = ["MISSING", "Errors", "has", "maker_at"]
 
 MISSING = "must be there, got none."
 
@@ -153,9 +153,3 @@ GROUPS: dict[Any, str] = {"body": "body", "forces": "force", "orbits": "orbit", 
 def _dotted(place: Path, end: str = "") -> str:
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place).lstrip(".")
     return text + end if text else ""
-
-
-def nearest(name: Any, known: Iterable[str]) -> str:
-    """Return the question after the nearest of the known names, or nothing."""
-    found = difflib.get_close_matches(str(name)[:60], list(known), n=1)
-    return f" Did you mean {found[0]}?" if found else ""

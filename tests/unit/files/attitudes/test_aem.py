@@ -1,6 +1,8 @@
 """Attitude Ephemeris Messages, laid out as in CCSDS 504.0-B-1 and B-2, with numbers from scipy's rotations."""
 
+import contextlib
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -78,6 +80,12 @@ def read(reads):
     return reads(pt.files.read_aem, "a.aem")
 
 
+def ignored_rates(kind):
+    """The warning of columns that version 1 does not define, if there are any."""
+    sentence = r"a\.aem should have rates that the standard defines, got those of /RATE, which are ignored\.$"
+    return pytest.warns(UserWarning, match=sentence) if kind.endswith("RATE") else contextlib.nullcontext()
+
+
 def rate_tolerance(kind):
     return {"": None, "RATE": None, "ANGVEL": 1e-13, "DERIVATIVE": 1e-8}[kind.partition("/")[2]]
 
@@ -94,7 +102,8 @@ def test_types_of_version_2_in_both_directions(read, kind, body_is_b, form):
     if kind.endswith("ANGVEL"):  # along B, which is EME2000 then
         frames["ANGVEL_FRAME"] = frames.get("REF_FRAME_B", "SC_BODY_1")
     text = opening() + metadata(kind, **frames) + rows(numbers) if form == "kvn" else as_xml(kind, numbers, **frames)
-    table = read(text)
+    with ignored_rates(kind):
+        table = read(text)
     check(table, 1e-12, rate_tolerance(kind))
     assert (table.reference_frame, table.body_frame) == ("ICRF", "SC_BODY_1")
     assert table.calendar == pt.Calendar("2026-11-21T00:00:00.000000", "TAI")
@@ -118,7 +127,8 @@ def test_types_of_version_1_in_all_directions_and_orders(read, kind, body_is_b, 
             if numbers.shape[1] > 4
             else numbers[:, [3, 0, 1, 2]]
         )
-    table = read(opening(1) + metadata(kind, 1, **fields) + rows(numbers, marks=first))
+    with ignored_rates(kind):
+        table = read(opening(1) + metadata(kind, 1, **fields) + rows(numbers, marks=first))
     check(table, 1e-12, rate_tolerance(kind))
 
 
@@ -173,7 +183,8 @@ def test_spin_as_in_the_example_of_the_standard(read):
     text = opening() + metadata("SPIN/NUTATION", STOP_TIME=None) + rows([same], [0.0])
     np.testing.assert_allclose(read(text).omega_body[0], rate, rtol=0, atol=1e-11)
     old = text.replace("VERS = 2", "VERS = 1").replace("TIME_SYSTEM", "ATTITUDE_DIR = A2B\nTIME_SYSTEM")
-    assert read(old).omega_body is None
+    with pytest.warns(UserWarning, match=r"a\.aem should have rates that the standard defines, got those of /NUTATION"):
+        assert read(old).omega_body is None
     with pytest.raises(ValueError, match=r"line 19 must have a positive NUTATION_PER, got 0\.0"):
         read(text.replace("3.6000000000000000e+04", "0"))
 
@@ -209,10 +220,74 @@ def parts(cut=20, second=None, **fields):
 
 def test_segments_that_follow_each_other_are_one(read):
     check(read(parts()), 1e-12)
-    assert read(parts(second="EULER_ANGLE")).omega_body is None
     assert read(parts(), segment=1).times.size == 21
     with pytest.raises(ValueError, match="segment must be a number from 0 to 1, got 2"):
         read(parts(), segment=2)
+
+
+def disagreeing(numbers, kind="QUATERNION/ANGVEL"):
+    """Two segments of which the second begins at the last epoch of the first with other numbers."""
+    first = metadata("QUATERNION/ANGVEL", STOP_TIME=None) + rows(columns("QUATERNION/ANGVEL")[:21], TIMES[:21])
+    return opening() + first + metadata(kind, STOP_TIME=None) + rows(numbers[20:], TIMES[20:])
+
+
+@pytest.mark.parametrize("what", ["attitude", "rate"])
+def test_segments_that_disagree_at_an_epoch_are_chosen_from(read, what):
+    numbers = columns("QUATERNION/ANGVEL").copy()
+    if what == "attitude":
+        numbers[20, :4] = numbers[25, :4]
+    else:
+        numbers[20, 4] += 0.01
+    sentence = (
+        r"0 and 1, which differ in the attitude and the rate at 2026-11-21T00:00:05\.0+\. Say which one: segment=0 to"
+    )
+    with pytest.raises(ValueError, match=sentence):
+        read(disagreeing(numbers))
+    assert read(disagreeing(numbers), segment=0).times.size == 21
+    assert read(disagreeing(numbers), segment=1).times.size == 21
+    numbers[20] = columns("QUATERNION/ANGVEL")[20]
+    check(read(disagreeing(numbers * np.repeat((-1, 1), (4, 3)))), 1e-12)  # of both signs
+
+
+def test_segments_with_and_without_rates_are_chosen_from(read):
+    text = disagreeing(columns("QUATERNION"), "QUATERNION")
+    with pytest.raises(
+        ValueError, match=r"0 and 1, which differ in the presence of rates\. Say which one: segment=0 to 1"
+    ):
+        read(text)
+    assert read(text, segment=0).omega_body.shape == (21, 3)
+    assert read(text, segment=1).omega_body is None
+
+
+def test_xml_rows_with_more_than_their_type(read):
+    text = as_xml("QUATERNION/ANGVEL", columns("QUATERNION/ANGVEL"), ANGVEL_FRAME=None)
+    with pytest.raises(
+        ValueError, match=r"segment 0, row 0 must have numbers for Q1, Q2, Q3, QC, got 'ANGVEL_X' as well\.$"
+    ):
+        read(text.replace("<ATTITUDE_TYPE>QUATERNION/ANGVEL", "<ATTITUDE_TYPE>QUATERNION"))
+    with pytest.raises(
+        ValueError, match=r"segment 0 must have a key of the format, got 'attitudeStat'\. Did you mean att"
+    ):
+        read(text.replace("attitudeState>", "attitudeStat>", 2))
+
+
+def version_1_rotations(axes="ZXY", order=(1, 2, 3)):
+    tags = dict(zip(order, axes, strict=True))
+    text = as_xml("EULER_ANGLE", columns("EULER_ANGLE"), 1)
+
+    def rotations(match):
+        leaves = {i: match[i] for i in (1, 2, 3)}
+        inner = "".join(f'<rotation{i} angle="{tags[i]}_ANGLE" units="deg">{leaves[i]}</rotation{i}>' for i in order)
+        return f"<rotationAngles>{inner}</rotationAngles>"
+
+    return re.sub(r"<ANGLE_1>(.*?)</ANGLE_1><ANGLE_2>(.*?)</ANGLE_2><ANGLE_3>(.*?)</ANGLE_3>", rotations, text)
+
+
+def test_rotations_of_version_1_are_read_by_their_numbers_and_axes(read):
+    check(read(version_1_rotations()), 1e-12, None)
+    check(read(version_1_rotations("YZX", (3, 1, 2))), 1e-12, None)
+    with pytest.raises(ValueError, match=r"row 0 must have its angles in the order 'ZXY', got 'XZY'\.$"):
+        read(version_1_rotations("XZY"))
 
 
 def test_segments_that_differ_are_chosen_from(read):

@@ -102,7 +102,11 @@ def test_blocks_of_version_2(read):
     np.testing.assert_allclose(abs(state.conjugate_momenta), abs(STATE.conjugate_momenta), rtol=0, atol=1e-13)
     check(*read(HEAD + QUAT + INERTIA), rates=False)
     assert read(HEAD + QUAT)[1] is None
-    assert read(HEAD + QUAT + INERTIA.replace("SC_BODY_1", "INSTRUMENT_A"))[1] is None
+    with pytest.warns(
+        UserWarning,
+        match=r"a\.apm, line 19 should have INERTIA_REF_FRAME SC_BODY_1, got 'INSTRUMENT_A'\. The block is ignored\.$",
+    ):
+        assert read(HEAD + QUAT + INERTIA.replace("SC_BODY_1", "INSTRUMENT_A"))[1] is None
     hours = pt.Calendar("2026-11-21T00:00:00", "TAI", "h")
     again, _ = read(WHOLE, calendar=hours)
     assert again.times[0] == pytest.approx(3.5 / 3600, rel=1e-15, abs=0)
@@ -118,6 +122,121 @@ def test_angular_velocity_the_other_way_round_and_along_the_other_frame(read):
     swapped = ANGVEL.replace("FRAME_A = EME2000\nREF_FRAME_B = SC_BODY_1", "FRAME_A = SC_BODY_1\nREF_FRAME_B = EME2000")
     swapped = swapped.replace("ANGVEL_X = ", "ANGVEL_X = -").replace("ANGVEL_Y = ", "ANGVEL_Y = -")
     check(*read(HEAD + QUAT + swapped.replace("ANGVEL_Z = ", "ANGVEL_Z = -") + INERTIA))
+
+
+@pytest.mark.parametrize("frame", ["EME2000", "J2000", "ICRF", "gcrf", "Eme 2000"])
+@pytest.mark.parametrize("body", ["SC_BODY_1", "sc_body_1", "Sc_Body_1"])
+def test_names_of_axes_in_any_case_and_by_their_aliases(read, frame, body):
+    head, body_line = ANGVEL.replace("EME2000", frame).replace("SC_BODY_1", body), INERTIA.replace("SC_BODY_1", body)
+    check(*read(HEAD + QUAT + head + body_line))
+    check(*read(HEAD + head + body_line + QUAT))
+    check(*read(HEAD + head.replace(f"REF_FRAME_A = {frame}", "REF_FRAME_A = TEME") + QUAT + body_line))
+
+
+EULER = "EULER_START\nREF_FRAME_A = J2000\nREF_FRAME_B = SC_BODY_1\nEULER_ROT_SEQ = XYZ\n" + "".join(
+    f"ANGLE_{i} = {a!r} [deg]\n" for i, a in enumerate(ROTATION.as_euler("XYZ", degrees=True).tolist(), start=1)
+)
+AHEAD = [(ROTATION * type(ROTATION).from_rotvec(h * OMEGA)).as_euler("XYZ", degrees=True) for h in (1e-5, -1e-5)]
+EULER_DOT = "".join(
+    f"ANGLE_{i}_DOT = {a!r} [deg/s]\n" for i, a in enumerate(((AHEAD[0] - AHEAD[1]) / 2e-5).tolist(), start=1)
+)
+
+
+def test_rates_of_another_block(read):
+    """Before, the rates of any block but the first and ANGVEL were lost."""
+    table, _ = read(HEAD + QUAT + EULER + EULER_DOT + "EULER_STOP\n")
+    np.testing.assert_allclose(table.omega_body[0], OMEGA, rtol=0, atol=1e-9)
+    dots = "".join(
+        f"{key}_DOT = {value!r} [1/s]\n" for key, value in zip(("Q1", "Q2", "Q3", "QC"), DOT.tolist(), strict=True)
+    )
+    table, _ = read(HEAD + EULER + "EULER_STOP\n" + QUAT.replace("QUAT_STOP", dots + "QUAT_STOP"))
+    np.testing.assert_allclose(table.omega_body[0], OMEGA, rtol=0, atol=1e-14)
+    axis = ROTATION.apply((0, 0, 1))
+    around = (ROTATION * type(ROTATION).identity()).as_euler("ZXZ", degrees=True)[2]
+    spin = (
+        "SPIN_START\nREF_FRAME_A = EME2000\nREF_FRAME_B = SC_BODY_1\n"
+        f"SPIN_ALPHA = {np.degrees(np.arctan2(axis[1], axis[0]))}\nSPIN_DELTA = {np.degrees(np.arcsin(axis[2]))}\n"
+        f"SPIN_ANGLE = {around}\nSPIN_ANGLE_VEL = 2\nSPIN_STOP\n"
+    )
+    table, _ = read(HEAD + QUAT + spin)
+    np.testing.assert_allclose(table.omega_body[0], (0, 0, np.radians(2)), rtol=0, atol=1e-14)
+    for text in (QUAT + spin + ANGVEL, spin + ANGVEL + QUAT):  # ANGVEL has all components
+        np.testing.assert_allclose(read(HEAD + text)[0].omega_body[0], OMEGA, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (
+            QUAT + EULER.replace("ANGLE_1 = -", "ANGLE_1 = ") + "EULER_STOP\n",
+            r"line 19 must state the attitude of \S+, line 10, got one that is \S+ rad away\. Remove one of the "
+            r"blocks\.$",
+        ),
+        (
+            QUAT + ANGVEL + EULER + EULER_DOT.replace("ANGLE_1_DOT = -", "ANGLE_1_DOT = ") + "EULER_STOP\n",
+            r"line 27 must state the angular velocity of \S+, line 19, got one that differs by \S+ %\. Remove "
+            r"one of them",
+        ),
+        (QUAT + ANGVEL + ANGVEL.replace("ANGVEL_X = ", "ANGVEL_X = 9"), r"line 27 must state the angular velocity of"),
+        (EULER + EULER_DOT.partition("\n")[2] + "EULER_STOP\n", r"a\.apm, line 10 must have ANGLE_1_DOT, got none\.$"),
+        (QUAT + INERTIA + INERTIA, r"line 34 must not repeat the inertia of \S+, line 19, got two blocks\. Remove one"),
+        (
+            QUAT.replace("QUAT_STOP", "ANGVEL_X = 1\nQUAT_STOP"),
+            r"line 18 must have a key of its block and version, got 'ANGVEL_X'\. Move it to its block, or remove it\.$",
+        ),
+        (
+            QUAT.replace("QUAT_STOP", "Q_DIR = B2A\nQUAT_STOP"),
+            r"line 18 must have a key of its block and version, got 'Q_DIR'",
+        ),
+        (
+            QUAT.replace("QUAT_STOP", "Q1_DOTT = 0\nQUAT_STOP"),
+            r"line 18 must have a key of the format, got 'Q1_DOTT'\. Did you mean Q1_DOT\?$",
+        ),
+        (
+            QUAT.replace("QUAT_STOP", "Q1 = 0.25\nQUAT_STOP"),
+            r"line 18 must not repeat Q1, got '0\.25' after '\S+'\. Remove one of them\.$",
+        ),
+        ("EPOCH = 2026-11-21T00:00:04\n" + QUAT, r"line 10 must not repeat EPOCH, got '2026-11-21T00:00:04' after "),
+    ],
+)
+def test_statements_that_disagree_or_have_no_place(read, text, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        read(HEAD + text)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (
+            QUAT + ANGVEL.replace("EME2000", "ITRF2000"),
+            r"line 19 should be about SC_BODY_1 in axes that do not rotate, got 'ITRF2000' and 'SC_BODY_1'\. "
+            r"Its rates are "
+            r"ignored\.$",
+        ),
+        (
+            QUAT + QUAT.replace("SC_BODY_1", "CAMERA"),
+            r"line 19 should be about SC_BODY_1 in ICRF, got CAMERA in ICRF\. The block is ignored\.$",
+        ),
+        (
+            "FOO_BAR = 7\n" + QUAT,
+            r"a\.apm, line 10 should have a key of the format, got 'FOO_BAR', which is ignored\.$",
+        ),
+        (
+            "OBJECT_NAMES = 7\n" + QUAT,
+            r"line 10 should have a key of the format, got 'OBJECT_NAMES', which is ignored\. Did you mean "
+            r"OBJECT_NAME\?$",
+        ),
+    ],
+)
+def test_what_is_ignored_gives_a_warning(read, text, sentence):
+    with pytest.warns(UserWarning, match=sentence):
+        table, _ = read(HEAD + text)
+    assert table.omega_body is None
+    np.testing.assert_allclose(table.attitude.as_matrix()[0], ROTATION.as_matrix(), rtol=0, atol=1e-14)
+
+
+def test_user_defined_keys_pass(read):
+    check(*read(HEAD + "USER_DEFINED_MASS = 7\n" + QUAT + ANGVEL + INERTIA))
 
 
 def test_attitude_from_the_body_and_derivatives(read):
@@ -148,7 +267,8 @@ def test_euler_blocks(read, sequence):
     old += "".join(f"{axis}_ANGLE = {a!r} [deg]\n" for axis, a in zip(sequence, angles.tolist(), strict=True))
     old += "".join(f"{axis}_RATE = 1.0 [deg/s]\n" for axis in sequence)
     inertia = V1[V1.index("INERTIA_REF") :]
-    check(*read(HEAD.replace("2.0", "1.0", 1) + old + inertia), rates=False)
+    with pytest.warns(UserWarning, match=r"a\.apm, line 10 should have rates that the standard defines, got those of"):
+        check(*read(HEAD.replace("2.0", "1.0", 1) + old + inertia), rates=False)
     with pytest.raises(ValueError, match=r"must have its angles in the order '\d{3}', got '\d{3}'"):
         read(HEAD.replace("2.0", "1.0", 1) + old.replace(digits, "231" if digits != "231" else "132"))
 

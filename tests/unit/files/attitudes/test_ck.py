@@ -190,6 +190,33 @@ def test_kernels_of_others_are_read_to_their_ends(kernels, tmp_path):
     np.testing.assert_allclose(table.attitude.as_matrix()[0], [[1, 0, 0], [0, 0, 1], [0, -1, 0]], rtol=0, atol=1e-14)
 
 
+def test_rates_at_some_times_only_are_an_error(kernels, monkeypatch):
+    turns = np.tile((1.0, 0.0, 0.0, 0.0), (3, 1))
+    path = kernels[0].with_name("two.bc")
+    handle = spice.ckopn(str(path), "two", 0)
+    for first, with_rates in ((1e6, True), (5e6, False)):
+        ticks = first + 1e6 * np.arange(3)
+        span = (first, first + 2e6)
+        spice.ckw03(
+            handle, *span, -1000000, "J2000", with_rates, "two", 3, ticks, turns, 0.1 + 0 * turns[:, 1:], 1, ticks[:1]
+        )
+    spice.ckcls(handle)
+    two = [path, *kernels[1:]]
+    for block in (ck.BLOCK, 2):
+        monkeypatch.setattr(ck, "BLOCK", block)
+        with pytest.raises(
+            ValueError,
+            match=r"^kernels must have rates of 'SC_BODY_1' at all times or at none, got rates at 2026-11-21T"
+            r"00:00:01\.5\S+"
+            r" and none at 2026-11-21T00:00:05\.5\S+ Ask for the times with rates and the times without rates in two "
+            r"calls\.$",
+        ):
+            pt.files.spice_attitude("SC_BODY_1", [1.5, 2.0, 5.5, 6.0], two, calendar=CALENDAR)
+    first_part = pt.files.spice_attitude("SC_BODY_1", [1.5, 2.0], two, calendar=CALENDAR)
+    np.testing.assert_allclose(first_part.omega_body, 0.1, rtol=1e-12)
+    assert pt.files.spice_attitude("SC_BODY_1", [5.5, 6.0], two, calendar=CALENDAR).omega_body is None
+
+
 def test_what_is_missing_is_said(kernels):
     kernels[2].unlink()
     with pytest.raises(

@@ -56,6 +56,35 @@ def test_calendars(read):
             r"a\.csv must say its direction, body to reference or reference to body, got none",
         ),
         (text(FIRST, SAYS.replace("first", "middle")), r"must say its order, .*, got 'scalar middle'"),
+        (
+            text(FIRST, names="t,q1,q2,q3,q0"),
+            r"line 3 must name the components of the quaternion in the order 1, 2, 3 or x, y, z, scalar first, "
+            r"got 't,q1,",
+        ),
+        (
+            text(LAST, SAYS.replace("first", "last"), "t,qw,qx,qy,qz"),
+            r"line 3 must name the components of the quaternion",
+        ),
+        (
+            WHOLE.replace("omega_1,omega_2", "omega_2,omega_1"),
+            r"line 4 must name the components of the angular velocity in the order 1, 2, 3",
+        ),
+        (
+            SAYS.replace("scalar first", "scalar last") + WHOLE,
+            r"a\.csv, line 3 must not repeat order, got 'scalar first'",
+        ),
+        (
+            "# reference_fram: ICRF\n" + WHOLE,
+            r"line 1 must have a key of the format, got 'reference_fram'\. Did you mean",
+        ),
+        (
+            "# convention: JPL\n" + WHOLE,
+            r"a\.csv must have the convention 'x_reference = q x_body q~, Ham.*, got 'JPL'\.$",
+        ),
+        (
+            WHOLE + "# direction: reference to body\n",
+            r"line 46 must come before the names of the columns, got '# direct",
+        ),
         (WHOLE.replace(RATE, ""), r"line 3 must come after a line that says what rates are"),
         (WHOLE.replace(RATE, "# rate: deg\n"), r"line 4 must come after a line that says what rates are"),
         (WHOLE.replace("t,q0", "q0,t"), r"line 4 must name the columns, such as t,q0,q1,q2,q3 or"),

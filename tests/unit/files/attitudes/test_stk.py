@@ -87,6 +87,11 @@ def test_euler_sequence_is_about_axes_that_turn_along(read):
         (HEAD, r"must hold AttitudeTimeQuaternions, .*, got none"),
         (HEAD + "END Attitude\n", r"a\.a, line 10 must be a keyword and its value"),
         (WHOLE.replace("J2000", "Fixed"), r"CoordinateAxes in .*a\.a must be one of ICRF, .*, got 'Fixed'"),
+        (WHOLE + WHOLE.partition("\n")[2], r"a\.a, line 55 must be absent after END Attitude, got 'BEGIN Attitude'\.$"),
+        (
+            WHOLE.replace("CentralBody ", "CoordinateAxes ICRF\nCentralBody "),
+            r"a\.a, line 10 must not repeat COORDINATEAXES, got 'J2000' after 'ICRF'\. Remove one of them\.$",
+        ),
         (WHOLE.replace("CoordinateAxes", "Axes"), r"a\.a must have CoordinateAxes, got none"),
         (WHOLE.replace("ScenarioEpoch", "Epoch"), r"a\.a must have ScenarioEpoch, got none"),
         (WHOLE.replace("21 Nov", "31 Nov"), r"ScenarioEpoch in .* must be a date such as 1 Jul 2005"),

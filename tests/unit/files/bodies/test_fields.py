@@ -137,6 +137,14 @@ def changed(n, m, **new):
         (shadr([*rows(), (3, 4, 0.0, 0.0)]), "n and m must have 0 <= m <= n <= 4, got 3, 4 in line 17"),
         (shadr() + "6, 0\n", "a line must have n, m, C and S, got 2 fields in line 16"),
         (shadr() + "6.5, 0, 0, 0\n", "degrees and orders must be whole numbers, got '6.5' in line 16"),
+        (
+            icgem(keys="radius 0.5\n"),
+            "the header must not repeat radius, got '0.5' after '2.5000000000000000E-01'. Remove one of them.",
+        ),
+        (
+            icgem().replace("max_degree", "max_degre"),
+            "the header must have a key of the format, got 'max_degre'. Did you mean max_degree?",
+        ),
         (icgem().replace("radius 2", "radios 2"), "the header must have radius, got none"),
         (
             icgem().replace("max_degree 4", "max_degree four"),

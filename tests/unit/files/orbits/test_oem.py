@@ -158,6 +158,18 @@ def test_usable_times_are_the_span(read):
         read(OPENING + metadata(USEABLE_START_TIME=dated(-300)) + lines())
 
 
+def test_an_epoch_of_axes_of_date_gives_a_warning(read):
+    fields = {"REF_FRAME": "TEME", "REF_FRAME_EPOCH": "2026-11-21T00:00:00"}
+    sentence = (
+        r"^REF_FRAME_EPOCH in \S+a\.oem should be absent, got '2026-11-21T00:00:00'\. It is ignored: the axes "
+        r"are those of "
+        r"date\.$"
+    )
+    with pytest.warns(UserWarning, match=sentence):
+        assert read(OPENING + metadata(**fields) + lines()).reference_frame == "TEME"
+    assert read(OPENING + metadata(**fields | {"REF_FRAME": "GCRF"}) + lines()).reference_frame == "ICRF"
+
+
 def test_another_calendar(read):
     calendar = pt.Calendar("2026-11-20T23:00:00", "UTC")
     orbit = read(WHOLE, calendar=calendar)
@@ -324,6 +336,6 @@ def test_any_change_is_a_result_or_a_sentence(tmp_path_factory, data):
     try:
         orbit = pt.files.read_oem(path, mu=1.0)
         assert np.all(np.isfinite(np.stack(orbit.position_at(np.array(orbit.span)))))
-    except ValueError as error:
-        said = str(error)
+    except (ValueError, UserWarning) as problem:
+        said = str(problem)
     assert re.search(", (but|got) ", said)

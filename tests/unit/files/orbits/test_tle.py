@@ -1,5 +1,7 @@
 """Earth satellites from two-line elements and mean-elements messages: published vectors, axes, age, bad input."""
 
+import contextlib
+import importlib.resources
 import json
 import re
 import sys
@@ -68,6 +70,11 @@ MESSAGE = {  # the fields of VANGUARD's elements, as a message says them
 DAY = 86400.0
 
 
+def checked(line):
+    """A line with the right checksum, as the rules of the format say it."""
+    return line[:68] + str(sum(int(c) if c.isdigit() else int(c == "-") for c in line[:68]) % 10)
+
+
 def place(orbit, times):
     return np.stack(orbit.position_at(np.atleast_1d(times)), axis=-1)
 
@@ -75,7 +82,10 @@ def place(orbit, times):
 @pytest.mark.parametrize("lines", PUBLISHED)
 def test_published_positions(lines):
     minutes = np.array(list(PUBLISHED[lines]), dtype=float)
-    orbit = pt.files.tle_orbit(lines, min(60 * minutes.min(), 0), max(60 * minutes.max(), 0))
+    first, last = min(60 * minutes.min(), 0), max(60 * minutes.max(), 0)
+    jump = r"^the position relative to EARTH must be continuous .* got a jump of 6\.4445 at t = -307216\.76"
+    with pytest.warns(UserWarning, match=jump) if "04632" in lines[0] else contextlib.nullcontext():
+        orbit = pt.files.tle_orbit(lines, first, last)
     expected = np.array(list(PUBLISHED[lines].values()))
     # Published to 1e-8 km; the polynomials add 1e-10 of the distance.
     np.testing.assert_allclose(place(orbit, 60 * minutes), expected, rtol=0, atol=2e-8 + 2e-10 * 42000)
@@ -98,6 +108,94 @@ def test_polynomials_keep_sgp4():
 def derivatives(satellite, times):
     before, after = (np.array([satellite.sgp4_tsince((t + h) / 60)[1] for t in times]) for h in (-0.5, 0.5))
     return after - before
+
+
+def verification_sets():
+    """The sets of Vallado et al. (2006) that the package sgp4 brings, each with its first and last minute."""
+    text = (importlib.resources.files("sgp4") / "SGP4-VER.TLE").read_text()
+    rows = [line for line in text.splitlines() if not line.startswith("#")]
+    for first, second in zip(rows[::2], rows[1::2], strict=True):
+        begin, end, _ = map(float, second[69:].split())
+        yield (checked(first[:69]), checked(second[:69])), begin, end
+
+
+def directly(satellite, times):
+    errors, places, speeds = satellite.sgp4_array(
+        np.full(times.size, satellite.jdsatepoch), satellite.jdsatepochF + times / DAY
+    )
+    return errors, places, speeds
+
+
+JUMPS = {"04632": (-307216.7622, 6.444503), "14128": (124172.9042, 1.677008), "20413": (110586.4934, 1667.688)}
+"""Seconds from the epoch and km, in the span of the verification; found by bisection of direct calls."""
+
+STOPS = {"33334": 0.0, "33333": 1200.0, "28872": 3000.0, "29141": 25300.0, "22312": 29000.0, "28350": 88000.0}
+"""Seconds from the epoch before which SGP4 is left: it has an error later, or at once."""
+
+
+@pytest.mark.parametrize(("lines", "first", "last"), list(verification_sets()))
+def test_every_set_of_the_verification_against_sgp4(lines, first, last):
+    number = lines[0][2:7]
+    span = 60 * first, min(60 * last, STOPS.get(number, np.inf))
+    if span[0] >= span[1] or first > 1e6:  # 33334 has no position at all, 20413 none after 3500 years
+        with pytest.raises(ValueError, match=r"^start and stop must be times at which SGP4 has a position, got "):
+            pt.files.tle_orbit(lines, 60 * first, 60 * last, max_age=1e6)
+        return
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        orbit = pt.files.tle_orbit(lines, *span, max_age=1e6)
+    satellite = api.Satrec.twoline2rv(*lines)
+    times = np.linspace(*span, 20011)
+    errors, places, speeds = directly(satellite, times)
+    assert not np.any(errors)
+    # The error is twice the largest difference at 4096 times or more.
+    assert np.max(np.linalg.norm(place(orbit, times) - places, axis=-1)) < orbit.error < 1.1e-4
+    assert orbit.velocity_jump < 0.02
+    apart = np.linalg.norm(np.stack(orbit.velocity_at(times), axis=-1) - speeds, axis=-1)
+    said = [str(warning.message) for warning in caught]
+    if number in JUMPS:
+        time, size = JUMPS[number]
+        knot = orbit.knots[np.argmin(abs(orbit.knots - time))]
+        _, (before, after), _ = directly(satellite, knot + np.array([-1e-6, 1e-6]))
+        assert np.linalg.norm(after - before) == pytest.approx(size, rel=1e-4, abs=0)
+        assert orbit.position_jump == pytest.approx(size, rel=1e-5, abs=0)
+        assert len(said) == 1
+        assert f"got a jump of {size:.6g} at t = {knot:.10g} (20" in said[0]
+    else:
+        assert orbit.position_jump < orbit.error
+    if np.max(apart) > 0.01:
+        sentence = (
+            r"the velocity of SGP4 must be within 0\.01 km/s of the derivative of its position, got (\S+) km/s at t = "
+            r"\S+\. velocity_at returns the derivative\."
+        )
+        (found,) = (re.fullmatch(sentence, one) for one in said)
+        assert float(found[1]) == pytest.approx(np.max(apart), rel=0.01, abs=0)
+        assert number in ("23333", "22312", "29141", "33333")
+    elif number not in JUMPS:
+        assert said == []
+    smooth = times[2:-2][abs(times[2:-2] - JUMPS.get(number, (np.inf,))[0]) > 2.0]
+    ahead = {k: directly(satellite, smooth + k)[1] for k in (-2, -1, 1, 2)}
+    derivative = (8 * (ahead[1] - ahead[-1]) - (ahead[2] - ahead[-2])) / 12
+    apart = np.linalg.norm(np.stack(orbit.velocity_at(smooth), axis=-1) - derivative, axis=-1)
+    if number not in STOPS:  # SGP4 limits elements, or is nearly singular, before its errors
+        assert np.max(apart) < 6.5e-6  # three times the worst of the sets
+
+
+def test_a_jump_is_a_knot_and_a_warning():
+    lines = next(lines for lines, *_ in verification_sets() if lines[0][2:7] == "20413")
+    sentence = (
+        "the position relative to EARTH must be continuous from start to stop, got a jump of 1667.69 at t = "
+        "110586.4934 (2005-12-31T01:43:06.494 UTC). The orbit jumps there too. End it before, or begin it after the "
+        "jump."
+    )
+    with pytest.warns(UserWarning, match=f"^{re.escape(sentence)}$"):
+        orbit = pt.files.tle_orbit(lines, DAY, 3 * DAY)
+    assert len(orbit.knots) < 10
+    before = pt.files.tle_orbit(lines, DAY, 110586.0)
+    after = pt.files.tle_orbit(lines, 110587.0, 3 * DAY)
+    for part in (before, after):
+        times = np.linspace(*part.span, 101)
+        np.testing.assert_allclose(place(part, times), place(orbit, times), rtol=0, atol=orbit.error + part.error)
 
 
 def test_what_an_orbit_says_of_itself():
@@ -208,6 +306,36 @@ def test_messages_say_what_lines_say(written):
     assert orbit.calendar == pt.Calendar("2000-06-27T18:50:19.733568", "UTC")
 
 
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        ({"GM": "398600.4415"}, "GM should be 398600.8 for SGP4, got '398600.4415', which is ignored."),
+        (
+            {"REF_FRAME_EPOCH": "2000-06-27"},
+            "REF_FRAME_EPOCH should be absent for SGP4, got '2000-06-27', which is ignored.",
+        ),
+        ({"WEATHER": "fine"}, "message should have a key of the format, got 'WEATHER', which is ignored."),
+    ],
+)
+def test_fields_that_are_ignored_give_a_warning(fields, sentence):
+    with pytest.warns(UserWarning, match=f"^{re.escape(sentence)}$"):
+        orbit = pt.files.omm_orbit(MESSAGE | fields, 0, 1000)
+    np.testing.assert_array_equal(place(orbit, 500.0), place(pt.files.omm_orbit(MESSAGE, 0, 1000), 500.0))
+
+
+def test_fields_of_the_standard_and_of_space_track_pass():
+    fields = {
+        "GM": "398600.8",
+        "MASS": "1.5",
+        "CX_X": "1",
+        "CZ_DOT_Y": "2",
+        "SEMIMAJOR_AXIS": "8000",
+        "TLE_LINE1": "1 0",
+    }
+    orbit = pt.files.omm_orbit(MESSAGE | fields | {"USER_DEFINED_A": "b"}, 0, 1000)
+    np.testing.assert_array_equal(place(orbit, 500.0), place(pt.files.omm_orbit(MESSAGE, 0, 1000), 500.0))
+
+
 def test_units_and_day_of_year_in_a_message():
     fields = MESSAGE | {"INCLINATION": "34.2682 [deg]", "EPOCH": "2000-179T18:50:19.733568"}
     orbit = pt.files.omm_orbit(as_kvn(fields), 0, 1000)
@@ -222,6 +350,34 @@ def test_units_and_day_of_year_in_a_message():
         (
             MESSAGE | {"MEAN_ELEMENT_THEORY": "DSST"},
             "MEAN_ELEMENT_THEORY must be SGP4 or SGP/SGP4 for SGP4, got 'DSST'",
+        ),
+        (as_kvn(MESSAGE | {"INCLINATION": "0.598 [rad]"}), "message, line 12 must have INCLINATION in deg, got 'rad'"),
+        (
+            as_kvn(MESSAGE | {"MEAN_MOTION": "7.87e-4 [rad/s]"}),
+            "message, line 10 must have MEAN_MOTION in rev/day, got",
+        ),
+        (
+            as_xml(MESSAGE).replace("<BSTAR>", '<BSTAR units="1/m">'),
+            "message must have BSTAR in 1/ER, got '1/m'",
+        ),
+        (
+            as_xml(MESSAGE).replace("<BSTAR>", "<BSTAR>1e-5</BSTAR><BSTAR>"),
+            "message must not repeat BSTAR, got '0.28098E",
+        ),
+        (as_json(MESSAGE)[:-2] + ', "BSTAR": 1e-5}]', "message must not repeat BSTAR, got '1e-05' after '2.8098e-05'"),
+        (
+            as_csv(MESSAGE).replace("BSTAR", "BSTAR,BSTAR").rstrip() + ",1e-5",
+            "message must not repeat BSTAR, got '1e-5'",
+        ),
+        (as_csv(MESSAGE).rstrip() + ",1e-5", "message must have a value for each of the 15 columns, got 16 values"),
+        (
+            MESSAGE | {"BTERM": "0.01"},
+            "BTERM must be absent from elements for SGP4, got '0.01'. SGP4 uses MEAN_MOTION and",
+        ),
+        (MESSAGE | {"SEMI_MAJOR_AXIS": "8000"}, "SEMI_MAJOR_AXIS must be absent from elements for SGP4, got '8000'"),
+        (
+            MESSAGE | {"REFFRAME": "ICRF"},
+            "message must have a key of the format, got 'REFFRAME'. Did you mean REF_FRAME",
         ),
         (MESSAGE | {"REF_FRAME": "ICRF"}, "REF_FRAME must be TEME for SGP4, got 'ICRF'"),
         (MESSAGE | {"TIME_SYSTEM": "TDB"}, "TIME_SYSTEM must be UTC"),
@@ -241,7 +397,7 @@ def test_units_and_day_of_year_in_a_message():
         (as_json(MESSAGE)[:-3], "message must be JSON where it begins with a bracket"),
         ("[1, 2]", "message must be the fields of a satellite by name"),
         (as_csv(MESSAGE) + ",".join(MESSAGE.values()), "message must be about one satellite, got 2"),
-        (as_kvn(MESSAGE) * 2, "message must be about one satellite, got a field twice"),
+        (as_kvn(MESSAGE) * 2, "message, line 18 must not repeat CCSDS_OMM_VERS, got '2.0' after '2.0'. Remove one of"),
         ("", "message must be about one satellite, got 0"),
         ("x" * 1_000_001, "message must be about one satellite, got 1000001 characters"),
     ],
@@ -252,11 +408,6 @@ def test_bad_messages(message, sentence):
 
 
 # ------------------------------------------------------------------ bad input
-
-
-def checked(line):
-    """A line with the right checksum, as the rules of the format say it."""
-    return line[:68] + str(sum(int(c) if c.isdigit() else int(c == "-") for c in line[:68]) % 10)
 
 
 @pytest.mark.parametrize(
@@ -368,6 +519,6 @@ def outcome(read, text):
     said = "nothing, but a result"
     try:
         assert np.all(np.isfinite(place(read(text, 0, 600), 300.0)))
-    except ValueError as error:
-        said = str(error)
+    except (ValueError, UserWarning) as problem:
+        said = str(problem)
     assert re.search(", (but|got) ", said)
