@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 BLOCK = 4_000_000
 """Pairs of a face and a longitude of the Sun looked at together."""
 
-ACCURACY = 5e-7
+ACCURACY = 1e-6
 """Largest error of shadows that is accepted, as a fraction of the sum of the torques of all faces."""
 
 FEWEST_LATITUDES, MOST_LATITUDES = 32, 4096
@@ -153,7 +153,7 @@ def yorp_coefficients(
 
     The mean over the rotation is a closed form, between the phases at which shadows begin and end on faces. Without
     shadows the mean over the orbit is accurate to rounding. With shadows it is a sum over latitudes of the Sun, whose
-    number doubles until the estimated error is below 5e-7 of the sum of the torques of all faces, at most 4096.
+    number doubles until the estimated error is below 1e-6 of the sum of the torques of all faces, at most 4096.
 
     Parameters
     ----------
