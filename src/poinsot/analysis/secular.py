@@ -27,8 +27,11 @@ TOLERANCE = 1e-11
 LEAST = 1e-14
 """Of a variable, over its start, below which its error does not count."""
 
-LONGEST_STEP = 0.01
-"""Of a step of the integrator, over the time from the first to the last."""
+LONGEST_STEP = 0.01 + 1e-9
+"""Of a step of the integrator, over the time from the first to the last; 101 times at equal intervals need 100."""
+
+STRETCH = 1.1
+"""Of the longest step before a time, for the first step after it: rounding must not leave a second, tiny step."""
 
 ROUNDING = 4 * np.finfo(float).eps
 """Relative, of the time of a zero."""
@@ -133,7 +136,7 @@ def secular_evolution(
     longest, before = LONGEST_STEP * (at[-1] - at[0]), reached(y)
     stopped = None if before else float(at[0])
     for begin, end in itertools.pairwise(at):
-        first_step = None if step is None else min(step, end - begin)
+        first_step = None if step is None else min(STRETCH * step, end - begin)
         solver, step = DOP853(slope, begin, y, end, max_step=longest, first_step=first_step, **tolerances), 0.0
         while solver.status == "running" and stopped is None:
             message = solver.step()
