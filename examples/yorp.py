@@ -78,7 +78,7 @@ def evolution(means, degrees):
     """Rate and obliquity from a period of 6 h to 2.2 h or 100 h."""
     law, begin = means.drift(pressure, moment), {"rate": rate, "obliquity": np.radians(degrees)}
     ended = lambda state: (state["rate"] - fast) * (state["rate"] - slow)  # noqa: E731
-    return pt.analysis.secular_evolution([law], begin, np.linspace(0, 20e6 * year, 20001), until=ended)
+    return pt.analysis.secular_evolution([law], begin, np.linspace(0, 20e6 * year, 1001), until=ended)
 
 
 sets = {

@@ -34,7 +34,8 @@ class Lighting:
     """The faces of a mesh as a distant light sees them, from its centre of mass."""
 
     def __init__(self, mesh: Mesh) -> None:
-        self.corners = (mesh.vertices - mesh.center_of_mass)[mesh.faces]
+        self.vertices, self.faces = mesh.vertices - mesh.center_of_mass, mesh.faces
+        self.corners = self.vertices[self.faces]
         self.areas, self.normals = mesh.face_areas, np.nan_to_num(mesh.face_normals)  # a flat triangle is never lit
         self.centers = mesh.face_centers - mesh.center_of_mass
         self._low = GRAZING * mesh.circumscribing_radius
@@ -46,7 +47,7 @@ class Lighting:
             if len(self.areas) > MOST_SHADED:
                 rule = f"must have at most {MOST_SHADED} faces where there are shadows"
                 raise ValueError(f"mesh {rule}, got {len(self.areas)}. Take a coarser one, or shadows=False.")
-            for face, other in self._hidden():
+            for face, other in self.hidden():
                 self._shade(facing, directions, face, other)
         return facing
 
@@ -63,7 +64,7 @@ class Lighting:
             centers[face] += middle @ along
         return areas, centers
 
-    def _hidden(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    def hidden(self) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """Yield pairs of faces, of which the second has a corner above the first and looks away from its centroid.
 
         A ray that leaves the body meets such a face last, wherever else it entered.
