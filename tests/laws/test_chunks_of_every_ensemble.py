@@ -9,6 +9,7 @@ import pytest
 import xarray
 
 import poinsot as pt
+from poinsot.propagation.ensemble_store import EnsembleStore
 
 COUNT, CHUNK = 10, 4
 BODY = pt.Body((1.25, 1.0, 0.75))
@@ -42,6 +43,10 @@ ENSEMBLES: dict[str, tuple[Callable[..., Any], str]] = {
         lambda **given: pt.analysis.state_transition(TOP, START, TIMES, ["moments[0]"], **given),
         "matrix",
     ),
+    "state_transition without parameters": (
+        lambda **given: pt.analysis.state_transition(TOP, START, TIMES, **given),
+        "matrix",
+    ),
     "lyapunov_spectrum": (lambda **given: pt.analysis.lyapunov_spectrum(TOP, START, TIMES, **given), "exponents"),
     "andoyer_section": (lambda **given: pt.analysis.andoyer_section(FREE, START, 30.0, angle=0.1, **given), "y"),
     "spin_orbit_section": (
@@ -63,7 +68,7 @@ def test_every_function_of_ensembles_is_here():
     functions = {name: getattr(each, name) for each in (pt, pt.analysis) for name in dir(each)}
     takers = {"threads", "options", "chunking"}
     found = {name for name, value in functions.items() if takers & {*parameters_of(value)}}
-    assert found - {"estimate_run"} == ENSEMBLES.keys() - {"pairs"}
+    assert found - {"estimate_run"} == {name.split(" without ")[0] for name in ENSEMBLES} - {"pairs"}
 
 
 def parameters_of(function):
@@ -86,6 +91,23 @@ def test_a_store_has_the_bits_of_the_ensemble(name, tmp_path):
         for name, each in coordinates.items():
             assert np.array_equal(loaded.coords[name], each), name
     assert len(list(out.glob("chunks/*/zarr.json"))) == -(-COUNT // CHUNK)
+
+
+@each
+def test_every_variable_of_a_store_equals_the_variable_of_the_ensemble(name, tmp_path):
+    """An array of size zero has no file in the store, and is read, saved and copied like any other array."""
+    compute, _ = ENSEMBLES[name]
+    whole, stored = compute().dataset, compute(out=tmp_path / "run.zarr", chunk=CHUNK)
+    data = stored.dataset if isinstance(stored, pt.Trajectory) else stored
+    along = [name for name, each in data.data_vars.items() if each.dims[:1] == ("member",) and each.ndim > 1]
+    assert along or "point" in whole.dims  # a store of points has one row for each point
+    for each in along:
+        expected = np.broadcast_to(whole[each].values, data[each].shape)  # a potential energy of zero is one number
+        assert np.array_equal(data[each].values, expected, equal_nan=True), each
+    EnsembleStore(tmp_path / "run.zarr").copy_to(tmp_path / "copy.zarr", {})
+    copy = EnsembleStore(tmp_path / "copy.zarr").variables()
+    assert all(np.array_equal(copy[each].values, data[each].values, equal_nan=True) for each in along)
+    data[along].to_netcdf(tmp_path / "run.nc")
 
 
 @each

@@ -221,8 +221,8 @@ class EnsembleStore:
         Frame(values, self.described, {**self.attributes, **attributes}).write(folder)
         for number in np.flatnonzero(self.whole).tolist():
             self._check_chunk(number)
-            for name, about in self.sharded.items():
-                shutil.copyfile(self.folder / name / about.key(number), folder / name / about.key(number))
+            for name, key in ((name, about.key(number)) for name, about in self.sharded.items() if not about.is_empty):
+                shutil.copyfile(self.folder / name / key, folder / name / key)
             own = self._folder_of(number)
             shutil.copytree(own, folder / own.relative_to(self.folder), symlinks=True)  # whose targets are not read
 

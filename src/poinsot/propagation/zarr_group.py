@@ -105,8 +105,13 @@ class Described:
 
     @property
     def total_bytes(self) -> int:
-        """Those of all its numbers."""
+        """The bytes of all its numbers."""
         return math.prod(self.shape) * self.dtype.itemsize
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether a length is zero: Zarr stores no file for such an array."""
+        return 0 in self.shape
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -157,7 +162,7 @@ class Described:
 
     def written(self, folder: Path, values: NDArray[Any], number: int = 0) -> None:
         """Write the numbers of the members of one shard, or of all; the file has its name when it is whole."""
-        if not values.size:
+        if self.is_empty:
             return
         path = folder / self.key(number)
         part = _part_of(path)
@@ -242,8 +247,6 @@ class StoredArray:
         return out if places.ndim else out[0]
 
     def _whole_array(self) -> NDArray[Any]:
-        if not math.prod(self.shape):
-            return np.empty(self.shape, self.dtype)
         content = self._content(0, 0, self.about.total_bytes)
         return np.frombuffer(content, self.about.dtype).reshape(self.shape).astype(self.dtype, copy=False)
 
@@ -254,7 +257,9 @@ class StoredArray:
         return rows.astype(self.dtype, copy=False)
 
     def _content(self, number: int, place: int, size: int) -> memoryview:
-        """Return some bytes of a shard, behind which there must be their checksum."""
+        """Return some bytes of a shard, which their checksum must follow; an empty array contains none."""
+        if self.about.is_empty:
+            return memoryview(b"")
         with self._opened(number) as stream:
             stream.seek(place)
             content = memoryview(stream.read(size + SIZE_OF_CHECKSUM))
@@ -285,8 +290,8 @@ class StoredArray:
         return stream
 
     def check_file(self, number: int = 0) -> None:
-        """Refuse the file of a shard that is missing, of another size than announced, or with another index."""
-        if not math.prod(self.shape):
+        """Raise a `StoreError` if the file of a shard is missing, or its size or its index is wrong."""
+        if self.about.is_empty:
             return
         with self._opened(number) as stream:
             if self.about.chunk:
