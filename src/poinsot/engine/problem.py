@@ -46,6 +46,6 @@ class Problem(Collection):
     @override
     def with_records(self, records: Iterable[Any]) -> Problem:
         twin = object.__new__(Problem)
-        twin.system, *events = records
-        twin.events = tuple(events)
+        system, *events = records
+        vars(twin).update(system=system, events=tuple(events))
         return twin

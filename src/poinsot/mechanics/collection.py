@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Self
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
+from poinsot.immutable import Immutable, read_only
 from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.parameters import Parametric, union_of_knots
@@ -21,7 +22,7 @@ SAME_KNOT = 64
 """Roundings of a time by which two tables may miss each other's knots."""
 
 
-class Collection(ABC):
+class Collection(Immutable):
     """Records taken together, such as a body and the forces on it, with the numbers of all of them."""
 
     @property
@@ -103,7 +104,7 @@ class Collection(ABC):
     @cached_property
     def beside_samples(self) -> Self:
         """The same with numbers that broadcast against a row of samples, members first."""
-        return self.with_numbers(number[..., None] for number in self.numbers)
+        return self.with_numbers(read_only([number[..., None] for number in self.numbers]))
 
     def between_knots(self, time: ArrayLike | None = None) -> Self:
         """Return what it is between the knots around a time, by default the first two."""

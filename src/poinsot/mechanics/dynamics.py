@@ -267,8 +267,8 @@ class Dynamics(Collection):
     @override
     def with_records(self, records: Iterable[Any]) -> Self:
         twin = object.__new__(type(self))
-        twin.body, *forces = records
-        twin.forces, twin.units = tuple(forces), self.units
+        body, *forces = records
+        vars(twin).update(body=body, forces=tuple(forces), units=self.units)
         return twin
 
 

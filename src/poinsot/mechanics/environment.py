@@ -14,6 +14,8 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import scalar
 from poinsot.functions import ComovingVector, Scalar, Vector
+from poinsot.immutable import Immutable
+from poinsot.lazy import cached_property
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.parameters import Parametric, same
 
@@ -223,7 +225,7 @@ class OrbitBlock(Block):
             self._starts[key] = known
         return known
 
-    @functools.cached_property
+    @cached_property
     def _starts(self) -> dict[Any, Any]:
         return {}
 
@@ -233,7 +235,7 @@ class OrbitBlock(Block):
         return Vector(x * inverse for x in self.position(orbit, time, own))
 
 
-class Environment:
+class Environment(Immutable):
     """Where the orbits are at an instant: by the variables of their blocks, or else by their formulas.
 
     Parameters

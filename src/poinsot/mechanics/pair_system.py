@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
@@ -13,6 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra.program import Graph, gradient
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
@@ -113,7 +113,7 @@ class PairSystem(System, of=TwoBodies):
         environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
         return PairInstant(twin, attitudes, position, environment, momentum, own)
 
-    @functools.cached_property
+    @cached_property
     def sample_distance(self) -> float:
         """A distance at which formulas may be tried: several times the size of the bodies."""
         sizes = [
@@ -170,7 +170,7 @@ class PairSystem(System, of=TwoBodies):
         """Return the mean motion of a circular orbit at the distance of a state."""
         return np.sqrt(self.pair.G * self.pair.total_mass / np.linalg.norm(state.position, axis=-1) ** 3)
 
-    @functools.cached_property
+    @cached_property
     @override
     def torque_scale(self) -> Any:
         return np.zeros(self.members)[()]
@@ -242,7 +242,7 @@ class PairSystem(System, of=TwoBodies):
 
         return -Vector(slopes), of_attitude(0), of_attitude(1)
 
-    @functools.cached_property
+    @cached_property
     @override
     def integrals(self) -> tuple[Integral, ...]:
         return integrals_of_pair(self)

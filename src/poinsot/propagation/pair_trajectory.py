@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
+from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
 from poinsot.mechanics.integrals import Integral
@@ -64,12 +65,12 @@ class PairTrajectory(Trajectory):
     @property
     def position(self) -> Array:
         """The position of the secondary's centre of mass from the primary's, space axes; shape (n, 3)."""
-        return np.asarray(self.phase["orbit"])[..., :3]
+        return np.array(self.phase["orbit"])[..., :3]
 
     @property
     def momentum(self) -> Array:
         """The relative velocity times the reduced mass, space axes; shape (n, 3)."""
-        return np.asarray(self.phase["orbit"])[..., 3:]
+        return np.array(self.phase["orbit"])[..., 3:]
 
     @property
     def velocity(self) -> Array:
@@ -136,7 +137,7 @@ class PairTrajectory(Trajectory):
         rows = functools.partial(_phase_of, self._state, body)
         run = dataclasses.replace(self.run, method=Method.ONE_OF_TWO)
         motion = BodyTrajectory(system, self.initial.of_bodies[body], self.times, rows, run, interpolant, self.failures)
-        motion.provenance = {key: self.provenance[key] for key in OF_PARTS if key in self.provenance}
+        motion._complete(provenance={key: self.provenance[key] for key in OF_PARTS if key in self.provenance})
         if self._kept_state is not None:
             motion._kept_state = self._kept_state.of_bodies[body]
         return motion
@@ -224,7 +225,7 @@ class OneOfTwo(System):
     measures = PairSystem.measures
     moves_alone = False
 
-    @functools.cached_property
+    @cached_property
     @override
     def integrals(self) -> tuple[Integral, ...]:
         return ()

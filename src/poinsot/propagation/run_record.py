@@ -12,6 +12,8 @@ from importlib import metadata
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from poinsot.immutable import Immutable
+
 if TYPE_CHECKING:
     from poinsot.engine.runs import Report
 
@@ -27,8 +29,8 @@ class Method(StrEnum):
     ONE_OF_TWO = "Taylor, one of two bodies"
 
 
-@dataclass
-class Run:
+@dataclass(frozen=True)
+class Run(Immutable):
     """How a trajectory was computed.
 
     Attributes

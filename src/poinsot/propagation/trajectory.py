@@ -340,8 +340,10 @@ class Trajectory(Summarized):
         rows = functools.partial(rows_of, members=members, at=at)
         motion = self._made_of(members, rows, self.times[at], changed(self.phase, rows))
         of_whom = range(1) if members is None else np.atleast_1d(members).tolist()
-        motion.failures = {new: why for new, old in enumerate(of_whom) if (why := self._why_ended(old))}
-        motion.provenance = {key: self.provenance[key] for key in OF_PARTS if key in self.provenance}
+        motion._complete(
+            failures={new: why for new, old in enumerate(of_whom) if (why := self._why_ended(old))},
+            provenance={key: self.provenance[key] for key in OF_PARTS if key in self.provenance},
+        )
         return motion
 
     def _why_ended(self, member: int) -> str | None:
@@ -367,7 +369,7 @@ class Trajectory(Summarized):
 
         own = type(self)
         motion = own(system, initial, times, lambda: phase, self.run, self._interpolant, environment=environment)
-        motion.event_source = source
+        motion._complete(event_source=source)
         return motion
 
     @property
