@@ -7,11 +7,10 @@ after the construction would be shown and not integrated.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import inspect
 import operator
 from abc import ABCMeta
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 import numpy as np
 
@@ -30,7 +29,39 @@ class ReadOnlyDict(dict[Any, Any]):
     __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse  # type: ignore[assignment]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return ReadOnlyDict, (dict(self),)
+        return read_only, (dict(self),)
+
+
+CONTAINERS = frozenset((np.ndarray, dict, tuple, list))
+"""Classes of values that contain numbers which somebody could write."""
+
+
+def read_only(value: Any) -> Any:
+    """Return a value with its arrays made read-only in place; a dictionary becomes a `ReadOnlyDict`."""
+    return _each(_locked, value)
+
+
+def owned(value: Any) -> Any:
+    """Return a value whose arrays nobody else can write: a writable array is copied, the user's stays writable."""
+    return _each(_unshared, value)
+
+
+def copied(value: Any) -> Any:
+    """Return a value with copies of its arrays: SciPy's `Rotation.apply` and others refuse read-only vectors."""
+    return value.copy() if value.__class__ is np.ndarray else _each(np.copy, value)
+
+
+def _each(change: Any, value: Any) -> Any:
+    """Return a value with its arrays changed, in dictionaries, tuples and lists too."""
+    kind = value.__class__
+    if kind is np.ndarray:
+        return change(value)
+    if kind is dict:
+        return ReadOnlyDict({name: _each(change, one) for name, one in value.items()})
+    if (kind is tuple or kind is list) and not CONTAINERS.isdisjoint(map(type, value)):
+        changed = [_each(change, one) for one in value]
+        return value if all(map(operator.is_, changed, value)) else kind(changed)
+    return value
 
 
 def _locked(array: Any) -> Any:
@@ -46,39 +77,21 @@ def _unshared(array: Any) -> Any:
     return array if not owner.flags.writeable and owner.base is None else _locked(array.copy(order="K"))
 
 
-def _each(change: Any, value: Any) -> Any:
-    """Return a value with its arrays changed, in dictionaries, tuples and lists too."""
-    kind = value.__class__
-    if kind is np.ndarray:
-        return change(value)
-    if kind is dict or kind is ReadOnlyDict:
-        return ReadOnlyDict({name: _each(change, one) for name, one in value.items()})
-    if kind is not tuple and kind is not list:
-        return value
-    changed = [_each(change, one) for one in value]
-    return value if all(map(operator.is_, changed, value)) else kind(changed)
-
-
-read_only = functools.partial(_each, _locked)
-"""Return a value with its arrays made read-only in place; a dictionary becomes a `ReadOnlyDict`."""
-
-owned = functools.partial(_each, _unshared)
-"""Return a value whose arrays nobody else can write: a writable array is copied, so that the user's stays writable."""
-
-copied = functools.partial(_each, np.copy)
-"""Return a value with copies of its arrays: SciPy's `Rotation.apply` and others refuse read-only vectors."""
-
-
 def _seal(attributes: dict[str, Any], change: Any) -> None:
     for name, value in attributes.items():
-        if value.__class__ is np.ndarray or name[0] != "_":  # a private dictionary may be a cache
+        kind = value.__class__
+        if kind in CONTAINERS and (kind is np.ndarray or (name[0] != "_" and value)):  # a private one may be a cache
             attributes[name] = change(value)
 
 
 class Construction(ABCMeta):
     """The class of immutable classes: it opens an object for its `__init__`, and closes the object afterwards."""
 
+    _seals: bool
+
     def __call__(cls, *arguments: Any, **named: Any) -> Any:
+        if not cls._seals:
+            return super().__call__(*arguments, **named)
         made = cls.__new__(cls, *arguments, **named)
         attributes = made.__dict__
         attributes[OPEN] = True
@@ -102,6 +115,9 @@ class Immutable(metaclass=ABCMeta if TYPE_CHECKING else Construction):
     `__init__` may assign attributes. After it public attributes refuse assignment, arrays refuse writing, and
     dictionaries refuse new entries; an array that the user gave has been copied.
     """
+
+    _seals: ClassVar[bool] = True
+    """Whether the values that `__init__` sets are sealed. False for an object of sealed values in every run."""
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name[0] != "_" and OPEN not in self.__dict__:

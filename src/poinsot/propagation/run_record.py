@@ -12,7 +12,7 @@ from importlib import metadata
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from poinsot.immutable import Immutable
+from poinsot.immutable import read_only
 
 if TYPE_CHECKING:
     from poinsot.engine.runs import Report
@@ -30,7 +30,7 @@ class Method(StrEnum):
 
 
 @dataclass(frozen=True)
-class Run(Immutable):
+class Run:
     """How a trajectory was computed.
 
     Attributes
@@ -85,7 +85,7 @@ def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
     packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
     packages |= {"llvmlite": metadata.version("llvmlite")} if find_spec("llvmlite") else {}
-    return {**packages, "python": platform.python_version()}
+    return read_only({**packages, "python": platform.python_version()})  # type: ignore[no-any-return]
 
 
 def told_kernel(kernel: str, lanes: int) -> str:
