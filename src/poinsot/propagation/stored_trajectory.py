@@ -109,8 +109,10 @@ class StoredSystem(Immutable):
         return {}
 
     def torques_body(self, *_: Any) -> dict[str, Any]:
-        """Return nothing: the formulas of its forces are not known."""
+        """Return an empty dictionary: the formulas of the forces are unknown."""
         return {}
+
+    forces_space = torques_body
 
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state; shape (...)."""
