@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import html
 import re
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+
+from poinsot.immutable import Immutable
 
 __all__ = ["PER_TIME", "Summarized", "curves", "markup_table", "rounded", "shown", "text_table", "told", "told_times"]
 
@@ -24,7 +26,7 @@ LONGEST = 240
 LONG_NUMBER = re.compile(r"-?\d*\.\d{5,}(?:[eE][+-]?\d+)?|-?\d{8,}(?:\.\d*)?")
 
 
-class Summarized(ABC):
+class Summarized(Immutable):
     """A result whose `repr`, and the table that a notebook shows, are made of one summary."""
 
     @abstractmethod

@@ -5,6 +5,10 @@ from __future__ import annotations
 import functools
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from poinsot.immutable import read_only
+
 __all__ = ["cached_property"]
 
 if TYPE_CHECKING:
@@ -12,13 +16,16 @@ if TYPE_CHECKING:
 else:
 
     class cached_property(functools.cached_property):  # noqa: N801
-        """That of Python 3.12: an earlier one takes a lock, in twice the time of all the rest.
+        """A cached property without a lock, as in Python 3.12, whose arrays are read-only.
 
-        Two threads may both compute a value; one of the two stays.
+        A lock doubles the time. Two threads may both compute a value; one of the two values stays.
         """
 
         def __get__(self, instance: Any, owner: type | None = None) -> Any:
             if instance is None:
                 return self
-            value = instance.__dict__[self.attrname] = self.func(instance)
+            value = self.func(instance)
+            if value.__class__ is np.ndarray or self.attrname[0] != "_":  # a private dictionary may be a cache
+                value = read_only(value)
+            instance.__dict__[self.attrname] = value
             return value

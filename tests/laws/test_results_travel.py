@@ -231,7 +231,7 @@ def in_minutes(name, folder):
     for owner in (thing, getattr(thing, "motion", None), *getattr(thing, "motions", [])):
         for one in (owner, getattr(owner, "motion", None)):
             if hasattr(one, "system"):
-                one.system.units = {"time": "min", "inertia": "kg m2"}
+                vars(one.system)["units"] = {"time": "min", "inertia": "kg m2"}
     return thing
 
 

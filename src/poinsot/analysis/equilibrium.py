@@ -9,7 +9,6 @@ is Lagrange's region of stability, "linear" theirs.
 from __future__ import annotations
 
 import dataclasses
-import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
 from poinsot.functions import Vector
 from poinsot.html_text import PER_TIME, Summarized, told
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment
@@ -195,7 +195,7 @@ class _Balance:
         by_turn, by_momentum = np.einsum("iqn,knq->nik", table[:, 1:5], turns), np.moveaxis(table[:, 5:], -1, 0)
         return table[:, 0].T, np.concatenate([by_turn, by_momentum], axis=-1)
 
-    @functools.cached_property
+    @cached_property
     def _traced(self) -> tuple[list[Node], list[Any]]:
         """The quaternion and momentum as symbols; the rates, each with its derivatives by these."""
         graph = Graph()

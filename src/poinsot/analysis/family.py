@@ -7,7 +7,6 @@ the null space of (matrix - 1, derivative by u), from the state-transition matri
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -18,6 +17,8 @@ from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.period_map import FIRM, SETTLED, PeriodMap, Point, largest_part
 from poinsot.analysis.periodic import PeriodicMotion, recognised
 from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.immutable import Immutable
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
@@ -53,7 +54,7 @@ class Place:
         """Return what leads to another place, (k + 1,)."""
         return np.append(self.once.displacement(self.point, other.point), other.u - self.u)
 
-    @functools.cached_property
+    @cached_property
     def multipliers(self) -> Multipliers:
         """Of its matrix."""
         return Multipliers(self.matrix)
@@ -63,7 +64,7 @@ class LostError(Exception):
     """The corrector found nothing near."""
 
 
-class NamedFunction:
+class NamedFunction(Immutable):
     """A function of a number to a system, and the number where it begins; as `NamedNumber` has them."""
 
     def __init__(self, function: Callable[[float], System], value: float) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
 from poinsot.html_text import Summarized, rounded, told
+from poinsot.lazy import cached_property
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
@@ -158,7 +158,7 @@ class FreeRotation(Summarized):
         """Andoyer's variables of the state, with respect to the body axes as they were given."""
         return Andoyer.from_state(self.state)
 
-    @functools.cached_property
+    @cached_property
     def actions(self) -> tuple[Any, Any, Any]:
         """The actions (J, G, H): J = (1 / 2 pi) times the integral of L dl over a period, about the axis.
 
@@ -172,7 +172,7 @@ class FreeRotation(Summarized):
         H = self.state.angular_momentum_space[..., 2]
         return _plain(np.where(e.winding.hi == 0, limit, J)), _plain(self.angular_momentum), _plain(H)
 
-    @functools.cached_property
+    @cached_property
     def angles(self) -> tuple[Any, Any, Any]:
         """The angles of the state conjugate to the actions, radians, which grow with `frequencies`.
 

@@ -9,12 +9,13 @@ such as the momentum of a wheel without friction. The multipliers of other matri
 
 from __future__ import annotations
 
-import functools
 import itertools
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from poinsot.lazy import cached_property
 
 __all__ = ["SLOW", "Multipliers"]
 
@@ -59,7 +60,7 @@ class Multipliers:
         self._unit = 2.0 if self.paired else 1.0
         self._roots = _sums(pairs) if self.paired else self._raw
 
-    @functools.cached_property
+    @cached_property
     def values(self) -> Array:
         """All, complex; those that cannot be told from 1 or -1 are it."""
         roots = _parted(self._roots) if self.paired else self._roots.copy()
@@ -70,7 +71,7 @@ class Multipliers:
             roots[nearest[away[nearest] < NOISE * (2 + np.max(np.abs(roots))) ** 2]] = sign * self._unit
         return np.append(_pairs(roots), np.ones(self._raw.size % 2)) if self.paired else roots
 
-    @functools.cached_property
+    @cached_property
     def outside(self) -> Array:
         """How many are outside the unit circle: real above 1, real below -1, pairs of complex ones; (3,)."""
         out = self.values[np.log(np.abs(self.values)) > (SLOW if self.paired else SHARP)]

@@ -9,7 +9,6 @@ and the turn about it one; each body with a spin of its own another two.
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -25,6 +24,7 @@ from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Vector, cross
 from poinsot.html_text import Summarized, told
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation_matrix
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.pair_instant import PairInstant
@@ -249,11 +249,11 @@ class _Balance:
 
     # ------------------------------------------------------------------ equations
 
-    @functools.cached_property
+    @cached_property
     def matrices(self) -> Array:
         return rotation_matrix(self.attitudes)
 
-    @functools.cached_property
+    @cached_property
     def omegas(self) -> list[Array]:
         """The inertial rates of the bodies, along their axes."""
         out = []
@@ -262,22 +262,22 @@ class _Balance:
             out.append(omega if axis is None else omega + (spin - axis @ omega) * axis)
         return out
 
-    @functools.cached_property
+    @cached_property
     def momenta(self) -> list[Array]:
         return [body.angular_momentum(omega) for body, omega in zip(self.flow.bodies, self.omegas, strict=True)]
 
-    @functools.cached_property
+    @cached_property
     def momentum(self) -> Array:
         """That of the orbit."""
         return self.flow.mass * np.cross(self.rate, self.position)
 
-    @functools.cached_property
+    @cached_property
     def units(self) -> Array:
         """The sizes of the 18 coordinates."""
         distance, pace = (float(np.linalg.norm(vector)) for vector in (self.position, self.rate))
         return units_of_pair(self.flow.system, distance, pace)
 
-    @functools.cached_property
+    @cached_property
     def _rates_and_matrix(self) -> tuple[Array, Array]:
         """Return the rates of the 18 coordinates in the turning axes, and their derivatives by these."""
         values = [*self.attitudes[0], *self.momenta[0], *self.attitudes[1], *self.momenta[1]]
@@ -407,7 +407,7 @@ class _Flow:
         slopes[:, 12:] = by[:, 14:20]
         return table[:, 0].copy(), slopes
 
-    @functools.cached_property
+    @cached_property
     def _traced(self) -> tuple[list[Node], list[Any]]:
         graph = Graph()
         symbols = [graph.symbol(i) for i in range(23)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from collections.abc import Mapping
@@ -16,6 +15,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.html_text import Summarized, told
+from poinsot.lazy import cached_property
 from poinsot.mechanics.body import Body
 
 __all__ = ["InelasticRelaxation"]
@@ -133,7 +133,7 @@ class InelasticRelaxation(Summarized):
         G, J = state["rate"] * self._moments[2], np.clip(state["dynamic_moment"], self._moments[0], self._moments[2])
         return {"dynamic_moment": float(2 * J * J / G**2 * self.power(G, J))}
 
-    @functools.cached_property
+    @cached_property
     def _compliance(self) -> Array:
         """C of the elastic energy f.C f / 2, f the squares and products (w2 w3, w3 w1, w1 w2) of rates, axes sorted."""
         a = self._axes

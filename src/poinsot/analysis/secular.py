@@ -141,9 +141,7 @@ def secular_evolution(
         while solver.status == "running" and stopped is None:
             message = solver.step()
             if solver.status == "failed":
-                raise ValueError(
-                    f"effects must have finite rates of change, got others at t = {solver.t:g}: {message}"
-                )
+                raise ValueError(f"effects must have finite rates of change, got others at t = {solver.t:g}: {message}")
             step = max(step, solver.step_size)
             if until:
                 stopped, before = _zero_in_step(reached, solver, before)
@@ -170,7 +168,9 @@ def _zero_in_step(reached: Callable[[Array], float], solver: Any, before: float)
         if now == 0:
             return float(end), now
         if (now > 0) != (before > 0):
-            return float(brentq(lambda t: reached(between(t)), start, end, xtol=ROUNDING * solver.step_size, rtol=ROUNDING)), now
+            return float(
+                brentq(lambda t: reached(between(t)), start, end, xtol=ROUNDING * solver.step_size, rtol=ROUNDING)
+            ), now
         start, before = end, now
     return None, before
 

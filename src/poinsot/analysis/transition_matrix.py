@@ -8,7 +8,6 @@ behind them the changes of position and momentum.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import itertools
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
@@ -21,6 +20,7 @@ from poinsot.checked import checked
 from poinsot.engine.runs import Memory, Report, Rows
 from poinsot.errors import real_numbers
 from poinsot.html_text import Summarized, rounded, told, told_times
+from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
@@ -101,7 +101,7 @@ class StateTransition(Summarized):
         orbit = (f"{name}_{i}" for name in ("position", "momentum") for i in (1, 2, 3)) if len(bodies) > 1 else ()
         return *rigid, *parts, *orbit
 
-    @functools.cached_property
+    @cached_property
     def _columns(self) -> Array:
         with np.errstate(over="ignore"):
             return self.directions * np.exp(self.growth)[..., None, :]

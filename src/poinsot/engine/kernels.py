@@ -556,7 +556,7 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
         bodies = [chart.physical(motion) for motion in motions]
         axes = [(attitude.matrix, attitude.quaternion) for attitude, _ in bodies]
         for attitude, _ in bodies:
-            attitude.comoving = variables.comoving
+            attitude._complete(comoving=variables.comoving)
         instant = system.instant(bodies, variables.physical(own, scale), environment, variables.scales(scale))
         turnings, blocks = system.changes(instant)
         of_blocks = [*variables.rates(blocks, scale)]

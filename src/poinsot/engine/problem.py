@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from operator import attrgetter
-from typing import Any
+from typing import Any, ClassVar
 
 from typing_extensions import override
 
@@ -29,8 +29,10 @@ class Problem(Collection):
     events : sequence of Event
     """
 
+    _seals: ClassVar[bool] = False
+
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
-        self.system, self.events = system, tuple(events)
+        vars(self).update(system=system, events=tuple(events))
         if not events:
             vars(self).update(zip(SHARED, SHARED_OF(system), strict=True))
             return
@@ -46,6 +48,6 @@ class Problem(Collection):
     @override
     def with_records(self, records: Iterable[Any]) -> Problem:
         twin = object.__new__(Problem)
-        twin.system, *events = records
-        twin.events = tuple(events)
+        system, *events = records
+        vars(twin).update(system=system, events=tuple(events))
         return twin

@@ -387,9 +387,11 @@ class _Reading:
 
     def trajectory(self) -> Trajectory:
         motion = self._motion()
-        motion.failures = self._failures()
-        motion.provenance = self._provenance(isinstance(motion.system, System))
-        motion.event_source = StoredEvents(events_in(self.data.attrs), motion, self._crossings())
+        motion._complete(
+            failures=self._failures(),
+            provenance=self._provenance(isinstance(motion.system, System)),
+            event_source=StoredEvents(events_in(self.data.attrs), motion, self._crossings()),
+        )
         return motion
 
     def _crossings(self) -> Callable[[Chosen | None], Iterator[Mapping[str, Any]]]:
@@ -518,7 +520,7 @@ class _Reading:
         environment = StoredEnvironment(times, self._array("carried")) if "carried" in data.variables else None
         made = stored_trajectory_class(system)
         motion = made(system, self._initial(), times, self._phase(), self._run(), record, environment)
-        motion.store = self.store if self.store is not None and self.store.chunk else None
+        motion._complete(store=self.store if self.store is not None and self.store.chunk else None)
         return motion
 
     def _units(self) -> dict[str, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Annotated, Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
 from poinsot.quantities import OR_NUMBER, Along, Rule
@@ -102,7 +102,7 @@ class Facets(Parametric):
         """The number of facets."""
         return len(self.areas) if isinstance(self.areas, Vector) else int(np.shape(self.areas)[-1])
 
-    @functools.cached_property
+    @cached_property
     @override
     def structure(self) -> tuple[Any, ...]:
         return (*super().structure, self.count)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -14,6 +13,7 @@ from poinsot.errors import real_numbers
 from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
+from poinsot.lazy import cached_property
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
@@ -75,7 +75,7 @@ class MasconGravity(Potential):
         """The number of points."""
         return int(np.shape(self.positions)[-2])
 
-    @functools.cached_property
+    @cached_property
     @override
     def structure(self) -> tuple[Any, ...]:
         return (*super().structure, self.count)

@@ -21,6 +21,7 @@ from poinsot.forces.same_body import (
     refuse_other_mass,
 )
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
@@ -90,7 +91,7 @@ class MutualMascons(Potential):
         """The number of points of the secondary."""
         return int(np.shape(self.secondary_positions)[-2])
 
-    @functools.cached_property
+    @cached_property
     @override
     def structure(self) -> tuple[Any, ...]:
         return (*super().structure, self.primary_count, self.secondary_count)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,8 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array, components
 from poinsot.errors import member_array, real_numbers
 from poinsot.functions import Scalar, Vector
+from poinsot.immutable import Immutable
+from poinsot.lazy import cached_property
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -140,7 +141,7 @@ def omega_space(q: ArrayLike, q_dot: ArrayLike) -> Array:
     return quat.imaginary(2 * quat.product(q_dot, quat.conjugate(q)))
 
 
-class Attitude:
+class Attitude(Immutable):
     """The attitude as a formula sees it: it turns vectors between space and body axes.
 
     Parameters
@@ -164,7 +165,7 @@ class Attitude:
         if matrix is not None:
             self._matrix = matrix
 
-    @functools.cached_property
+    @cached_property
     def _matrix(self) -> Array:
         """That of the quaternion, which many formulas of a state do not need."""
         return rotation_matrix(self._quaternion)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import InitVar, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -35,6 +36,9 @@ UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 EQUAL_MOMENTS = 64 * np.finfo(float).eps
 """Moments of a tensor that differ by less, relative to the largest, are equal: their axes are free."""
+
+MOST_REFINEMENTS, SMALL_REFINEMENT = 6, 1e-10
+"""The most steps that refine principal axes, and the change of a component whose square is below the rounding."""
 
 TRIANGLE_SLACK = 8 * np.finfo(float).eps
 """A flat plate has I1 + I2 = I3; its rounded moments may miss that by a few units in the last place."""
@@ -443,19 +447,46 @@ def _shape_of_ratios(**ratios: float) -> NDArray[np.float64]:
 
 
 def _principal(inertia: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return principal moments and axes (columns), right-handed, nearest to the given axes."""
+    """Return principal moments and axes (columns), right-handed, nearest to the given axes, each rounded once."""
     moments, axes = np.linalg.eigh(inertia)
     choices = [
         (moments[list(order)], _settled(moments[list(order)], axes[:, order] * signs))
         for order in itertools.permutations(range(3))
         for signs in itertools.product((1, -1), repeat=3)
     ]
-    return max((choice for choice in choices if np.linalg.det(choice[1]) > 0), key=lambda choice: np.trace(choice[1]))
+    right_handed = (choice for choice in choices if np.linalg.det(choice[1]) > 0)
+    return _refined(inertia, *max(right_handed, key=lambda choice: np.trace(choice[1])))
+
+
+def _refined(
+    inertia: NDArray[np.float64], moments: NDArray[np.float64], axes: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the moments and axes of a tensor, corrected in exact arithmetic and rounded at the end.
+
+    Steps of Ogita and Aishima (2018, Japan J. Indust. Appl. Math. 35, 1007, Algorithm 1): X + X E, with
+    R = 1 - X^T X, S = X^T A X, E_ij = (S_ij + l_j R_ij) / (l_j - l_i), l_i = S_ii / (1 - R_ii), and E_ij = R_ij / 2 for
+    equal moments, whose axes are free. A step squares the error, so that the step after a small one changes nothing.
+    """
+    exact = np.vectorize(Fraction, otypes=[object])
+    tensor, x, equal = exact(inertia), exact(axes), _equal(moments)
+    for _ in range(MOST_REFINEMENTS):
+        rest, product = exact(np.eye(3)) - x.T @ x, x.T @ tensor @ x
+        values = np.diag(product) / (1 - np.diag(rest))
+        gaps = np.where(equal, 1, values - values[:, None])
+        change = np.where(equal, rest / 2, (product + values * rest) / gaps).astype(float)
+        x = x + x @ exact(change)
+        if np.max(np.abs(change)) < SMALL_REFINEMENT:
+            break
+    return values.astype(float), x.astype(float)
+
+
+def _equal(moments: NDArray[np.float64]) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(moments[:, None] - moments) <= EQUAL_MOMENTS * np.max(moments))
 
 
 def _settled(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the axes, those of equal moments turned among themselves to the nearest ones."""
-    equal = np.abs(moments[:, None] - moments) <= EQUAL_MOMENTS * np.max(moments)
+    equal = _equal(moments)
     out = axes.copy()
     for i in range(3):
         group = np.flatnonzero(equal[i])

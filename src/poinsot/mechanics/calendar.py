@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.errors import DATES, optional, real_numbers
+from poinsot.immutable import Immutable
 
 __all__ = ["SCALES", "Calendar", "checked_calendar", "holds_dates", "span_of"]
 
@@ -41,7 +42,7 @@ _EPOCH = re.compile(rf"{_DATE}([T ]{_CLOCK})?( *(?P<scale>[A-Za-z0-9]+))?", re.A
 
 
 @dataclasses.dataclass(frozen=True)
-class Calendar:
+class Calendar(Immutable):
     """The instant that the time 0 stands for, and the unit of time.
 
     `time(epoch)` turns dates into times, `date(time)` turns them back. Dates need astropy; floats do not.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Self
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
+from poinsot.immutable import Immutable
 from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.members import common_axis, expanded
@@ -22,7 +23,7 @@ SAME_KNOT = 64
 """Roundings of a time by which two tables may miss each other's knots."""
 
 
-class Collection(ABC):
+class Collection(Immutable):
     """Records taken together, such as a body and the forces on it, with the numbers of all of them."""
 
     @property

@@ -26,7 +26,7 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import CompositeBody, Part, named_parts
 from poinsot.mechanics.state import State
 
-__all__ = ["Dynamics", "Turning", "scalars"]
+__all__ = ["Dynamics", "Turning", "by_class", "scalars", "stacked"]
 
 
 class Turning(NamedTuple):
@@ -144,7 +144,7 @@ class Dynamics(Collection):
         shape = state.shape
         twin = self.beside(shape)
         torque = twin.torque_at(twin.at(state, environment))
-        return np.stack([np.broadcast_to(component, shape) for component in torque], axis=-1)
+        return stacked(torque, shape)
 
     @checked
     def torques_body(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.float64]]:
@@ -152,14 +152,9 @@ class Dynamics(Collection):
 
         Of several forces of one class the second one is "RadiationPressure 2", and so on.
         """
-        shape, out = state.shape, dict[str, NDArray[np.float64]]()
+        shape = state.shape
         twin = self.beside(shape)
-        for force, torque in twin.each_torque_at(twin.at(state, environment)):
-            kind = type(force).__name__
-            count = sum(name.partition(" ")[0] == kind for name in out)
-            values = [np.broadcast_to(component, shape) for component in torque]
-            out[f"{kind} {count + 1}" if count else kind] = np.stack(values, axis=-1)
-        return out
+        return by_class(twin.each_torque_at(twin.at(state, environment)), shape)
 
     def at(self, state: State, environment: Environment | None = None) -> Instant:
         """Return the instant of a state, for formulas."""
@@ -268,9 +263,24 @@ class Dynamics(Collection):
     @override
     def with_records(self, records: Iterable[Any]) -> Self:
         twin = object.__new__(type(self))
-        twin.body, *forces = records
-        twin.forces, twin.units = tuple(forces), self.units
+        body, *forces = records
+        vars(twin).update(body=body, forces=tuple(forces), units=self.units)
         return twin
+
+
+def by_class(each: Iterable[tuple[Force, Vector]], shape: tuple[int, ...]) -> dict[str, NDArray[np.float64]]:
+    """Return the vectors of forces as arrays (..., 3), by the class of the force; the second one is "Class 2"."""
+    out = dict[str, NDArray[np.float64]]()
+    for force, vector in each:
+        kind = type(force).__name__
+        count = sum(name.partition(" ")[0] == kind for name in out)
+        out[f"{kind} {count + 1}" if count else kind] = stacked(vector, shape)
+    return out
+
+
+def stacked(vector: Iterable[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return scalars, arrays that broadcast to a shape, as the last axis of an array."""
+    return np.stack([np.broadcast_to(component, shape) for component in vector], axis=-1)
 
 
 def scalars(array: ArrayLike) -> Vector:

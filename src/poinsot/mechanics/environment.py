@@ -16,6 +16,8 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.program import Graph, tangents
 from poinsot.errors import real_numbers, scalar
 from poinsot.functions import ComovingVector, Scalar, Vector
+from poinsot.immutable import Immutable
+from poinsot.lazy import cached_property
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
 from poinsot.mechanics.members import at_times, with_times
@@ -252,7 +254,7 @@ class OrbitBlock(Block):
             self._starts[key] = known
         return known
 
-    @functools.cached_property
+    @cached_property
     def _starts(self) -> dict[Any, Any]:
         return {}
 
@@ -262,7 +264,7 @@ class OrbitBlock(Block):
         return Vector(x * inverse for x in self.position(orbit, time, own))
 
 
-class Environment:
+class Environment(Immutable):
     """Where the orbits are at an instant: by the variables of their blocks, or else by their formulas.
 
     Parameters

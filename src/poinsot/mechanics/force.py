@@ -6,7 +6,6 @@ its physics. The base class makes it a frozen dataclass.
 
 from __future__ import annotations
 
-import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar, NamedTuple
@@ -18,6 +17,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_matrix
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.members import of_scalars
@@ -221,7 +221,7 @@ class _Recorder(Attitude):
         self.graph = Graph()
         self.seen: list[list[Node]] = []
 
-    @functools.cached_property
+    @cached_property
     def turn(self) -> Vector:  # type: ignore[override]
         return Vector(self.graph.variable(0.0) for _ in range(3))
 
@@ -235,12 +235,12 @@ class _Recorder(Attitude):
     def components(self) -> Iterable[Scalar]:
         return self._attitude.components
 
-    @functools.cached_property
+    @cached_property
     @override
     def matrix(self) -> Array:
         return matrix_of(map(self.to_body, UNITS))
 
-    @functools.cached_property
+    @cached_property
     @override
     def quaternion(self) -> Vector:
         return self._read(self._attitude.quaternion)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.html_text import text_table
+from poinsot.immutable import Immutable
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
 from poinsot.mechanics.members import expanded, with_times
@@ -33,7 +34,7 @@ PARALLEL = 1e-12
 """The sine of an angle below which two directions span no plane."""
 
 
-class Frame(ABC):
+class Frame(Immutable):
     """Axes that move in space; attitudes and rates relative to them go in and come out by name.
 
     Examples

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
+from poinsot.immutable import Immutable
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Instant"]
 
 
-class Instant:
+class Instant(Immutable):
     """One body at one instant: all that a formula may see, in scalars of any kind.
 
     Parameters
@@ -85,7 +86,7 @@ class Instant:
         """The time."""
         return self.environment.time
 
-    @functools.cached_property
+    @cached_property
     def omega_body(self) -> Vector:
         """The inertial angular velocity along the body axes."""
         if self._omega_body is not None:
@@ -96,7 +97,7 @@ class Instant:
             )
         return Vector(self.scaled_kinetics.omega(self._momentum))
 
-    @functools.cached_property
+    @cached_property
     def angular_momentum_body(self) -> Vector:
         """The angular momentum along the body axes."""
         if self._momentum is None:
@@ -104,7 +105,7 @@ class Instant:
         momentum: Vector = Vector(self._momentum) / self.scale
         return momentum
 
-    @functools.cached_property
+    @cached_property
     def scaled_kinetics(self) -> Any:
         """What turns the angular momentum times the scale into the angular velocity."""
         return self.body.kinetics(self.scale)
@@ -114,7 +115,7 @@ class Instant:
         """The angular momentum times the scale."""
         return Vector(self._momentum) if self._momentum is not None else Vector(self.angular_momentum_body * self.scale)
 
-    @functools.cached_property
+    @cached_property
     def inertia(self) -> Array:
         """The inertia tensor along the body axes, (3, 3) scalars."""
         return matrix_of(self.body.tensor())

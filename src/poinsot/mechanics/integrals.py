@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.program import Graph, tangents
+from poinsot.immutable import Immutable
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
 from poinsot.mechanics.dynamics import Dynamics
@@ -44,7 +46,7 @@ ROUNDINGS = 64
 
 
 @dataclasses.dataclass(frozen=True)
-class Integral:
+class Integral(Immutable):
     """A conserved quantity.
 
     Attributes
@@ -185,7 +187,7 @@ class _Rates:
     def along_body(self, axis: Array) -> Any:
         return functions.dot(self._in_body + self._gyration, axis)
 
-    @functools.cached_property
+    @cached_property
     def rotor(self) -> tuple[Array, Array]:
         """The h, shape (..., 3), for which h x omega is nearest to the torque, and the differences."""
         w = self.omega.T

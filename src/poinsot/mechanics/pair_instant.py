@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +9,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.instant import Instant, RateUnknownError, shape_of
@@ -93,22 +93,22 @@ class PairInstant(Instant):
     def angular_momentum_body(self) -> Any:
         raise AttributeError(_of_one("angular_momentum_body"))
 
-    @functools.cached_property
+    @cached_property
     def primary(self) -> Instant:
         """The primary: as one body, where orbits refer to its own centre of mass."""
         return self._of(0)
 
-    @functools.cached_property
+    @cached_property
     def secondary(self) -> Instant:
         """The secondary, likewise."""
         return self._of(1)
 
-    @functools.cached_property
+    @cached_property
     def distance(self) -> Scalar:
         """The length of the separation."""
         return functions.norm(self.separation)
 
-    @functools.cached_property
+    @cached_property
     def from_barycenter(self) -> tuple[Vector, Vector]:
         """The positions of primary and secondary from the barycentre of both, space axes."""
         first, second = self._levers
@@ -119,7 +119,7 @@ class PairInstant(Instant):
         (first, second), total = self.pair.each_mass, self.pair.total_mass
         return -second / total, first / total
 
-    @functools.cached_property
+    @cached_property
     def momentum(self) -> Vector:
         """The relative velocity times the reduced mass, space axes."""
         if self._relative is None:
@@ -128,7 +128,7 @@ class PairInstant(Instant):
             )
         return Vector(self._relative)
 
-    @functools.cached_property
+    @cached_property
     def relative_velocity(self) -> Vector:
         """The velocity of the secondary relative to the primary, space axes."""
         return Vector(component / self.pair.reduced_mass for component in self.momentum)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -13,22 +12,23 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra.program import Graph, gradient
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.dynamics import Turning
+from poinsot.mechanics.dynamics import Turning, by_class, stacked
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.force import Force, Load, PairLoad, Potential, torque_of
+from poinsot.mechanics.force import Force, Load, PairLoad, Potential, PotentialOn, TorqueOn, torque_of
 from poinsot.mechanics.formula_trials import PAIR, try_event, try_pair_force
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.pair_integrals import integrals_of_pair
 from poinsot.mechanics.parameters import Parametric, described
 from poinsot.mechanics.part import parts_of
-from poinsot.mechanics.state import PairState, State, refused
+from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
-from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies, check_name_of_body
 
 __all__ = ["OfOneBody", "PairSystem", "TwoBodies"]
 
@@ -113,7 +113,7 @@ class PairSystem(System, of=TwoBodies):
         environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
         return PairInstant(twin, attitudes, position, environment, momentum, own)
 
-    @functools.cached_property
+    @cached_property
     def sample_distance(self) -> float:
         """A distance at which formulas may be tried: several times the size of the bodies."""
         sizes = [
@@ -130,16 +130,46 @@ class PairSystem(System, of=TwoBodies):
         return self.pair.state(*arguments, **named)
 
     @override
-    def omega_body(self, state: State) -> Any:
-        raise AttributeError(refused("omega_body"))
+    def omega_body(self, state: State, body: str | None = None) -> Any:
+        """Return the inertial angular velocity of one body along its axes; shape (..., 3)."""
+        instant: Any = self.beside(state.shape).at(state)
+        return stacked((instant.primary, instant.secondary)[place_of(body)].omega_body, state.shape)
 
     @override
-    def torque_body(self, state: State, environment: Environment | None = None) -> Any:
-        raise AttributeError(refused("torque_body"))
+    def torque_body(self, state: State, environment: Environment | None = None, body: str | None = None) -> Any:
+        """Return the sum of all torques on one body, "primary" or "secondary", along its axes; shape (..., 3)."""
+        return self._total(self.torques_body(state, environment, body), state)
 
     @override
-    def torques_body(self, state: State, environment: Environment | None = None) -> Any:
-        raise AttributeError(refused("torques_body"))
+    def torques_body(self, state: State, environment: Environment | None = None, body: str | None = None) -> Any:
+        """Return the torque of each force on one body along its axes, by the class of the force; each (..., 3)."""
+        place = place_of(body)
+        return self._by_class(state, environment, lambda load: load.torques[place])
+
+    def force_space(self, state: State, environment: Environment | None = None, body: str | None = None) -> Any:
+        """Return the sum of all forces on one body along the space axes; shape (..., 3): see `forces_space`."""
+        return self._total(self.forces_space(state, environment, body), state)
+
+    def forces_space(self, state: State, environment: Environment | None = None, body: str | None = None) -> Any:
+        """Return each force on one body along the space axes, by its class; each of shape (..., 3).
+
+        The forces on the two bodies are opposite. An attractor outside of the pair also accelerates the barycentre;
+        its force here is the force relative to the barycentre.
+        """
+        if place_of(body):
+            return self._by_class(state, environment, lambda load: load.force)
+        return self._by_class(state, environment, lambda load: Vector(0.0 - component for component in load.force))
+
+    def _by_class(
+        self, state: State, environment: Environment | None, part: Callable[[Load], Vector]
+    ) -> dict[str, NDArray[np.float64]]:
+        twin = self.beside(state.shape)
+        each = twin.each_load_at(twin.at(state, environment))
+        return by_class(((force, part(load)) for force, load in each), state.shape)
+
+    @staticmethod
+    def _total(each: dict[str, NDArray[np.float64]], state: State) -> NDArray[np.float64]:
+        return sum(each.values(), start=np.zeros((*state.shape, 3)))
 
     @override
     def speed(self, state: State) -> Any:
@@ -170,7 +200,7 @@ class PairSystem(System, of=TwoBodies):
         """Return the mean motion of a circular orbit at the distance of a state."""
         return np.sqrt(self.pair.G * self.pair.total_mass / np.linalg.norm(state.position, axis=-1) ** 3)
 
-    @functools.cached_property
+    @cached_property
     @override
     def torque_scale(self) -> Any:
         return np.zeros(self.members)[()]
@@ -220,6 +250,16 @@ class PairSystem(System, of=TwoBodies):
             total = [x + y for x, y in zip(total, (Vector(load.force), *torques), strict=True)]
         return Load(total[0], (total[1], total[2]))
 
+    def each_load_at(self, instant: Any) -> Iterator[tuple[Force, Load]]:
+        """Yield each force, or the force of one body that acts on one of the two, and its load."""
+        for force in self.forces:
+            if isinstance(force, PairLoad):
+                load = force.load(instant)
+            else:
+                whole, *torques = self.derived_load(force.energy, instant)  # type: ignore[attr-defined]
+                load = Load(whole, (torques[0], torques[1]))
+            yield force.force if isinstance(force, PotentialOn | TorqueOn) else force, load
+
     def acceleration(self, state: PairState, environment: Environment | None = None) -> NDArray[np.float64]:
         """Return that of the secondary relative to the primary at a state, space axes; shape (..., 3)."""
         twin = self.beside(state.shape)
@@ -242,10 +282,15 @@ class PairSystem(System, of=TwoBodies):
 
         return -Vector(slopes), of_attitude(0), of_attitude(1)
 
-    @functools.cached_property
+    @cached_property
     @override
     def integrals(self) -> tuple[Integral, ...]:
         return integrals_of_pair(self)
+
+
+def place_of(body: str | None) -> int:
+    """Return 0 for the primary and 1 for the secondary, or raise a ValueError."""
+    return BODIES.index(check_name_of_body(body))
 
 
 def _of_one_body(name: str, system: Any) -> Any:

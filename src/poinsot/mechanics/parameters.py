@@ -30,6 +30,7 @@ from poinsot.errors import (
 )
 from poinsot.functions import Scalar
 from poinsot.html_text import rounded, text_table
+from poinsot.immutable import Immutable
 from poinsot.lazy import cached_property
 from poinsot.mechanics.members import common_axis, expanded, inherited_formula
 from poinsot.quantities import (
@@ -81,7 +82,7 @@ Matrix = Annotated[ArrayLike, ("n", "n")]
 """Annotations of arguments that are arrays of two axes."""
 
 
-class Table:
+class Table(Immutable):
     """Base of data that no formula sees as a whole, such as an ephemeris; two of them are equal if they are one."""
 
 
@@ -94,7 +95,7 @@ def _stays(record: Parametric, name: str, value: Any) -> None:  # noqa: ARG001
 
 
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
-class Parametric:
+class Parametric(Immutable):
     """Base of the frozen records, which makes a dataclass of each subclass by its annotated fields."""
 
     beside: ClassVar[Mapping[str, tuple[int, ...]]] = {}

@@ -6,7 +6,6 @@ integrates, its methods the physics. It is frozen and becomes a dataclass by its
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -17,6 +16,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra.quaternion import components
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Force
@@ -210,17 +210,17 @@ class CompositeBody(Body):
     def _each(self) -> Iterator[tuple[Part, Vector]]:
         return ((part, self.values[part.name]) for part in self.inside)
 
-    @functools.cached_property
+    @cached_property
     def change(self) -> Matrix:
         """What the parts add to the inertia on which gravity acts."""
         return _sum(part.inertia(own, self.time) for part, own in self._each())
 
-    @functools.cached_property
+    @cached_property
     def inverse(self) -> Matrix:
         """K^-1."""
         return self.tensor() - _sum(part.spinning_inertia(own) for part, own in self._each())
 
-    @functools.cached_property
+    @cached_property
     def momentum(self) -> Vector:
         """The sum h of the momenta of the parts at omega = 0."""
         return sum((Vector(part.momentum(own, self.time)) for part, own in self._each()), start=NOTHING[0])

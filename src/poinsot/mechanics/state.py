@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -15,6 +14,8 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.html_text import Summarized, told
+from poinsot.immutable import copied, owned, read_only
+from poinsot.lazy import cached_property
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.quantities import Angles, Times
@@ -68,7 +69,8 @@ class State(Summarized):
 
     Notes
     -----
-    A state knows no moments of inertia; rates come from `body.omega` or from a trajectory. One of `body.state` holds g
+    A state stays as it was made: `quaternion` and `time` are read-only arrays, and momenta are copies. A state knows no
+    moments of inertia; rates come from `body.omega` or from a trajectory. One of `body.state` holds g
     in place of Q, which follows from it. The paper's Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
 
     Examples
@@ -147,8 +149,8 @@ class State(Summarized):
     def conjugate_momenta(self) -> NDArray[np.float64]:
         """The momentum Q conjugate to q, Q = 2 q (0, g); shape (..., 4)."""
         if (Q := self.phase.get("conjugate_momenta")) is not None:
-            return Q
-        return self._conjugate_momenta
+            return copied(Q)
+        return copied(self._conjugate_momenta)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -163,7 +165,7 @@ class State(Summarized):
     @property
     def own(self) -> Phase:
         """The variables of the system's parts, by the name of the part; each of shape (..., k)."""
-        return own_of(self.phase)
+        return copied(own_of(self.phase))
 
     @property
     def rigid(self) -> Phase:
@@ -175,11 +177,11 @@ class State(Summarized):
         """The attitude as a scipy rotation, body -> space."""
         return rotation(self.quaternion)
 
-    @functools.cached_property
+    @cached_property
     def _conjugate_momenta(self) -> NDArray[np.float64]:
         return 2 * quat.product(self.quaternion, quat.pure(self.phase["angular_momentum_body"]))
 
-    @functools.cached_property
+    @cached_property
     def _angular_momentum_body(self) -> NDArray[np.float64]:
         return 0.5 * quat.imaginary(quat.product(quat.conjugate(self.quaternion), self.phase["conjugate_momenta"]))
 
@@ -187,15 +189,15 @@ class State(Summarized):
     def angular_momentum_body(self) -> NDArray[np.float64]:
         """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3)."""
         if (g := self.phase.get("angular_momentum_body")) is not None:
-            return g
-        return self._angular_momentum_body
+            return copied(g)
+        return copied(self._angular_momentum_body)
 
     @property
     def angular_momentum_space(self) -> NDArray[np.float64]:
         """The angular momentum G = Im(Q q~)/2 in space axes; shape (..., 3)."""
-        return self._angular_momentum_space
+        return copied(self._angular_momentum_space)
 
-    @functools.cached_property
+    @cached_property
     def _angular_momentum_space(self) -> NDArray[np.float64]:
         return 0.5 * quat.imaginary(quat.product(self.conjugate_momenta, quat.conjugate(self.quaternion)))
 
@@ -257,12 +259,12 @@ class PairState(State):
     @property
     def position(self) -> NDArray[np.float64]:
         """The position of the secondary from the primary, space axes; shape (..., 3)."""
-        return self.phase["orbit"][..., :3]
+        return copied(self.phase["orbit"][..., :3])
 
     @property
     def momentum(self) -> NDArray[np.float64]:
         """The relative velocity times the reduced mass, space axes; shape (..., 3)."""
-        return self.phase["orbit"][..., 3:]
+        return copied(self.phase["orbit"][..., 3:])
 
     @property
     def primary(self) -> State:
@@ -279,7 +281,7 @@ class PairState(State):
     def rigid(self) -> Phase:
         return super().rigid | {"position": self.position, "momentum": self.momentum}
 
-    @functools.cached_property
+    @cached_property
     @override
     def of_bodies(self) -> dict[str, State]:
         return {
@@ -348,9 +350,9 @@ def own_of(phase: Phase) -> Phase:
 def state_of(phase: Phase, time: Any, jumped: Mapping[str, Any] | None = None) -> State:
     """Return a state of computed values, whose small defects are measurements and not mistakes."""
     state = object.__new__(PairState if "orbit" in phase and "quaternion" not in phase else State)
-    state.phase, state.time = phase, time
+    vars(state).update(phase=read_only(phase), time=owned(time))
     if jumped:
-        state.jumped = {name: np.asarray(done) for name, done in jumped.items()}
+        vars(state)["jumped"] = read_only({name: np.asarray(done) for name, done in jumped.items()})
     return state
 
 

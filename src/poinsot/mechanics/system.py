@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -20,7 +20,7 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body, started
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
-from poinsot.mechanics.dynamics import Dynamics, scalars
+from poinsot.mechanics.dynamics import Dynamics, scalars, stacked
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, PairLoad, Potential, Torque
@@ -196,10 +196,10 @@ class System(Dynamics):
         twin, rate = self.beside(shape), scalars(along)
         for part in twin.parts:
             if part.size and part.name not in values:
-                values[part.name] = _stacked(part.start(np.asarray(time, dtype=float), rate), shape)
+                values[part.name] = stacked(part.start(np.asarray(time, dtype=float), rate), shape)
         values = {part.name: values[part.name] for part in self.parts if part.size}
         body = twin.body_at({name: scalars(array) for name, array in values.items()}, time)
-        return state_with(q, _stacked(body.angular_momentum(rate), shape), time, values)
+        return state_with(q, stacked(body.angular_momentum(rate), shape), time, values)
 
     def given_parts(self, **own: ArrayLike) -> Phase:
         """Return the variables of parts that are given at the start, as arrays."""
@@ -325,11 +325,6 @@ def _combined(of_numbers: Callable[..., Any], of_arrays: Callable[..., Any], *op
 _largest = functools.partial(_combined, max, np.maximum)
 _smallest = functools.partial(_combined, min, np.minimum)
 _length = functools.partial(_combined, math.hypot, np.hypot, 0.0)  # a single component has a sign, its length none
-
-
-def _stacked(scalars: Iterable[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Return scalars, arrays that broadcast to a shape, as the last axis of an array."""
-    return np.stack([np.broadcast_to(scalar, shape) for scalar in scalars], axis=-1)
 
 
 def _size(force: Any, instant: Instant) -> Any:

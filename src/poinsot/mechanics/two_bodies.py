@@ -40,10 +40,11 @@ GRAVITATIONAL_CONSTANT = 6.6743e-11
 """m^3 / (kg s^2), CODATA 2018."""
 
 
-def check_name_of_body(body: str) -> None:
-    """Raise a ValueError if a name is not that of one of the two."""
+def check_name_of_body(body: Any) -> str:
+    """Return the name of one of the two bodies, or raise a ValueError."""
     if not isinstance(body, str) or body not in BODIES:
         raise ValueError(f"body must be 'primary' or 'secondary', got {body!r}.")
+    return body
 
 
 class TwoBodies(Parametric):

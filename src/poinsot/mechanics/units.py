@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 from poinsot.html_text import PER_TIME
+from poinsot.immutable import Immutable
 from poinsot.mechanics.parameters import Parametric, described, listed
 from poinsot.quantities import Quantity, said_of
 
 __all__ = ["DerivedUnits", "checked_units", "dated_units", "in_units"]
 
 
-class DerivedUnits:
+class DerivedUnits(Immutable):
     """The units of derived quantities in CF notation, from those of time, inertia and length.
 
     They are "1" where these have none, and "" where there is no length; a rate has "rad" alone in data, not in words.

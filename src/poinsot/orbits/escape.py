@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import KW_ONLY
 from typing import Annotated, Any
 
@@ -14,6 +13,7 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array, refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.lazy import cached_property
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import elapsed
@@ -195,7 +195,7 @@ class EscapeOrbit(ConicOrbit):
     def closed_form(self) -> bool:
         return False
 
-    @functools.cached_property
+    @cached_property
     def block(self) -> EscapeBlock:
         """A universal variable integrated along."""
         return EscapeBlock(self)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable
 from dataclasses import KW_ONLY
 from typing import Annotated, Any, Self
@@ -15,6 +14,7 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array
 from poinsot.functions import Scalar
+from poinsot.lazy import cached_property
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import NearbyAngle, angle_at, mean_motion_of
@@ -179,7 +179,7 @@ class KeplerOrbit(ConicOrbit):
         """On a circle (to rounding), the mean motion about the normal; None otherwise."""
         return np.asarray(self.mean_motion)[..., None] * self.normal if is_circle(self) else None
 
-    @functools.cached_property
+    @cached_property
     def elongated(self) -> bool:
         """Whether the eccentricity is above 0.7, of any member: then rounding is felt near the periapsis."""
         return bool(np.any(np.asarray(self.eccentricity) > ELONGATED))
@@ -195,7 +195,7 @@ class KeplerOrbit(ConicOrbit):
     def integrated(self) -> bool:
         return self.elongated
 
-    @functools.cached_property
+    @cached_property
     def block(self) -> KeplerBlock | EccentricBlock:
         """The true anomaly integrated along, or the eccentric one."""
         return EccentricBlock(self) if self.elongated else KeplerBlock(self)
@@ -228,7 +228,7 @@ class KeplerOrbit(ConicOrbit):
         rate = mean_motion_of(self.mu, self.semimajor_axis)
         return angle_at(self.mean_anomaly_at_epoch, rate, time, self.epoch, whole)
 
-    @functools.cached_property
+    @cached_property
     def _nearby_anomaly(self) -> NearbyAngle:
         return NearbyAngle(self.mean_anomaly_at_epoch, self._squared_rate, self.epoch)
 
@@ -236,7 +236,7 @@ class KeplerOrbit(ConicOrbit):
         a = np.asarray(self.semimajor_axis, dtype=kind)[()]
         return np.asarray(self.mu, dtype=kind)[()] / (a * a * a)
 
-    @functools.cached_property
+    @cached_property
     def mean_anomaly_at_epoch(self) -> Scalar:
         """The mean anomaly that belongs to `true_anomaly`, radians."""
         e, half = self.eccentricity, 0.5 * self.true_anomaly

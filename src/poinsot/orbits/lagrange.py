@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
@@ -13,6 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import member_array, real_array
 from poinsot.functions import Scalar
+from poinsot.lazy import cached_property
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.orbits.fixed import HeldPosition, components
 from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyPath
@@ -149,7 +149,7 @@ class LagrangePointPath(CirclingPair[RotatingPosition]):
         mu, place = getattr(self, f"mu_{attractor}"), self._places[attractor == "secondary"]
         return RotatingPosition(mu, position=place, rate=self.mean_motion, epoch=self.epoch)
 
-    @functools.cached_property
+    @cached_property
     def _places(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The positions from primary and secondary at the epoch."""
         if self.point in ("L4", "L5"):
@@ -165,7 +165,7 @@ class LagrangePointPath(CirclingPair[RotatingPosition]):
             primary, secondary = (along, 0.0, 0.0), (beside, 0.0, 0.0)
         return self.separation * np.array(primary), self.separation * np.array(secondary)
 
-    @functools.cached_property
+    @cached_property
     def _distance(self) -> float:
         """The distance from the nearer attractor over the separation: the positive root of Euler's quintic."""
         mu = self.mass_ratio

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import KW_ONLY
 from typing import Any
 
@@ -13,6 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
+from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Orbit
 from poinsot.orbits.angle_reduction import angle_at, mean_motion_of
 from poinsot.orbits.conic import ConicBlock, in_plane, plane_of, shown
@@ -108,7 +108,7 @@ class PrecessingOrbit(Orbit):
     def integrated(self) -> bool:
         return self.orbit.elongated
 
-    @functools.cached_property
+    @cached_property
     def block(self) -> PrecessingBlock | LongPrecessingBlock:
         """The true anomaly integrated along, or the eccentric one."""
         return LongPrecessingBlock(self) if self.orbit.elongated else PrecessingBlock(self)

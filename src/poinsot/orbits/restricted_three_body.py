@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
@@ -17,6 +16,8 @@ from poinsot.algebra.program import number
 from poinsot.algebra.quaternion import assemble
 from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
+from poinsot.immutable import Immutable
+from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.members import of_scalars
@@ -37,7 +38,7 @@ SynodicVector = Annotated[Any, (3,), Along("synodic axes")]
 Seen = TypeVar("Seen", bound=Orbit)
 
 
-class CirclingPair(ABC, Generic[Seen]):
+class CirclingPair(Immutable, Generic[Seen]):
     """Two attractors on circles about each other, the primary the heavier one."""
 
     if TYPE_CHECKING:
@@ -165,7 +166,7 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
         rates = SynodicBlock(self).rates_at(here, now)
         return functions.Vector(x + rate * (time - here) for x, rate in zip(now, rates, strict=True))
 
-    @functools.cached_property
+    @cached_property
     def _path(self) -> Callable[[Any], NDArray[Any]]:
         return solutions.engine().path(SynodicBlock(self), self._start)
 
@@ -198,7 +199,7 @@ class ThreeBodyView(Orbit):
 
     frame = shown("path.frame", "The synodic axes: from the primary to the secondary, along its velocity, normal.")
 
-    @functools.cached_property
+    @cached_property
     def block(self) -> SynodicBlock:
         """The path integrated along."""
         return SynodicBlock(self.path)

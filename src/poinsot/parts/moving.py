@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -14,6 +13,7 @@ from poinsot import functions
 from poinsot.algebra.program import Graph, tangents
 from poinsot.errors import real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar, Vector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.kinetics import Matrix, outer, spread
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
@@ -182,7 +182,7 @@ class MovingMasses(Transition):
         """The number of masses."""
         return int(np.shape(self.positions)[-2])
 
-    @functools.cached_property
+    @cached_property
     @override
     def structure(self) -> tuple[Any, ...]:
         return (*super().structure, self.count)

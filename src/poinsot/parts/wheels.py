@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
@@ -12,6 +11,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import array_of, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Scalar
+from poinsot.lazy import cached_property
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
@@ -101,7 +101,7 @@ class ReactionWheels(Part):
         """The number of wheels."""
         return int(np.shape(self.axes)[-2])
 
-    @functools.cached_property
+    @cached_property
     @override
     def structure(self) -> tuple[Any, ...]:
         return (*super().structure, self.count)

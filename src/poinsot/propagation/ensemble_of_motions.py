@@ -60,7 +60,7 @@ class EnsembleOfMotions:
     def frame(self) -> Trajectory:
         """The motion of all members, without its numbers."""
         motion = self._without_numbers(self.integrator, self.state)
-        motion.provenance = dict(self.provenance)
+        motion._complete(provenance=self.provenance)
         return motion
 
     def _without_numbers(self, integrator: Integrator, state: State) -> Trajectory:
@@ -144,8 +144,8 @@ class EnsembleOfMotions:
         motion = motion_in(store, system, self.state, run_in(store, self.frame.run))
         if motion is None:
             return store.dataset()
-        motion.event_source = StoredEvents(events, motion, functools.partial(crossings_in, store))
-        motion.provenance = dict(self.provenance)
+        motion._complete(event_source=StoredEvents(events, motion, functools.partial(crossings_in, store)))
+        motion._complete(provenance=self.provenance)
         return motion
 
 

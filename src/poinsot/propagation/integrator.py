@@ -61,7 +61,7 @@ class Integrator(Driver):
         if self.problem.events:
             rising = bool(times[0] <= times[-1])
             found = crossings(self.system, self.problem.events, self.variables, report.events, rising)
-            motion.event_source = KnownEvents(found)
+            motion._complete(event_source=KnownEvents(found))
         return motion, report
 
     def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
+from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
 from poinsot.mechanics.integrals import Integral
@@ -22,6 +23,7 @@ from poinsot.mechanics.two_bodies import BODIES
 from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation.dataset import COLUMNS, OF_TWO
 from poinsot.propagation.run_record import Method
+from poinsot.propagation.selection import Chosen
 from poinsot.propagation.trajectory import OF_PARTS, ORBIT, Trajectory
 from poinsot.quantities import Times
 
@@ -64,12 +66,12 @@ class PairTrajectory(Trajectory):
     @property
     def position(self) -> Array:
         """The position of the secondary's centre of mass from the primary's, space axes; shape (n, 3)."""
-        return np.asarray(self.phase["orbit"])[..., :3]
+        return np.array(self.phase["orbit"])[..., :3]
 
     @property
     def momentum(self) -> Array:
         """The relative velocity times the reduced mass, space axes; shape (n, 3)."""
-        return np.asarray(self.phase["orbit"])[..., 3:]
+        return np.array(self.phase["orbit"])[..., 3:]
 
     @property
     def velocity(self) -> Array:
@@ -136,10 +138,21 @@ class PairTrajectory(Trajectory):
         rows = functools.partial(_phase_of, self._state, body)
         run = dataclasses.replace(self.run, method=Method.ONE_OF_TWO)
         motion = BodyTrajectory(system, self.initial.of_bodies[body], self.times, rows, run, interpolant, self.failures)
-        motion.provenance = {key: self.provenance[key] for key in OF_PARTS if key in self.provenance}
+        motion._complete(provenance={key: self.provenance[key] for key in OF_PARTS if key in self.provenance})
         if self._kept_state is not None:
             motion._kept_state = self._kept_state.of_bodies[body]
+        motion._pair, motion._body = self, body
         return motion
+
+    def loads(self, name: str, body: str) -> dict[str, Array]:
+        """Return the torques or the forces on one body by the class of the force."""
+        found: dict[str, Array] = getattr(self.system, name)(self._state, self.environment, body)
+        return found
+
+    @property
+    @override
+    def torques_body(self) -> dict[str, Array]:
+        raise AttributeError(refused("torques_body"))
 
     @override
     def _at_hand(self, names: Collection[str]) -> dict[str, Array]:
@@ -207,6 +220,35 @@ class BodyTrajectory(Trajectory):
     """The rotation of one of two bodies."""
 
     _of_whole: ClassVar[tuple[str, ...]] = tuple(name for name in COLUMNS if name != "potential_energy")
+    _pair: PairTrajectory
+    """The motion of the two bodies, whose forces act on this one."""
+    _body: str
+
+    @property
+    @override
+    def torques_body(self) -> dict[str, Array]:
+        """The torque of each force of the pair along the body axes, by its class; each of shape (n, 3).
+
+        Of a loaded motion whose forces are unknown: empty.
+        """
+        found: dict[str, Array] = self._pair.loads("torques_body", self._body)
+        return found
+
+    @property
+    def forces_space(self) -> dict[str, Array]:
+        """Each force of the pair on this body along the space axes, by its class; each of shape (n, 3).
+
+        The forces on the two bodies are opposite. An attractor outside of the pair also accelerates the barycentre;
+        its force here is the force relative to the barycentre.
+        """
+        found: dict[str, Array] = self._pair.loads("forces_space", self._body)
+        return found
+
+    @override
+    def _selected(self, members: Chosen | None, at: NDArray[np.intp]) -> BodyTrajectory:
+        part: Any = super()._selected(members, at)
+        part._pair, part._body = self._pair._selected(members, at), self._body
+        return part  # type: ignore[no-any-return]
 
 
 def _phase_of(state: Any, body: str) -> Phase:
@@ -224,7 +266,7 @@ class OneOfTwo(System):
     measures = PairSystem.measures
     moves_alone = False
 
-    @functools.cached_property
+    @cached_property
     @override
     def integrals(self) -> tuple[Integral, ...]:
         return ()

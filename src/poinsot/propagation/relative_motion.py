@@ -29,13 +29,16 @@ class RelativeMotion(Summarized):
     times : array (n,)
     quaternion : array (n, 4)
         Body -> frame, scalar first.
-    omega_body : array (n, 3)
-        The rate relative to the frame, along the body axes.
     """
 
     times: Array
     quaternion: Array
-    omega_body: Array
+    _omega_body: Array
+
+    @property
+    def omega_body(self) -> Array:
+        """The rate relative to the frame, along the body axes; shape (n, 3)."""
+        return self._omega_body.copy()
 
     @property
     def attitude(self) -> Rotation:

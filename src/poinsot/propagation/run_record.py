@@ -12,6 +12,8 @@ from importlib import metadata
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from poinsot.immutable import read_only
+
 if TYPE_CHECKING:
     from poinsot.engine.runs import Report
 
@@ -27,7 +29,7 @@ class Method(StrEnum):
     ONE_OF_TWO = "Taylor, one of two bodies"
 
 
-@dataclass
+@dataclass(frozen=True)
 class Run:
     """How a trajectory was computed.
 
@@ -83,7 +85,7 @@ def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
     packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
     packages |= {"llvmlite": metadata.version("llvmlite")} if find_spec("llvmlite") else {}
-    return {**packages, "python": platform.python_version()}
+    return read_only({**packages, "python": platform.python_version()})  # type: ignore[no-any-return]
 
 
 def told_kernel(kernel: str, lanes: int) -> str:

@@ -81,7 +81,7 @@ def system_of_members(system: System, members: Chosen | slice) -> System:
     forces = (numbers_of_members(force, members) for force in system.forces)
     chosen = System(numbers_of_members(system.body, members), *forces, units=system.units)
     if draws:
-        chosen.numbering = np.r_[members] if system.numbering is None else np.r_[system.numbering[members]]
+        chosen._complete(numbering=np.r_[members] if system.numbering is None else np.r_[system.numbering[members]])
     return chosen
 
 

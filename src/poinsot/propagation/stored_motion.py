@@ -54,7 +54,7 @@ def motion_in(store: EnsembleStore, system: System, initial: State, run: Run) ->
     motion = trajectory_class(system)(
         system, initial, times, lambda: phase, run, failures=failures_in(store), environment=environment
     )
-    motion.store = store
+    motion._complete(store=store)
     return motion
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.html_text import shown
+from poinsot.immutable import Immutable
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
@@ -29,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Record:
+class Record(Immutable):
     """What forces alone can tell of a motion, as it was when they were there."""
 
     potential_energy: Array
@@ -41,7 +42,7 @@ class Record:
     """Of a body with parts: without their formulas they do not follow from the state."""
 
 
-class StoredSystem:
+class StoredSystem(Immutable):
     """A body under forces of which a file has no more than their names: it cannot be run.
 
     Attributes
@@ -114,8 +115,10 @@ class StoredSystem:
         return {}
 
     def torques_body(self, *_: Any) -> dict[str, Any]:
-        """Return nothing: the formulas of its forces are not known."""
+        """Return an empty dictionary: the formulas of the forces are unknown."""
         return {}
+
+    forces_space = torques_body
 
     def kinetic_energy(self, state: State) -> Any:
         """Return the kinetic energy of a state; shape (...)."""
@@ -182,7 +185,7 @@ class StoredTrajectory(Trajectory):
         values = self.environment.orbit_values
         environment = None if values is None else StoredEnvironment(times, rows(values))
         motion = type(self)(system, initial, times, phase, self.run, record, environment)
-        motion.event_source = source
+        motion._complete(event_source=source)
         return motion
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
 from poinsot.html_text import text_table, told
+from poinsot.immutable import Immutable
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.gravity_field import GravityField, norms, whole_degree
@@ -31,7 +32,7 @@ HIGHEST_DEGREE = 80
 """Beyond it, coefficients that are not normalised leave the range of doubles."""
 
 
-class Shape(ABC):
+class Shape(Immutable):
     """A distribution of mass, along its own axes and from its own origin.
 
     Lengths and the mass are in the user's units. Every tensor, field and vector is along the axes of the shape.

@@ -4,6 +4,7 @@ import itertools
 import re
 
 import heyoka as hy
+import mpmath
 import numpy as np
 import pytest
 import sympy
@@ -344,6 +345,41 @@ def test_principal_axes_of_a_symmetric_body_are_the_nearest_ones(rng):
 def test_principal_axes_of_a_sphere_are_the_given_ones(rng):
     for turn in Rotation.random(20, rng=rng):
         assert oblique(turn, np.ones(3))[0].principal_axes.magnitude() < 1e-7
+
+
+GAPS = (1.0, 1e-3, 1e-6, 1e-9, 1e-12)
+"""Relative differences of two moments; eigenvectors in doubles are wrong by the rounding over the gap."""
+
+
+@pytest.mark.parametrize("gap", GAPS)
+def test_principal_moments_and_axes_are_rounded_eigenvectors_of_forty_digits(gap, rng):
+    for turn in Rotation.random(5, rng=rng):
+        _, tensor = oblique(turn, np.array([1.0, 1.0 + 0.9 * gap, 1.95]))
+        body = pt.Body.from_inertia((tensor + tensor.T) / 2)
+        with mpmath.workdps(40):
+            moments, vectors = mpmath.eigsy(mpmath.matrix(((tensor + tensor.T) / 2).tolist()))
+            exact = np.array(vectors.tolist())
+            order = [int(np.argmax(np.abs((axis @ exact).astype(float)))) for axis in body.principal_matrix.T]
+            signs = np.sign((exact[:, order] * body.principal_matrix).sum(axis=0).astype(float))
+            wrong = (exact[:, order] * signs - body.principal_matrix).astype(float)
+            wrong_moments = (np.array(moments.tolist()).ravel()[order] - body.moments).astype(float)
+        assert np.all(np.abs(wrong) <= 0.5 * np.spacing(np.abs(body.principal_matrix)) + 1e-20)  # half a unit
+        assert np.all(np.abs(wrong_moments) <= 0.5 * np.spacing(body.moments) * (1 + 1e-6))
+
+
+@pytest.mark.parametrize("moments", [MOMENTS, (1.0, 1.0, 1.5), (1.0, 1.0 + 3e-14, 1.5), (1.0, 1.0, 1.0)])
+def test_principal_axes_are_orthogonal_and_diagonalise_to_rounding(moments, rng):
+    for turn in Rotation.random(10, rng=rng):
+        _, tensor = oblique(turn, np.array(moments))
+        tensor = (tensor + tensor.T) / 2
+        body = pt.Body.from_inertia(tensor)
+        with mpmath.workdps(40):
+            axes = np.array(mpmath.matrix(body.principal_matrix.tolist()).tolist())
+            defect = (axes.T @ axes - np.eye(3)).astype(float)
+            rest = (axes.T @ np.array(mpmath.matrix(tensor.tolist()).tolist()) @ axes).astype(float)
+        # three products of two components below 1, each component rounded by at most half of 2^-53
+        assert np.max(np.abs(defect)) <= 3 * np.finfo(float).eps / 2
+        assert np.max(np.abs(rest - np.diag(body.moments))) <= 3 * np.finfo(float).eps * max(moments)
 
 
 def test_a_small_turn_keeps_the_order_of_the_moments():

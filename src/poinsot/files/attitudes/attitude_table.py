@@ -140,7 +140,7 @@ class AttitudeTable(Summarized):
             known["calendar"] = dataclasses.replace(self.calendar, unit=system.units["time"])
         if self.reference_frame != SPACE_AXES_UNNAMED:
             known["reference_frame"] = self.reference_frame
-        motion.provenance = known
+        motion._complete(provenance=known)
         return motion
 
     @checked

@@ -94,10 +94,10 @@ class Scenario(Summarized):
                 motion = propagate(self.system, self.state, self.times, **options, **chunking)
         except (PropagationError, PropagationInterrupted) as stopped:
             if isinstance(stopped.trajectory, Trajectory):
-                stopped.trajectory.provenance = dict(self.provenance)
+                stopped.trajectory._complete(provenance=self.provenance)
             raise
         if isinstance(motion, Trajectory):  # a store of chosen variables or of reductions is a dataset
-            motion.provenance = dict(self.provenance)
+            motion._complete(provenance=self.provenance)
         return motion
 
 
