@@ -56,12 +56,12 @@ class Instant(Immutable):
         self._body, self._attitude, self.environment, self.scale = body, attitude, environment, scale
         self._omega_body, self._momentum = omega_body, angular_momentum_body
 
-    @functools.cached_property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """The shape of its scalars: () of one state, (members, ...) of states of members."""
         return shape_of(self.time, self._attitude.components, self._omega_body, self._momentum)
 
-    @functools.cached_property
+    @cached_property
     def body(self) -> Body:
         """The body, with its parts."""
         return self._body.with_axes(len(self.shape)) if self._body.member_axis else self._body

@@ -62,7 +62,7 @@ class PairInstant(Instant):
         self.angular_momenta, self.scales = tuple(angular_momenta), tuple(scales)
         self.pair = pair.with_axes(len(self.shape)) if pair.member_axis else pair
 
-    @functools.cached_property
+    @cached_property
     @override
     def shape(self) -> tuple[int, ...]:
         attitudes = (each.components for each in self.attitudes)
