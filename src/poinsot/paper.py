@@ -104,7 +104,7 @@ class Row:
     attitude_error: str = "-"
 
 
-HEADINGS = ("case", "formulation", "steps", "order", "ms", "|q|-1", "q.Q", "drift", "error (rad)")
+HEADINGS = ("case", "formulation", "steps", "order", "ms", "|q|-1", "q.Q/|Q|", "drift", "error (rad)")
 """Of the fields of a row; errors and drifts are the largest of the run."""
 
 

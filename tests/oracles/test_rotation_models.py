@@ -10,6 +10,7 @@ from poinsot.orbits import RotationModel
 
 spice = pytest.importorskip("spiceypy")
 erfa = pytest.importorskip("erfa")
+astropy_time = pytest.importorskip("astropy.time")
 
 BODIES = {
     "sun": 10,
@@ -105,6 +106,34 @@ def test_earth_is_that_of_erfa(zero, scale):
         assert np.max(np.abs(axes(model, 86400 * days) - expected)) < 0.02 * arcsecond + leaps
         model = RotationModel.earth(calendar=calendar, ut1_minus_utc=0.3, reference_frame="TEME")
         assert np.max(np.abs(axes(model, 86400 * days) - of_date)) < 0.02 * arcsecond + leaps
+
+
+LEAP_DAYS = [
+    ("2016-12-30T23:59:00", -36.0),
+    ("2016-12-31T00:00:00", -36.0),
+    ("2016-12-31T12:00:00", -36.0),
+    ("2016-12-31T23:59:00", -36.0),
+    ("2016-12-31T23:59:60", -36.0),
+    ("2017-01-01T00:00:00", -37.0),
+    ("2017-01-01T00:01:00", -37.0),
+]
+"""Dates around a leap second, and UTC - TAI there (IERS Bulletin C 52)."""
+
+
+@pytest.mark.parametrize(("zero", "utc_minus_tai"), LEAP_DAYS)
+@pytest.mark.parametrize("frame", ["TEME", "ICRF"])
+def test_the_earth_turns_evenly_through_a_leap_second(zero, utc_minus_tai, frame):
+    """UT1 - TAI, -36.4 s in all rows, runs through the leap second; the difference UT1 - UTC jumps there."""
+    calendar, ut1_minus_tai, arcsecond = pt.Calendar(zero, "UTC"), -36.4, np.pi / 648000
+    offset = ut1_minus_tai - utc_minus_tai
+    model = RotationModel.earth(calendar=calendar, ut1_minus_utc=offset, reference_frame=frame)
+    for at in ("2016-12-31T18:00:00", "2016-12-31T23:59:60.5", "2017-01-20T00:00:00"):
+        tai = astropy_time.Time(at, scale="utc").tai
+        terrestrial = tai.jd1, tai.jd2 + 32.184 / 86400
+        angle = erfa.gmst06(tai.jd1, tai.jd2 + ut1_minus_tai / 86400, *terrestrial)
+        expected = erfa.rz(angle, np.eye(3) if frame == "TEME" else erfa.bp06(*terrestrial)[1])
+        found = axes(model, calendar.time(at + " UTC"))
+        assert np.max(np.abs(found - expected)) < 0.02 * arcsecond  # as in the test above
 
 
 def test_rates_of_the_earth_are_the_published_ones():

@@ -30,7 +30,7 @@ from poinsot.mechanics.state import Phase, State, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.propagation.chunks import saved_in_chunks
-from poinsot.propagation.dataset import read_parts, told_parts
+from poinsot.propagation.dataset import TANGENCY, read_parts, told_parts
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.pair_trajectory import trajectory_class
@@ -509,6 +509,8 @@ class _Reading:
             body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals, self.parts
         )
         summary = {key: value for key, value in data.attrs.items() if key in SUMMARY or str(key).startswith("drift_")}
+        if "tangency_error" in data.variables and data["tangency_error"].attrs.get("long_name") != TANGENCY:
+            summary.pop("tangency_error", None)
         record = Record(
             self._rows("potential_energy"),
             {name: self._rows(f"integral_{name}") for name in names},

@@ -14,7 +14,7 @@ from poinsot.checked import checked
 from poinsot.errors import optional, real_array, refuse_nonpositive
 from poinsot.forces.atmosphere import Atmosphere
 from poinsot.functions import Scalar
-from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.calendar import Calendar, leap_second_gone
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Table
@@ -193,7 +193,7 @@ class TabulatedAtmosphere(Atmosphere):
 
 def _geodetic(positions: Array, dates: Any) -> tuple[Array, Array, Array]:
     """Return longitudes, latitudes in degrees and heights in metres, from positions along the space axes."""
-    days = (dates.jd1 - 2451545.0) + dates.jd2
+    days = (dates.jd1 - 2451545.0) + dates.jd2 + leap_second_gone(dates)
     turn = 2 * np.pi * (0.7790572732640 + 0.00273781191135448 * days + np.mod(days, 1.0))  # IERS Conventions, (5.15)
     x, y, z = positions.T
     across = np.hypot(x, y)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from poinsot.errors import DATES, optional, real_numbers
 from poinsot.immutable import Immutable
 
-__all__ = ["SCALES", "Calendar", "checked_calendar", "holds_dates", "span_of"]
+__all__ = ["SCALES", "Calendar", "checked_calendar", "holds_dates", "leap_second_gone", "span_of"]
 
 SCALES = {"UTC": "tai", "TAI": "tai", "GPS": "tai", "TT": "tt", "TDB": "tdb", "TCB": "tcb", "TCG": "tcg"}
 """Scales, each with the uniform one in which its time is counted."""
@@ -174,6 +174,27 @@ def checked_calendar(calendar: Any) -> Calendar:
     if calendar.unit != "s":
         raise ValueError(f"calendar must count seconds for an orbit in km and km/s, got {calendar}.")
     return calendar
+
+
+def leap_second_gone(instants: Any) -> Any:
+    """Return the part of a leap second that has passed since midnight, in days of 86400 s; zero on all other days.
+
+    The Julian date of UTC counts a day with a leap second as one day, so that its fraction runs slowly on that day.
+    The Julian date of UT1 is the Julian date of UTC plus this part plus UT1 - UTC.
+
+    Parameters
+    ----------
+    instants : astropy.time.Time
+        In any scale.
+    """
+    with _offline():
+        erfa = optional("erfa", "dates")
+        year, month, day, fraction = erfa.jd2cal(instants.utc.jd1, instants.utc.jd2)
+        start, noon = (erfa.dat(year, month, day, part) for part in (0.0, 0.5))
+        era, midnight = erfa.cal2jd(year, month, day)
+        *tomorrow, _ = erfa.jd2cal(era, midnight + 1)
+        leap = np.round(erfa.dat(*tomorrow, 0.0) - (2 * noon - start), 6)  # without the rate of UTC before 1972
+    return fraction * leap / 86400
 
 
 def span_of(calendar: Any, start: Any, stop: Any) -> tuple[float, float]:

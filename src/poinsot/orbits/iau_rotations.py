@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.mechanics.calendar import SECONDS, Calendar, leap_second_gone
 
 __all__ = ["MODELS", "at_zero", "earth_at_zero"]
 
@@ -184,6 +184,7 @@ def earth_at_zero(calendar: Calendar, ut1_minus_utc: float, of_date: bool) -> di
     terrestrial, universal = (float(each.converted(np.zeros(1), calendar)[0]) for each in (J2000_TT, J2000_UTC))
     unit, instant = SECONDS[calendar.unit] * FAST.get(calendar.scale, 1.0), J2000_UTC.date(universal)
     days = Fraction(float(instant.jd1)) - 2451545 + Fraction(float(instant.jd2)) + Fraction(ut1_minus_utc) / DAY
+    days += Fraction(float(leap_second_gone(instant)))
     centuries, century = terrestrial / CENTURY, unit / CENTURY
     turns = (TURN_AT_J2000 + TURNS_A_DAY * days) % 1
     (zeta, zeta_rate), (z, z_rate), (theta, theta_rate), (ahead, ahead_rate) = (

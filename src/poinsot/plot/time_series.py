@@ -316,9 +316,8 @@ def drift(
     reached(motion)
     drifts = {}
     for body, each in motion.of_bodies.items():
-        size = np.nanmax(np.linalg.norm(each.conjugate_momenta, axis=-1), initial=0.0) or 1.0
         drifts[f"$|q| - 1${_of(body)}"] = each.norm_error
-        drifts[rf"$q \cdot Q\,/\,|Q|${_of(body)}"] = each.tangency_error / size
+        drifts[rf"$q \cdot Q\,/\,|Q|${_of(body)}"] = each.tangency_error
     names = _names_of_integrals(motion)
     drifts |= {names[key]: drift for key, drift in motion.drift.items()}
     curves = {

@@ -51,6 +51,9 @@ OF_BODY = (
 OF_TWO = ("position", "momentum", "velocity", "angular_momentum_space")
 """What it has of the motion of two bodies about each other."""
 
+TANGENCY = "q . Q / |Q|"
+"""The long name of the tangency error. Files of version 0.2 contain the absolute product "q . Q"."""
+
 COLUMNS = ("kinetic_energy", "potential_energy", "norm_error", "tangency_error")
 """What it has of each motion."""
 
@@ -331,7 +334,7 @@ def _said_of_columns(units: DerivedUnits, bodies: list[str]) -> dict[str, tuple[
         "kinetic_energy": (units.energy, "rotational kinetic energy T" if one else "kinetic energy T", "", {}),
         "potential_energy": (units.energy, "potential energy U", "", {}),
         "norm_error": ("1", "|q| - 1", "", {}),
-        "tangency_error": (momentum, "q . Q", "", {}),
+        "tangency_error": ("1", TANGENCY, "", {}),
     }
 
 

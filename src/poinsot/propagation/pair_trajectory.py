@@ -195,9 +195,8 @@ class PairTrajectory(Trajectory):
     @property
     @override
     def tangency_error(self) -> Array:
-        """The larger of |q . Q| of the two bodies; shape (n,)."""
-        each = self._state.of_bodies.values()
-        return np.asarray(np.max([np.abs(quat.dot(one.quaternion, one.conjugate_momenta)) for one in each], axis=0))
+        """The larger of |q . Q| / |Q| of the two bodies; shape (n,)."""
+        return np.asarray(np.max([np.abs(one.tangency_error) for one in self.of_bodies.values()], axis=0))
 
     @property
     @override

@@ -29,7 +29,6 @@ from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.columns import along_times
 from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, EventsOfMembers, EventSource, KnownEvents, StoredEvent
@@ -406,8 +405,10 @@ class Trajectory(Summarized):
 
     @property
     def tangency_error(self) -> Array:
-        """The product q . Q, zero for a momentum tangent to the unit sphere; shape (n,)."""
-        return np.asarray(quat.dot(self.quaternion, self.conjugate_momenta))
+        """The ratio q . Q / |Q|, zero for a momentum that is tangent to the unit sphere or zero; shape (n,)."""
+        q, momenta = self.quaternion, self.conjugate_momenta
+        size = np.hypot.reduce(momenta, axis=-1)  # squares may overflow
+        return np.asarray(quat.dot(q, momenta / np.where(size == 0, 1.0, size)[..., None]))
 
     @property
     def integrals(self) -> dict[str, Array]:
@@ -497,11 +498,9 @@ class Trajectory(Summarized):
         }
 
     def _told_errors(self, known: Mapping[str, Any]) -> dict[str, str]:
-        """Return what is said of how far states are off the unit sphere, where that is known."""
-        if "norm_error" not in known:
-            return {}
-        tangency = told(float(f"{known['tangency_error']:.3g}"), DerivedUnits(self.system.units).momentum)
-        return {"norm error": f"{known['norm_error']:.3g}", "tangency error": tangency}
+        """Return the lines about the distance of states from the unit sphere, where it is known."""
+        names = {"norm_error": "norm error", "tangency_error": "tangency error (relative)"}
+        return {text: f"{known[name]:.3g}" for name, text in names.items() if name in known}
 
     @override
     def _repr_html_(self) -> str:

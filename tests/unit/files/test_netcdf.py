@@ -474,6 +474,19 @@ def test_integrals_of_forces_of_others_are_those_of_the_file(tmp_path):
         read.system.integrals[0].value(read.initial)
 
 
+def test_the_absolute_tangency_error_of_an_older_file_is_not_shown(tmp_path):
+    """Files of version 0.2 contain q . Q in units of momentum under the same name."""
+    motion = run(BODY, Magnet((1, 2, 3)))
+    data = motion.dataset
+    assert "tangency error (relative)" in repr(pt.load(pt.save(motion, tmp_path / "new.nc")))
+    old = data.tangency_error.copy(data=np.full(data.tangency_error.shape, 1e18))
+    old.attrs |= {"long_name": "q . Q", "units": "kg m2 s-1"}
+    read = pt.load(data.assign(tangency_error=old).assign_attrs(tangency_error=1e18))
+    assert "tangency" not in repr(read)
+    assert "norm error" in repr(read)
+    assert np.array_equal(read.tangency_error, motion.tangency_error)
+
+
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])
 @pytest.mark.parametrize("many", [False, True])
 def test_forces_of_others_on_two_bodies_are_named_and_not_run(many, suffix, tmp_path):

@@ -47,7 +47,7 @@ UNITS = {
         {"units": {"time": "s", "inertia": "kg m2"}},
         {"time": "s", "omega_body": "rad s-1", "omega_space": "rad s-1", "conjugate_momenta": "kg m2 s-1"}
         | {"angular_momentum_space": "kg m2 s-1", "kinetic_energy": "kg m2 s-2", "potential_energy": "kg m2 s-2"}
-        | {"tangency_error": "kg m2 s-1", "integral_energy": "kg m2 s-2"}
+        | {"tangency_error": "1", "integral_energy": "kg m2 s-2"}
         | {"integral_angular_momentum_space_3": "kg m2 s-1"},
     ),
     "time_alone": ({"units": {"time": "day"}}, {"time": "day", "omega_body": "rad day-1", "kinetic_energy": "day-2"}),

@@ -93,8 +93,35 @@ def test_norm_and_tangency_errors_are_measured_not_removed(motion):
         motion.norm_error, np.linalg.norm(motion.quaternion, axis=-1) - 1, rtol=0, atol=3e-16
     )
     expected = np.sum(motion.quaternion * motion.conjugate_momenta, axis=-1)
+    expected /= np.linalg.norm(motion.conjugate_momenta, axis=-1)
     assert np.allclose(motion.tangency_error, expected, rtol=0, atol=1e-15)
     assert np.max(np.abs(motion.norm_error)) < 1e-14
+
+
+def test_errors_of_a_pair_in_si_units_are_relative():
+    """The momenta of an asteroid and its moon are 1e18 kg m2/s; a relative error is at the level of the rounding."""
+    primary = pt.Body.from_ellipsoid(5e11, (400.0, 390.0, 370.0))
+    pair = pt.TwoBodies(primary, pt.Body.from_ellipsoid(4e9, (90.0, 70.0, 60.0)), G=6.6743e-11)
+    system = pt.System(pair, pt.forces.MutualGravity(), units={"time": "s", "inertia": "kg m2"})
+    start = pair.state((1200.0, 0, 0), (0, 0.17, 0), ((1, 0, 0, 0),) * 2, omega_body=[(0, 0, 7e-4), (1e-5, 0, 1.4e-4)])
+    motion = pt.propagate(system, start, np.linspace(0, 86400, 5))
+    for one in (motion.primary, motion.secondary):
+        q, momenta = one.quaternion, one.conjugate_momenta
+        expected = np.sum(q * momenta, axis=-1) / np.sqrt(np.sum(momenta**2, axis=-1))
+        assert np.allclose(one.tangency_error, expected, rtol=0, atol=1e-15)
+    assert np.max(np.abs(motion.primary.conjugate_momenta)) > 1e12
+    (line,) = [line for line in repr(motion).splitlines() if "tangency error" in line]
+    name, value = line.split(": ")
+    assert name == "  tangency error (relative)"
+    assert 0 <= float(value) < 1e-13
+    assert motion.dataset.tangency_error.units == "1"
+    assert motion.dataset.tangency_error.long_name == "q . Q / |Q|"
+
+
+def test_a_body_without_momentum_has_no_tangency_error():
+    body = pt.Body((1.25, 1.0, 0.75))
+    motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0, 0, 0)), [0.0, 1.0])
+    assert motion.tangency_error.tolist() == [0.0, 0.0]
 
 
 def test_norm_error_of_a_state_off_the_sphere_is_seen(top):
