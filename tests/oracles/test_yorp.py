@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from poinsot.shapes.daily_shadows import DailyShadows
 from poinsot.shapes.illumination import Lighting
+from unit.shapes.test_daily_shadows import rough
 
 CASES = json.loads((Path(__file__).parent / "yorp_cases.json").read_text())["cases"]
 CONVEX, SHADED = CASES["yorp_convex"], CASES["self_shadowed_mesh"]
@@ -43,12 +45,13 @@ def test_means_over_rotation_and_orbit_without_thermal_inertia():
     assert np.max(np.abs(found.tilt - expected[:, 1])) < bound
 
 
-def test_means_by_sums_are_those_of_the_closed_form():
-    expected = np.array(CONVEX["mean_torque_spin_obliquity"])
-    found = pt.analysis.yorp_coefficients(mesh_of(CONVEX), np.radians(CONVEX["obliquity_deg"]))  # it has no shadows
-    # Sixteen faces have kinks, which 30 latitudes blur: twice as many leave an eighth.
-    assert np.max(np.abs(found.spin - expected[:, 0])) < 1e-4
-    assert np.max(np.abs(found.tilt - expected[:, 1])) < 2e-5
+def test_convex_meshes_have_the_same_means_with_shadows():
+    mesh, obliquities = mesh_of(CONVEX), np.radians(CONVEX["obliquity_deg"])
+    found = pt.analysis.yorp_coefficients(mesh, obliquities)
+    closed = pt.analysis.yorp_coefficients(mesh, obliquities, shadows=False)
+    for name in ("spin", "tilt", "late", "error"):
+        assert np.array_equal(getattr(found, name), getattr(closed, name))
+    assert not found.error.any()
 
 
 def test_absorbed_light_has_no_mean():
@@ -83,6 +86,90 @@ def sampled_means(mesh, obliquity, filtered, phases=1024, longitudes=128):
         in_space = np.stack([c * torque[:, 0] - s * torque[:, 1], s * torque[:, 0] + c * torque[:, 1], torque[:, 2]])
         total += in_space.mean(axis=1) / longitudes
     return total[2], total[1]  # the change of obliquity is along y: the node is x
+
+
+def sums_over_rays(mesh, obliquity, later, longitudes=160, phases=180):
+    """Return spin and tilt by rays from the centroids, for light that is emitted later by a part of a turn.
+
+    The second result is the spread of four sums, which contain every fourth longitude.
+    """
+    corners = (mesh.vertices - mesh.center_of_mass)[mesh.faces]
+    a, p, q = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normals, centers = np.cross(p, q), corners.mean(axis=1)
+    areas = np.linalg.norm(normals, axis=1) / 2
+    normals /= 2 * areas[:, None]
+    turns = -2 / 3 * areas[:, None] * np.cross(centers, normals)
+    angles = 2 * np.pi * np.arange(phases) / phases
+    c, s = np.cos(angles), np.sin(angles)
+    torques = np.empty((longitudes, 2))
+    for k, longitude in enumerate(2 * np.pi * (np.arange(longitudes) + 0.37) / longitudes):
+        offset = 2 * np.pi * 0.6180339887 * k / phases  # each longitude meets other phases
+        cx, cy = np.cos(offset), np.sin(offset)
+        x, y, z = np.cos(longitude), np.sin(longitude) * np.cos(obliquity), np.sin(longitude) * np.sin(obliquity)
+        x, y = cx * x + cy * y, cx * y - cy * x
+        suns = np.stack([c * x + s * y, c * y - s * x, np.full(phases, z)], axis=-1)
+        light = np.maximum(suns @ normals.T, 0)
+        h = np.cross(suns[:, None], q)
+        scale = np.einsum("dfi,fi->df", h, p)
+        for face, center in enumerate(centers):
+            g = np.cross(center - a, p)
+            u, v = np.einsum("dfi,fi->df", h, center - a) / scale, suns @ g.T / scale
+            hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (np.einsum("fi,fi->f", q, g) / scale > 1e-9)
+            hit[:, face] = False
+            light[hit.any(axis=1), face] = 0
+        torque = np.roll(light, round(later * phases), axis=0) @ turns
+        across = np.mean(((c + 1j * s) * (torque[:, 0] + 1j * torque[:, 1])))
+        torques[k] = torque[:, 2].mean(), (across * (cx + 1j * cy)).imag  # the change of obliquity is along y
+    means = torques.mean(axis=0)
+    return means, np.abs(torques.reshape(-1, 4, 2).mean(axis=0) - means).max(axis=0)
+
+
+@pytest.mark.parametrize(("seed", "obliquity"), [(1, 0.3), (2, 1.1), (4, 2.4)])
+def test_means_with_shadows_equal_sums_over_rays(seed, obliquity):
+    mesh = rough(seed, 16)
+    found = pt.analysis.yorp_coefficients(mesh, [obliquity])
+    (spin, tilt), spread = sums_over_rays(mesh, obliquity, 0.0)
+    (_, late), later_spread = sums_over_rays(mesh, obliquity, 0.25)
+    unshaded = pt.analysis.yorp_coefficients(mesh, [obliquity], shadows=False)
+    assert abs(unshaded.spin[0] - spin) > 10 * (found.error[0] + spread[0])
+    assert abs(found.spin[0] - spin) < found.error[0] + spread[0]
+    assert abs(found.tilt[0] - tilt) < found.error[0] + spread[1]
+    assert abs(found.late[0] - late) < found.error[0] + later_spread[1]
+    assert abs(late) > 10 * (found.error[0] + later_spread[1])
+
+
+def test_the_error_contains_the_difference_from_many_latitudes():
+    """Sums over 6000 longitudes leave less than 1/100 of the error of 128 longitudes, the power -3/2 of the number."""
+    outside, longitudes = 0, 2 * np.pi * (np.arange(6000) + 0.29) / 6000
+    for seed in range(40):
+        mesh, obliquity = rough(seed, 12), np.random.default_rng(seed).uniform(0, np.pi)
+        found = pt.analysis.yorp_coefficients(mesh, [obliquity])
+        bare = pt.analysis.yorp_coefficients(mesh, [obliquity], shadows=False)
+        light = Lighting(mesh)
+        torques = -2 / 3 * light.areas[:, None] * np.cross(light.centers, light.normals)
+        sines = np.sin(obliquity) * np.sin(longitudes)
+        order = np.argsort(sines)
+        along, across = DailyShadows(light, np.eye(3), torques).torques(sines[order])
+        right = (np.sin(longitudes) * np.cos(obliquity) / np.sqrt(1 - sines**2))[order]
+        lost = np.array([np.mean(along), np.mean(across.real * right), -np.mean(across.imag * right)])
+        wanted = np.array([bare.spin[0], bare.tilt[0], bare.late[0]]) - lost
+        off = np.abs(wanted - [found.spin[0], found.tilt[0], found.late[0]])
+        outside += np.count_nonzero(off > found.error[0] + 1e-14)
+        assert found.error[0] < 1e-6 * np.linalg.norm(torques, axis=1).sum()
+    assert outside == 0
+
+
+def test_late_is_the_tilt_of_light_a_quarter_of_a_turn_later():
+    mesh = mesh_of(CONVEX)
+    for obliquity in (0.4, 1.2, 2.5):
+        found = pt.analysis.yorp_coefficients(mesh, [obliquity], shadows=False)
+        later = sampled_means(mesh, obliquity, lambda k: np.exp(-0.5j * np.pi * k))
+        # 128 longitudes and 1024 phases leave 1e-6, as below
+        assert abs(found.late[0] - later[1]) < 1e-6
+        assert abs(later[1]) > 1e-3
+        # the lag of a large parameter is an eighth of a turn, the sum of the tilt and the late tilt
+        lagged = found.with_lag(1e9)
+        assert abs(lagged.tilt[0] * 1e9 - found.tilt[0] - found.late[0]) < 1e-8
 
 
 @pytest.mark.parametrize("parameter", [0.0, 0.3, 2.0])

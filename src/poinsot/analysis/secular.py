@@ -37,7 +37,7 @@ ROUNDING = 4 * np.finfo(float).eps
 """Relative, of the time of a zero."""
 
 SAMPLES = 10
-"""Times in each step at which `until` is evaluated."""
+"""Number of times in each step at which `until` is evaluated."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -81,9 +81,9 @@ def secular_evolution(
 ) -> SecularEvolution:
     """Integrate averaged variables under the sum of the rates of change of all effects.
 
-    A step of the integrator ends at each of the times and is no longer than a hundredth of the whole time. An effect
-    that lasts a third of such a step is not missed. In each step `until` is evaluated at ten times: the first two zeros
-    may be missed where they are closer than a tenth of a step. More times resolve more.
+    Each step of the integrator ends at the next of the times or earlier, and is at most a hundredth of the whole time.
+    An effect that lasts a third of such a step is integrated. The function `until` is evaluated at ten times in each
+    step, so that two zeros are found if they are a tenth of a step apart. More times resolve shorter events.
 
     Parameters
     ----------
