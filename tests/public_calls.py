@@ -50,7 +50,15 @@ PUBLIC = {
 """Everything public by its name, but for the pictures."""
 
 INTERNAL = {
-    *("unchecked", "with_numbers", "number_names", "between_knots", "check", "validity"),  # the records' own business
+    *(
+        "unchecked",
+        "with_axes",
+        "with_numbers",
+        "number_names",
+        "between_knots",
+        "check",
+        "validity",
+    ),  # the records' own business
     *("energy", "torque", "value", "condition", "act", "density", "relative_velocity", "sunlight"),  # formulas
     *("to_body", "to_space", "in_space", "from_quaternion"),
     *("from_unit_quaternion", "kinetics", "place", "slope", "distance", "row", "torque_at"),

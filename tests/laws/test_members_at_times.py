@@ -12,6 +12,7 @@ import zlib
 from collections.abc import Mapping
 from itertools import chain
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -195,7 +196,7 @@ def start(body, world, **own):
     return body.state(5 + world.rows(3), world.rows(3, seed=5), attitudes, omega_body=rates, frame="orbit")
 
 
-STARTS = {
+STARTS: dict[str, Any] = {
     "state": start,
     "state_on": lambda pair, world: pair.state_on(
         pt.KeplerOrbit(pair.mu, semimajor_axis=4 + world.rows(), eccentricity=0.1, inclination=world.rows(seed=1)),
@@ -436,7 +437,8 @@ def assert_motions_agree(motion, each, times, what):
 @pytest.mark.parametrize("times", [times for times in TIMES if TIMES[times]])
 @pytest.mark.parametrize("name", MOTIONS)
 def test_a_motion_of_members_is_the_motion_of_each(name, times):
-    assert_motions_agree(*motion_of(name, times), times, name)
+    motion, each = motion_of(name, times)
+    assert_motions_agree(motion, each, times, name)
 
 
 @pytest.mark.parametrize("times", ["fewer", "as many", "more"])

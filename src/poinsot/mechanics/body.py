@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import InitVar, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -19,7 +19,7 @@ from poinsot.errors import exactly_one, member_array, real_array, real_numbers, 
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
-from poinsot.mechanics.members import of_arrays
+from poinsot.mechanics.members import Method, of_arrays
 from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector, described
 from poinsot.quantities import AngularVelocities, Real, Times
 
@@ -44,7 +44,7 @@ TRIANGLE_SLACK = 8 * np.finfo(float).eps
 """A flat plate has I1 + I2 = I3; its rounded moments may miss that by a few units in the last place."""
 
 
-def _of_vectors(name: str) -> Any:
+def _of_vectors(name: str) -> Callable[[Method], Method]:
     """Return the mark of a formula whose argument may also be an array of vectors, shape (..., 3)."""
     return of_arrays(real_numbers, native=True, **{name: (3,)})
 

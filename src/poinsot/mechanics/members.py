@@ -157,7 +157,7 @@ def _arguments(method: Any) -> list[inspect.Parameter]:
     return [*inspect.signature(method).parameters.values()][1:]
 
 
-def _marked(method: Any, mark: Any, run: Callable[[Any, Sequence[Any]], Any], always: bool = False) -> Any:
+def _marked(method: Method, mark: Any, run: Callable[[Any, Sequence[Any]], Any], always: bool = False) -> Method:
     names = [argument.name for argument in _arguments(method)]
 
     @functools.wraps(method)
@@ -167,7 +167,8 @@ def _marked(method: Any, mark: Any, run: Callable[[Any, Sequence[Any]], Any], al
         return run(self, [*given, *(named[name] for name in names[len(given) :])])
 
     called.mark = mark  # type: ignore[attr-defined]
-    return called
+    marked: Any = called
+    return marked  # type: ignore[no-any-return]
 
 
 def _on_members(method: Any, kinds: Kinds, record: Any, arguments: Sequence[Any]) -> Any:
