@@ -107,6 +107,10 @@ class StoredSystem:
         """Return nothing: the ranges of its formulas are not known."""
         return {}
 
+    def limits(self, *_: Any) -> dict[str, Any]:
+        """Return nothing: the limits of its parts and control laws are not known."""
+        return {}
+
     def torques_body(self, *_: Any) -> dict[str, Any]:
         """Return nothing: the formulas of its forces are not known."""
         return {}
