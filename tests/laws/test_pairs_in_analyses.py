@@ -27,12 +27,17 @@ def _place(at: Any) -> tuple[Any, Any]:
     return at.states.position[:, 0], at.states.position[:, 1]
 
 
+def _spectrum() -> Any:
+    with pytest.warns(UserWarning, match=r"^frequencies should be resolved"):  # less than one revolution
+        return analysis.frequencies(MOTION.distance, TIMES, 2)
+
+
 TAKEN: dict[str, Any] = {
     "chaos_indicators": lambda: analysis.chaos_indicators(SYSTEM, START, [8.0]),
     "lyapunov_spectrum": lambda: analysis.lyapunov_spectrum(SYSTEM, START, [8.0]),
     "state_transition": lambda: analysis.state_transition(SYSTEM, START, [8.0]),
     "periodic_motion": lambda: analysis.periodic_motion(SYSTEM, TAKEN["pair_equilibria"]()[0].state, 5.0),
-    "frequencies": lambda: analysis.frequencies(MOTION.distance, TIMES, 2),
+    "frequencies": _spectrum,
     "diffusion": lambda: analysis.diffusion(MOTION.distance, TIMES),
     "section": lambda: analysis.section(MOTION, _place),
     "apsidal_precession": lambda: analysis.apsidal_precession(MOTION),

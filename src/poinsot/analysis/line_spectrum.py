@@ -4,13 +4,19 @@ An evenly sampled signal is taken apart into lines a exp(i nu t) as by Laskar (1
 67, 257): the highest maximum of the windowed spectrum of the residual gives the next line. His frequency of a single
 line, the maximum itself, is that of the least squares of the difference in the windowed inner product. Here all
 lines found so far are fitted together in that sense, by Gauss and Newton's method, so that close lines do not bias
-each other.
+each other. A pair of lines in the place of one is fitted from the best pair of a grid of frequencies, since the
+maximum of the residual about one line lies too far from both for Gauss and Newton's method to converge to them.
 """
 
 from __future__ import annotations
 
+import copy
 import dataclasses
+import functools
+import itertools
 import math
+import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.errors import array_of, real_array, refuse_nonpositive
+from poinsot.errors import array_of, level_of_user, real_array, refuse_nonpositive
 from poinsot.html_text import PER_TIME, Summarized, told
 from poinsot.quantities import Times
 
@@ -28,10 +34,20 @@ Array = NDArray[Any]
 
 POWER = 3
 """Of the window (1 + cos pi x)^POWER; its main lobe reaches to POWER + 1 bins, farther lines fade as bins^-7."""
-APART = 0.5
-"""Lines closer than this, in bins, are not told from each other."""
+APART = 0.1
+"""The smallest distance of two lines, in bins."""
+CERTAIN = 4
+"""The amplitudes and the distances of close lines exceed this many standard errors."""
 WORSE = 2
-"""A line that makes the frequencies of others less certain by more than this is noise beside them."""
+"""A line whose residual is no noise increases no standard error of another line by more than this factor."""
+SLOW = 2
+"""The standard error of a line of a real signal that is slower than this, in bins, includes an unknown mean."""
+GRID = 0.25
+"""Bins between the frequencies from which the fit of a pair starts."""
+SHIFTED = 0.01
+"""An unresolved line with a larger standard error, in bins, causes a warning."""
+STRONG = 1e-3
+"""An unresolved line that is weaker than this, relative to the strongest line, causes no warning."""
 CLUSTER = 16
 """Lines with gaps below this, in bins, are stepped together; others interact through the residual."""
 NOTCH = 2
@@ -64,8 +80,12 @@ class LineSpectrum(Summarized):
     amplitudes : complex array (lines,)
         In the unit of the signal; the phase is that at t = 0.
     errors : array (lines,)
-        The standard error of each frequency, from the residual of the signal in the bins about the line, be it noise
-        or lines that were left out. Zero for the mean of a real signal.
+        The standard error of each frequency. A resolved line's error follows from the residual of the signal in the
+        bins about the line, which contains noise and lines that were left out, and is zero for the mean of a real
+        signal. The error of an unresolved line also covers the shift that the fit of a pair in its place causes.
+    resolved : bool array (lines,)
+        False where the residual within two turns over the run of a line exceeds the noise around it: another line is
+        too close, or the frequency or the amplitude changes in the run. False where there is no line.
     residual : float
         The RMS residual, weighted by the window.
 
@@ -80,13 +100,21 @@ class LineSpectrum(Summarized):
     frequencies: Array
     amplitudes: Array
     errors: Array
+    resolved: Array
     residual: Any
+
+    @property
+    def _unresolved(self) -> int:
+        return int(np.count_nonzero(~self.resolved & np.isfinite(self.frequencies)))
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Lines of a signal: {self.frequencies.shape[-1]}", {
             "frequencies": told(self.frequencies, PER_TIME),
             "standard errors": told(self.errors, PER_TIME),
+            "not resolved": told(self.frequencies[~self.resolved & np.isfinite(self.frequencies)], PER_TIME)
+            if self._unresolved
+            else "",
             "amplitudes": told(np.abs(self.amplitudes)),
             "residual": told(self.residual),
         }
@@ -98,6 +126,9 @@ def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectru
 
     All lines together minimise the mean of w |signal - sum of a exp(i nu t)|^2, of a real signal |signal - Re sum|^2,
     with the window w = (1 + cos pi x)^3, x from -1 to 1 along the samples.
+
+    Two lines closer than about two turns over the run are fitted as a pair if the noise allows it. A warning names
+    strong lines that are not resolved; their errors are large.
 
     Parameters
     ----------
@@ -122,11 +153,44 @@ def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectru
     """
     refuse_nonpositive("count", count)
     signals, t = _checked(signal, times, count)
+    found = _lines(signals, t, count)
+    _warn_of_merged(found, (t[-1] - t[0]) / (2 * np.pi))
+    return found
+
+
+def lines_of(signal: ArrayLike, times: Times, count: int) -> LineSpectrum:
+    """Return the lines of an evenly sampled signal without a warning of unresolved lines."""
+    return _lines(*_checked(signal, times, count), count)
+
+
+def _lines(signals: Array, t: Array, count: int) -> LineSpectrum:
     rows = [_decomposed(row, t, count) for row in signals.reshape(-1, t.size)]
-    most = max(len(row[0]) for row in rows)
-    padded = [[np.pad(x, (0, most - len(x)), constant_values=np.nan) for x in row[:3]] for row in rows]
-    nu, amplitudes, errors = (np.reshape(x, (*signals.shape[:-1], most)) for x in zip(*padded, strict=True))
-    return LineSpectrum(nu, amplitudes, errors, np.reshape([row[3] for row in rows], signals.shape[:-1])[()])
+    *lines, residuals = zip(*rows, strict=True)
+    missing, shape = (np.nan, np.nan, np.nan, False), signals.shape[:-1]
+    nu, sizes, errors, resolved = (_padded(each, none, shape) for each, none in zip(lines, missing, strict=True))
+    return LineSpectrum(nu, sizes, errors, resolved, np.reshape(residuals, shape)[()])
+
+
+def _padded(rows: Sequence[Array], missing: float, shape: tuple[int, ...]) -> Array:
+    """Return rows of different lengths as one array (*shape, longest)."""
+    longest = max(row.size for row in rows)
+    padded = [np.pad(row, (0, longest - row.size), constant_values=missing) for row in rows]
+    return np.reshape(padded, (*shape, longest))
+
+
+def _warn_of_merged(found: LineSpectrum, run: float) -> None:
+    """Warn of strong unresolved lines; the length of the run is in turns per unit of frequency."""
+    turns = found.errors * run
+    size = np.abs(found.amplitudes)
+    strongest = np.max(size, axis=-1, keepdims=True, initial=0, where=np.isfinite(size))
+    merged = ~found.resolved & (turns > SHIFTED) & (size > STRONG * strongest)
+    if np.any(merged):
+        warnings.warn(
+            f"frequencies should be resolved, but {np.count_nonzero(merged)} of {np.count_nonzero(np.isfinite(size))} "
+            f"lines are not, with standard errors of up to {np.max(turns[merged]):.2g} turns over the run: another "
+            "line is closer than about two turns, or the line drifts. Propagate for a longer time, or raise count.",
+            stacklevel=level_of_user(),
+        )
 
 
 @checked
@@ -135,7 +199,8 @@ def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
 
     nu2/nu1 - 1, of a regular motion no more than the errors of the frequencies, is Laskar's (1993) sign of chaos. A
     line of the first half is followed to the nearest of the second that has at least a third of its amplitude. A mean,
-    and what is slower than one turn in half the run, is not followed.
+    and a line slower than one turn in half the run, is not followed. Lines closer than about two turns over half the
+    run, see `LineSpectrum.resolved`, cause a change without chaos.
 
     Parameters
     ----------
@@ -222,28 +287,67 @@ class _Fit:
         gaps = np.flatnonzero(np.diff(self.turns[order]) > CLUSTER / self.n) + 1
         return [cluster for cluster in np.split(order, gaps) if cluster.size]
 
-    @property
-    def crowded(self) -> bool:
-        """Whether two lines, or one of a real signal and its mirror image at the other sign, are not told apart."""
-        mirrored = -self.turns[self.turns != 0] if self.is_real else self.turns[:0]
-        turns = np.sort(np.concatenate([self.turns, mirrored]) % 1)
-        return bool(np.min(np.diff(turns, append=turns[0] + 1)) * self.n < APART)
+    def gaps(self) -> Array:
+        """Return the distance of each line to the nearest line or mirror image, in bins."""
+        gaps = np.abs(_reduced(self.turns[:, None] - self.turns)) * self.n
+        np.fill_diagonal(gaps, np.inf)
+        if self.is_real:
+            images = np.abs(_reduced(self.turns[:, None] + self.turns)) * self.n
+            gaps = np.minimum(gaps, np.where(self.turns[:, None] * self.turns == 0, np.inf, images))
+        nearest: Array = np.min(gaps, axis=1, initial=np.inf)
+        return nearest
 
     @property
     def residual(self) -> float:
         """The RMS residual."""
         return float(np.sqrt(np.average(np.abs(self.rest) ** 2, weights=self.window)))
 
-    def add(self, turns: float) -> None:
-        """Add a line and fit all of them, until no one changes the signal by more than rounding."""
-        coarse = np.rint(turns * 2**26) / 2**26
-        self.coarse, self.fine = np.append(self.coarse, coarse), np.append(self.fine, turns - coarse)
-        self.amplitudes = np.append(self.amplitudes, 0.0)
-        clusters = self.clusters
+    def with_lines(self, turns: ArrayLike, without: int | None = None) -> _Fit:
+        """Return the fit of all lines and further ones, without one of the present lines."""
+        fit, started = copy.copy(self), np.atleast_1d(turns)
+        vars(fit).pop("uncertainties", None)
+        present = np.arange(self.turns.size) != (-1 if without is None else without)
+        coarse = np.rint(started * 2**26) / 2**26
+        fit.coarse = np.append(self.coarse[present], coarse)
+        fit.fine = np.append(self.fine[present], started - coarse)
+        fit.amplitudes = np.append(self.amplitudes[present], np.zeros(started.size))
+        if without is not None:
+            fit.rest = self.rest + self.sum_of(np.flatnonzero(~present))
+        clusters = fit.clusters
         for _ in range(ROUNDS):
-            if max([self._step(cluster) for cluster in clusters]) <= self.noise:
+            if max([fit._step(cluster) for cluster in clusters]) <= fit.noise:
                 break
-        self.rest = self.signal - self.sum_of(np.arange(self.fine.size))
+        fit.rest = fit.signal - fit.sum_of(np.arange(fit.fine.size))
+        return fit
+
+    def best_on_grid(self, line: int, lines: int, mean: bool = False) -> Array:
+        """Return the frequencies on a grid about a line, as many as `lines`, that explain the most in its place.
+
+        With `mean` one of them is zero.
+        """
+        offsets = np.arange(-POWER - 1, POWER + 1 + GRID / 2, GRID) / self.n
+        turns = self.turns[line] + offsets
+        if self.is_real:
+            turns = turns[(turns > GRID / 2 / self.n) & (turns < 0.5)]
+        if mean:
+            turns = np.append(turns, 0.0)
+        grid = _Fit(self.signal)
+        grid.coarse, grid.fine = turns, np.zeros(turns.size)
+        waves = grid.waves(np.arange(turns.size))
+        columns = np.concatenate([waves, 1j * waves])
+        columns = columns.real if self.is_real else columns
+        weighted = self.window * columns.conj()
+        target = self.rest + self.sum_of(np.array([line]))
+        normal, projected = (weighted @ columns.T).real, (weighted @ target).real
+        normal[np.diag_indices_from(normal)] += 1e-12 * np.sum(self.window)
+        sets = np.array(list(itertools.combinations(range(turns.size - mean), lines - mean)))
+        if mean:
+            sets = np.concatenate([sets, np.full((len(sets), 1), turns.size - 1)], axis=1)
+        members = np.concatenate([sets, sets + turns.size], axis=1)
+        right = projected[members]
+        solved = np.linalg.solve(normal[members[:, :, None], members[:, None, :]], right[..., None])[..., 0]
+        best: Array = turns[sets[np.argmax(np.sum(right * solved, axis=1))]]
+        return best
 
     def _step(self, cluster: Array) -> float:
         """Take one step of Gauss and Newton's with some lines; return by how much it changes the signal."""
@@ -276,61 +380,150 @@ class _Fit:
             turns = min(turns, 0.5 - APART / self.n)  # at 0.5 a line and its mirror image are one
         return turns - (1 if turns >= 0.5 and not self.is_real else 0), bool(is_line)
 
-    def errors(self) -> Array:
-        """Return the standard errors of the frequencies, radians per sample."""
-        power = np.abs(np.fft.fft(self.window * self.x * self.rest, 2 * self.n)) ** 2
-        density = np.mean(power.reshape(-1, 2), axis=1) / np.sum((self.window * self.x) ** 2)
-        bins = np.arange(
-            self.n // 2 + 1 if self.is_real else self.n
-        )  # whole ones alone may be zeros of a line far away
-        apart = np.min(np.abs(_reduced(bins[:, None] / self.n - self.turns)) * self.n, axis=1, initial=np.inf)
-        bins = bins[apart > NOTCH] if np.any(apart > NOTCH) else bins
-        errors = np.empty(self.turns.size)
+    @functools.cached_property
+    def uncertainties(self) -> _Uncertainties:
+        """The standard errors of the lines, and the resolved lines."""
+        density = self._density(self.rest)
+        bins = np.arange(self.n // 2 + 1 if self.is_real else self.n)
+        away = np.abs(_reduced(bins[:, None] / self.n - self.turns)) * self.n
+        outside = np.min(away, axis=1, initial=np.inf) > NOTCH
+        outside = outside if np.any(outside) else np.ones(bins.size, bool)
+        errors, sizes, noise, notch = np.empty((4, self.turns.size))
         for cluster in self.clusters:
-            columns = self.columns(cluster)
-            weighted = self.window * columns
-            spread = _inverse((weighted.conj() @ columns.T).real)
-            variance = np.diag(spread @ (weighted.conj() @ weighted.T).real @ spread)[2 * cluster.size :]
-            variance = np.where(variance < 0, np.inf, variance)  # lines that rounding does not tell apart
-            for line, scale in zip(cluster, variance * (1 if self.is_real else 0.5), strict=True):
-                near = np.argsort(np.abs(_reduced(bins / self.n - self.turns[line])))[:NEIGHBOURS]
-                errors[line] = np.sqrt(np.median(density[bins[near]]) / np.log(2) * scale) * 2 / self.n
-        return np.hypot(errors, 2 * np.pi * np.finfo(float).eps * np.abs(self.turns))
+            variances = self._variances(cluster)
+            for line, real, imaginary, turn in zip(cluster, *variances, strict=True):
+                near = np.argsort(away[outside, line])[:NEIGHBOURS]
+                noise[line] = np.median(density[bins[outside][near]]) / np.log(2)
+                notch[line] = np.max(density[bins[away[:, line] <= NOTCH]])
+                errors[line] = np.sqrt(noise[line] * turn) * 2 / self.n
+                sizes[line] = np.sqrt(noise[line] * max(real, imaginary))
+        rounded = 2 * np.pi * np.finfo(float).eps * np.abs(self.turns)
+        rounding = self._density(np.full(self.n, self.noise))[0] * (1 + np.pi * self.n * np.abs(self.turns)) ** 2
+        resolved = notch <= np.maximum(noise * np.log(self.n / NOT_NOISE), rounding)
+        larger = np.sqrt(np.divide(notch, noise, out=np.ones_like(noise), where=noise > 0))
+        return _Uncertainties(np.hypot(errors, rounded), sizes, resolved, np.hypot(errors * larger, rounded))
+
+    def _density(self, signal: Array) -> Array:
+        """Return the power spectrum of a signal that acts on frequencies, in whole bins.
+
+        It averages two bins, since whole bins alone may be zeros of the spectrum of a line far away.
+        """
+        power = np.abs(np.fft.fft(self.window * self.x * signal, 2 * self.n)) ** 2
+        density: Array = np.mean(power.reshape(-1, 2), axis=1) / np.sum((self.window * self.x) ** 2)
+        return density
+
+    def _variances(self, cluster: Array) -> Array:
+        """Return variances (3, lines) of both parts of the amplitudes and of the frequencies, by unit noise."""
+        columns = self.columns(cluster)
+        if self.is_real and 0 < np.min(np.abs(self.turns)) * self.n < SLOW:
+            columns = np.concatenate([columns, np.ones((1, self.n))])  # the mean, which a slow line may contain
+        weighted = self.window * columns
+        spread = _inverse((weighted.conj() @ columns.T).real)
+        variances = np.diag(spread @ (weighted.conj() @ weighted.T).real @ spread)[: 3 * cluster.size]
+        variances = np.where(variances < 0, np.inf, variances)  # lines that rounding does not tell apart
+        reshaped: Array = variances.reshape(3, -1) * (1 if self.is_real else 0.5)
+        return reshaped
+
+    def is_resolved_at(self, turns: float) -> bool:
+        """Whether the lines close to a frequency are resolved."""
+        close = np.abs(_reduced(self.turns - turns)) * self.n < 2 * (POWER + 1)
+        return bool(np.all(self.uncertainties.resolved[close]))
+
+    def shift(self, line: int) -> float:
+        """Return by how much the frequency of a line differs from the nearest of a pair in its place.
+
+        The frequency of a mean is uncertain by one turn over the run.
+        """
+        if self.is_real and self.turns[line] == 0:
+            return 2 * np.pi / self.n
+        pair = self.with_lines(self.best_on_grid(line, 2), without=line).turns[-2:]
+        shifts = _reduced(np.append(pair, -pair if self.is_real else pair) - self.turns[line])
+        return float(2 * np.pi * np.min(np.abs(shifts)))
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether close lines exceed the noise and differ by more than it allows."""
+        noise = self.uncertainties
+        gaps = self.gaps()
+        close = gaps < POWER + 1
+        return bool(
+            np.all(np.abs(self.amplitudes[close]) > CERTAIN * noise.amplitudes[close])
+            and np.all(gaps[close] > np.maximum(CERTAIN * noise.turns[close] * self.n / (2 * np.pi), APART))
+        )
 
 
-def _decomposed(signal: Array, t: Array, count: int) -> tuple[Array, Array, Array, float]:
+@dataclasses.dataclass(frozen=True)
+class _Uncertainties:
+    """Standard errors of frequencies, radians per sample, and of amplitudes; and the resolved lines.
+
+    `unresolved` contains the standard errors of the frequencies by the residual within the notch.
+    """
+
+    turns: Array
+    amplitudes: Array
+    resolved: Array
+    unresolved: Array
+
+
+def _decomposed(signal: Array, t: Array, count: int) -> tuple[Array, Array, Array, Array, float]:
     """Return frequencies, amplitudes at t = 0, errors and residual of one signal."""
     fit = _fitted(signal, count)
     step = (t[-1] - t[0]) / (t.size - 1)
     backwards = np.sign(fit.turns) if fit.is_real else np.ones(fit.turns.size)
     nu = 2 * np.pi * fit.turns / step
     amplitudes = fit.amplitudes * np.exp(-1j * nu * (t[0] + t[-1]) / 2)
-    errors = fit.errors() / step
+    found = fit.uncertainties
+    errors, resolved = found.turns.copy(), found.resolved
+    for line in np.flatnonzero(~resolved):
+        errors[line] = max(found.unresolved[line], fit.shift(int(line)))
+    errors = errors / step
     order = np.argsort(-np.abs(amplitudes))
     if fit.is_real:
         nu, amplitudes = np.abs(nu), np.where(backwards < 0, amplitudes.conj(), amplitudes)
-    return nu[order], amplitudes[order], errors[order], fit.residual
+    return nu[order], amplitudes[order], errors[order], resolved[order], fit.residual
 
 
 def _fitted(signal: Array, count: int) -> _Fit:
+    """Return the fit of as many lines as the signal determines, at most `count`."""
     fit = _Fit(signal)
     bins = np.arange(fit.n) / fit.n
-    barred = bins > 0.5 if fit.is_real else np.zeros(fit.n, bool)
-    errors = np.empty(0)
+    closed = bins > 0.5 if fit.is_real else np.zeros(fit.n, bool)
+    refused = np.empty(0)
     while fit.turns.size < count:
-        turns, is_line = fit.strongest(barred)
+        near = np.abs(_reduced(bins[:, None] - refused)) * fit.n < POWER + 1
+        turns, is_line = fit.strongest(closed | np.any(near, axis=1))
         if not is_line:
             break
-        before = fit.coarse, fit.fine, fit.amplitudes, fit.rest
-        residual = fit.residual
-        fit.add(turns)
-        after = fit.errors()
-        if fit.crowded or fit.residual > residual or np.any(after[:-1] > WORSE * errors):
-            fit.coarse, fit.fine, fit.amplitudes, fit.rest = before
-            barred |= np.abs(_reduced(bins - turns)) * fit.n < POWER + 1
+        more = _with_one_more(fit, turns)
+        if more is None:
+            refused = np.append(refused, turns)
         else:
-            errors = after
+            fit = more
+            refused = refused[np.abs(_reduced(refused - turns)) * fit.n > 2 * (POWER + 1)]
     return fit
+
+
+def _with_one_more(fit: _Fit, turns: float) -> _Fit | None:
+    """Return a fit with one more line, which is at a maximum of the residual or in a pair instead of a close line."""
+    added, last = fit.with_lines(turns), fit.turns.size
+    if added.residual <= fit.residual and added.is_certain and added.is_resolved_at(turns):
+        return added
+    fits = []
+    if fit.is_real and abs(math.remainder(2 * turns, 1)) * fit.n < 2 * (POWER + 1):
+        fits.append(added.with_lines(added.best_on_grid(last, 1), without=last))
+    away = np.abs(_reduced(fit.turns - turns)) * fit.n
+    if np.min(away, initial=np.inf) < 2 * (POWER + 1):
+        near = int(np.argmin(away))
+        fits.append(fit.with_lines(fit.best_on_grid(near, 2), without=near))
+        if fit.is_real and np.abs(fit.turns[near]) * fit.n < POWER + 1 and np.all(np.delete(fit.turns, near) != 0):
+            fits.append(fit.with_lines(fit.best_on_grid(near, 2, mean=True), without=near))
+    fits = [fit for fit in fits if fit.is_certain and fit.is_resolved_at(turns)]
+    if fits:
+        return min(fits, key=lambda fit: fit.residual)
+    before, after = fit.uncertainties.turns, added.uncertainties.turns
+    if added.residual > fit.residual or not added.is_certain or np.any(after[:last] > WORSE * before):
+        return None
+    return added
 
 
 def _wave(coarse: Array, fine: Array, samples: Array) -> Array:

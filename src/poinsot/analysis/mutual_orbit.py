@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.analysis.line_spectrum import frequencies
+from poinsot.analysis.line_spectrum import lines_of
 from poinsot.checked import checked
+from poinsot.errors import level_of_user
 from poinsot.html_text import Summarized, told
 from poinsot.propagation.pair_trajectory import PairTrajectory
 
@@ -24,6 +26,8 @@ NEWTON = 8
 """Steps for the time of a passage, of which the interpolation is nearly linear."""
 ROUND = 1e-12
 """Eccentricities below this are rounding."""
+UNCERTAIN = 0.01
+"""An unresolved rate with a larger relative error causes a warning."""
 LINES = 2
 """Of the eccentricity vector: the free one, and that forced at the orbital frequency."""
 
@@ -137,10 +141,19 @@ def apsidal_precession(motion: PairTrajectory) -> Any:
     speed = moving.vx + 1j * moving.vy
     turning = (np.conj(across) * speed).imag
     vector = -1j * speed * turning / np.asarray(motion.system.pair.mu) - across / motion.distance
-    lines = frequencies(vector, motion.times, LINES)
+    lines = lines_of(vector, motion.times, LINES)
     pace = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
-    slow = lines.frequencies[(np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > ROUND)]
-    return slow[0] if slow.size else np.float64(np.nan)
+    slow = np.flatnonzero((np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > ROUND))[:1]
+    if not slow.size:
+        return np.float64(np.nan)
+    rate, error = lines.frequencies[slow[0]], lines.errors[slow[0]]
+    if not lines.resolved[slow[0]] and error > UNCERTAIN * abs(rate):
+        warnings.warn(
+            f"apsidal_precession should be resolved, but its standard error is {error:.2g} at a rate of {rate:.2g}: "
+            "another line is close, or the rate changes. Propagate for a longer time.",
+            stacklevel=level_of_user(),
+        )
+    return rate
 
 
 class _Moving(NamedTuple):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 from abc import abstractmethod
-from collections.abc import Iterable
-from typing import Annotated, Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
 from typing_extensions import override
 
@@ -12,6 +13,7 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import unit_quaternion
+from poinsot.mechanics.block import default_name
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
@@ -34,12 +36,24 @@ def _refuse_other_norm(name: str, value: Any, _: str) -> None:
 UnitQuaternion = Annotated[Any, (4,), Rule(_refuse_other_norm)]
 
 
-def _within(torque: Iterable[Scalar], limit: Scalar) -> Vector:
-    """Return a torque with each component within limits."""
-    return Vector(functions.clip(component, -limit, limit) for component in torque)
+class _Limited(Torque):
+    """A torque with each component within limits."""
+
+    if TYPE_CHECKING:
+        limit: Positive
+
+    def within(self, torque: Iterable[Scalar]) -> Vector:
+        """Return a torque with each component within the limit."""
+        return Vector(functions.clip(component, -self.limit, self.limit) for component in torque)
+
+    @override
+    def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:
+        given = self.torque(instant) if torque is None else torque
+        largest = functools.reduce(functions.maximum, map(abs, given))
+        return {f"{default_name(type(self))}_at_limit": largest >= self.limit}
 
 
-class _Feedback(Torque):
+class _Feedback(_Limited):
     """A torque against errors of attitude and rate: u_i = clip(-kp q_i - kd w_i, -limit, limit)."""
 
     formula = "N = clip(-(kp*epsilon) - kd*nu, -limit, limit)"
@@ -56,7 +70,7 @@ class _Feedback(Torque):
     def torque(self, instant: Instant) -> Vector:
         turn, rate = self.deviations(instant)
         wanted = (-self.kp * x - self.kd * y for x, y in zip(turn, rate, strict=True))
-        return _within(wanted, self.limit)
+        return self.within(wanted)
 
 
 class QuaternionFeedback(_Feedback):
@@ -133,7 +147,7 @@ class OrbitPointing(_Feedback):
         return _shorter(quat.product(quat.conjugate(Vector(self.target)), q)), instant.omega_body - rate
 
 
-class RateDamping(Torque):
+class RateDamping(_Limited):
     """A torque against the inertial rate within limits: u_i = clip(-gain w_i, -limit, limit) along the body axes.
 
     Parameters
@@ -156,7 +170,7 @@ class RateDamping(Torque):
 
     @override
     def torque(self, instant: Instant) -> Vector:
-        return _within((-self.gain * component for component in instant.omega_body), self.limit)
+        return self.within(-self.gain * component for component in instant.omega_body)
 
 
 def _quaternion_of(matrix: Any) -> Vector:

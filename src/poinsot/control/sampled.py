@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from poinsot.control.sensors import Sensors
 from poinsot.errors import refuse_nonpositive
-from poinsot.functions import Vector
+from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.part import Jump, Part
@@ -69,3 +69,7 @@ class Sampled(Part, Torque):
     @override
     def torque(self, instant: Instant) -> Vector:
         return instant.own(self)
+
+    @override
+    def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:
+        return self.law.limits(instant, instant.own(self))

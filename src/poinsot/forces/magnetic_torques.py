@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -163,6 +164,11 @@ class BDot(Torque):
     @override
     def torque(self, instant: Instant) -> Vector:
         return functions.cross(self.moment(instant), self.field.in_body(instant))
+
+    @override
+    def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:
+        largest = functools.reduce(functions.maximum, map(abs, self.moment(instant)))
+        return {"b_dot_at_limit": largest >= self.limit}
 
     @override
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:

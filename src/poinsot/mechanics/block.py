@@ -13,7 +13,7 @@ from typing_extensions import override
 
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
 
-__all__ = ["Block"]
+__all__ = ["Block", "default_name"]
 
 RESERVED = frozenset({"attitude", "angular_momentum", "time", "frame"})
 """Names that the results of a system and the arguments of `system.state` have already."""
@@ -42,17 +42,17 @@ class Block(Parametric, ABC):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "name", self.name or _default_name(type(self)))
+        object.__setattr__(self, "name", self.name or default_name(type(self)))
         if not self.name.isidentifier() or self.name in RESERVED or self.name.startswith(("omega", "angular_momentum")):
             raise ValueError(
-                f"name must be a word such as {_default_name(type(self))!r} that no other variable has, got "
+                f"name must be a word such as {default_name(type(self))!r} that no other variable has, got "
                 f"{self.name!r}."
             )
 
     @override
     def __repr__(self) -> str:
         names = [n for n in kinds_of(type(self)) if n != "name"]
-        names += ["name"] * (self.name != _default_name(type(self)))
+        names += ["name"] * (self.name != default_name(type(self)))
         return f"{type(self).__name__}({', '.join(f'{n}={listed(getattr(self, n))}' for n in names)})"
 
     @property
@@ -68,5 +68,6 @@ class Block(Parametric, ABC):
         return [slice(end - count, end) for (name, count), end in places if name in self.momenta]
 
 
-def _default_name(cls: type) -> str:
+def default_name(cls: type) -> str:
+    """Return the name of a class in lower case with underscores."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()

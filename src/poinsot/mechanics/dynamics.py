@@ -106,6 +106,10 @@ class Dynamics(Collection):
         """Return estimates of the relative errors of formulas, by their names in `validity`; each of shape (...)."""
         return self._of_forces(lambda force: force.relative_errors, np.maximum, state, environment)
 
+    def limits(self, state: State, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
+        """Return, by name, whether a quantity of a part or of a control law is at its limit; each of shape (...)."""
+        return self._of_forces(lambda force: force.limits, np.logical_or, state, environment)
+
     def _of_forces(
         self, formula: Callable[[Force], Any], both: Any, state: State, environment: Environment | None
     ) -> dict[str, Any]:

@@ -46,6 +46,13 @@ class Force(Parametric, ABC):
         """Return estimates of the relative error of the formula, by the names in `validity` that they cause."""
         return {}
 
+    def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:  # noqa: ARG002
+        """Return, by name, whether a quantity is at its limit: the summary of a motion counts these times.
+
+        `torque` is the torque of a control law that a sample holds; by default the torque at the instant.
+        """
+        return {}
+
     def on(self, body: str) -> Force:  # noqa: ARG002
         """Return the same force on one of two bodies, "primary" or "secondary"."""
         raise TypeError(f"a force on one of two bodies must be a Potential or a Torque, got {type(self).__name__}.")
@@ -190,6 +197,10 @@ class _On(Force):
     @override
     def relative_errors(self, instant: Any) -> Mapping[str, Scalar]:
         return self.force.relative_errors(getattr(instant, self.body))
+
+    @override
+    def limits(self, instant: Any, torque: Vector | None = None) -> Mapping[str, Scalar]:
+        return self.force.limits(getattr(instant, self.body), torque)
 
 
 class PotentialOn(_On, Potential):

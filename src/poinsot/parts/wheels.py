@@ -132,17 +132,37 @@ class ReactionWheels(Part):
 
     @override
     def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+        return functions.Vector(map(self._torque, range(self.count), *self._demand(instant)))
+
+    @override
+    def limits(self, instant: Instant, torque: functions.Vector | None = None) -> Mapping[str, Scalar]:
+        """Return whether each motor is at the limit of its torque, or of its torque at the speed of its wheel."""
+        found = dict(self.law.limits(instant))
+        for i, (wanted, speed) in enumerate(zip(*self._demand(instant), strict=True)):
+            downwards, upwards = self._largest(i, speed)
+            limit, most = functions.where(wanted > 0, upwards, downwards), self.largest_torques[i]
+            short = abs(wanted) >= limit
+            found[f"{self.name}_{i}_at_torque_limit"] = np.logical_and(short, limit >= most)
+            found[f"{self.name}_{i}_at_speed_limit"] = np.logical_and(short, limit < most)
+        return found
+
+    def _demand(self, instant: Instant) -> tuple[Sequence[Scalar], Sequence[Scalar]]:
+        """Return the torques wanted of the motors, and the speeds of the wheels relative to the body."""
         p, omega = instant.own(self), instant.omega_body
         each = zip(p, self.moments, self.axes, strict=True)
         slips = [x * (1 / moment) - functions.dot(axis, omega) for x, moment, axis in each]
-        wanted = self.distributed(-functions.Vector(self.law.torque(instant)))
-        return functions.Vector(map(self._torque, range(self.count), wanted, slips))
+        return self.distributed(-functions.Vector(self.law.torque(instant))), slips
+
+    def _largest(self, i: int, speed: Scalar) -> tuple[Scalar, Scalar]:
+        """Return the largest torques of a motor at a speed of its wheel, downwards and upwards."""
+        most, part = self.largest_torques[i], speed * (1 / self.largest_speeds[i])
+        upwards = most * functions.minimum(1.0, STEEPNESS * (1 - part))
+        return most * functions.minimum(1.0, STEEPNESS * (1 + part)), upwards
 
     def _torque(self, i: int, wanted: Scalar, speed: Scalar) -> Scalar:
         """Return the torque of motor and friction on a wheel."""
-        most, part = self.largest_torques[i], speed * (1 / self.largest_speeds[i])
-        upwards = most * functions.minimum(1.0, STEEPNESS * (1 - part))
-        downwards = most * functions.minimum(1.0, STEEPNESS * (1 + part))
+        downwards, upwards = self._largest(i, speed)
+        part = speed * (1 / self.largest_speeds[i])
         rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.clip(part * (1 / DRY), -1.0, 1.0)
         return functions.clip(wanted, -downwards, upwards) - rubbing
 

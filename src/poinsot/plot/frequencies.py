@@ -35,7 +35,8 @@ def spectrum(
     """Draw the amplitudes of the lines of one signal against their frequencies, and the RMS residual.
 
     The strongest five have their frequency above them, the error of the last digit in brackets: 0.4713945(2) stands
-    for 0.4713945 +- 0.0000002; without brackets all ten digits are certain. Bars are as wide as the errors.
+    for 0.4713945 +- 0.0000002; without brackets all ten digits are certain. Bars are as wide as the errors. Lines that
+    are not resolved have open circles.
 
     Parameters
     ----------
@@ -72,7 +73,15 @@ def spectrum(
     heights = np.append(size, residual)
     floor = np.min(heights[heights > 0], initial=1.0) / 10
     axes.vlines(nu, floor, size, color=BLUE, linewidth=1)
-    axes.errorbar(nu, size, xerr=errors, fmt="o", color=BLUE, markersize=4, label="lines")
+    for fill, label, chosen in (
+        ("full", "lines", spectrum.resolved),
+        ("none", "lines not resolved", ~spectrum.resolved),
+    ):
+        if np.any(chosen) or fill == "full":
+            (circles, *_) = axes.errorbar(
+                nu[chosen], size[chosen], xerr=errors[chosen], fmt="o", color=BLUE, markersize=4, label=label
+            )
+            circles.set_fillstyle(fill)
     if residual > 0:
         axes.axhline(residual, color=VERMILION, linestyle="--", label="RMS residual")
     for line in range(min(NAMED, nu.size)):

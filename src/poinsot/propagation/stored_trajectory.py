@@ -114,6 +114,10 @@ class StoredSystem(Immutable):
         """Return nothing: the ranges of its formulas are not known."""
         return {}
 
+    def limits(self, *_: Any) -> dict[str, Any]:
+        """Return nothing: the limits of its parts and control laws are not known."""
+        return {}
+
     def torques_body(self, *_: Any) -> dict[str, Any]:
         """Return an empty dictionary: the formulas of the forces are unknown."""
         return {}

@@ -51,7 +51,7 @@ EVERY = slice(None)
 NOTHING = ReadOnlyDict()
 SUMMARY = {"method", "formulation", "precision", "tolerance", "order", "steps", "wall_time", "kernel", "lanes"}
 SUMMARY |= {"norm_error", "tangency_error", "integrals"}
-"""The entries of every summary; the others are drifts, and formulas used outside their range of validity."""
+"""The entries of every summary; the others are drifts, formulas outside their validity, and quantities at limits."""
 ORBIT = ("position", "momentum")
 """What a dataset has for the orbit of two bodies."""
 OF_PARTS = ("title", "calendar", "reference_frame")
@@ -450,7 +450,7 @@ class Trajectory(Summarized):
             **self._told_run,
             **{name: float(np.fmax.reduce(np.abs(errors[name]), axis=None, initial=0.0)) for name in self._errors},
             **({} if self._integral_names else none),
-            **self._misuse,
+            **self._exceptions,
         }
 
     @property
@@ -464,12 +464,13 @@ class Trajectory(Summarized):
         return run | {"method": str(self.run.method)}
 
     @property
-    def _misuse(self) -> dict[str, str]:
-        """At how many times a formula is used where it need not hold, by name, with the estimate of its error."""
+    def _exceptions(self) -> dict[str, str]:
+        """How many times a formula need not hold, with its error, or a quantity is at its limit, by name."""
         known, told = (self._state, self.environment), dict[str, str]()
         misused = {name: at for name, at in self.system.validity(*known).items() if np.any(at)}
         errors = self.system.relative_errors(*known) if misused else {}
-        for name, at in misused.items():
+        limited = {name: at for name, at in self.system.limits(*known).items() if np.any(at)}
+        for name, at in (misused | limited).items():
             error = f", error about {100 * np.nanmax(errors[name]):.2g}%" if name in errors else ""
             told[name] = f"{np.count_nonzero(at)} of {at.size} times{error}"
         return told

@@ -19,7 +19,8 @@ def _closed():
 
 
 def spectrum(nu, amplitudes, errors, residual):
-    return pt.analysis.LineSpectrum(*(np.array(x) for x in (nu, amplitudes, errors)), residual=residual)
+    resolved = np.ones(len(nu), bool)
+    return pt.analysis.LineSpectrum(*(np.array(x) for x in (nu, amplitudes, errors)), resolved, residual=residual)
 
 
 def test_stems_residual_and_units():
@@ -39,6 +40,18 @@ def test_stems_residual_and_units():
     assert axes.get_ylabel() == "amplitude [kg m² s⁻¹]"
     assert axes.figure.get_suptitle() == "momentum"
     assert [text.get_text() for text in axes.texts] == ["1.2000(1)", "-0.50(2)"]
+
+
+def test_unresolved_lines_have_open_circles():
+    found = pt.analysis.LineSpectrum(
+        np.array([1.2, 0.5]), np.array([2j, 0.1]), np.array([1e-4, 0.02]), np.array([True, False]), residual=1e-3
+    )
+    circles = {str(line.get_label()): line for line in pt.plot.spectrum(found).containers}
+    assert list(circles) == ["lines", "lines not resolved"]
+    for label, nu, fill in (("lines", 1.2, "full"), ("lines not resolved", 0.5, "none")):
+        (line, _, _) = circles[label]
+        assert list(line.get_xdata()) == [nu]
+        assert line.get_fillstyle() == fill
 
 
 @pytest.mark.parametrize(
