@@ -19,6 +19,8 @@ from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, Union, get_arg
 import numpy as np
 from typing_extensions import Unpack
 
+from poinsot.printable import quoted
+
 __all__ = ["checked", "checked_fields", "hint_of"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -105,7 +107,7 @@ def _converters(hint: Any) -> list[Converter]:
 
 
 def _unexpected(call: str, name: str) -> NoReturn:
-    raise TypeError(f"{call}() got an unexpected keyword argument {name!r}")
+    raise TypeError(f"{call}() got an unexpected keyword argument {quoted(name)}")
 
 
 def _refuse(name: str, value: Any, rule: Rule, order: str) -> NoReturn:
@@ -122,7 +124,7 @@ def _shown(value: Any) -> str:
     if isinstance(value, type):
         return f"the class {value.__name__}"
     said = isinstance(value, str | bytes | float) or (isinstance(value, int) and abs(value) < 2**64)
-    text = f" {value!r}" if said else _signature(value)
+    text = f" {quoted(value)}" if said else _signature(value)
     return f"{type(value).__name__}{text if len(text) <= 40 else ''}"
 
 

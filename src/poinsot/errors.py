@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.printable import quoted
 from poinsot.quantities import plain
 
 __all__ = [
@@ -119,7 +120,7 @@ def reals_or_nan(name: str, value: Any, time_unit: str | None = None) -> NDArray
     """Return `value` as floats of any shape, finite or not; a quantity of time in a unit."""
     array = array_of(name, value, time_unit)
     if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.{_hint(name, array)}")
+        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {quoted(value)}.{_hint(name, array)}")
     return array.astype(float, copy=False)
 
 
@@ -232,11 +233,6 @@ def optional(name: str, purpose: str, extra: str = "sky") -> Any:
         raise ImportError(
             f"{package} must be installed for {purpose}, got none. `pip install 'poinsot[{extra}]'` brings it."
         ) from None
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _written(shape: tuple[Any, ...]) -> str:

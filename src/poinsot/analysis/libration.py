@@ -15,6 +15,7 @@ from poinsot.html_text import Summarized, told
 from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.two_bodies import BODIES
+from poinsot.printable import quoted
 from poinsot.propagation.pair_trajectory import PairTrajectory
 
 __all__ = ["Librations", "librations"]
@@ -101,7 +102,7 @@ def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
     (np.float64(0.121), np.False_)
     """
     if body not in BODIES:
-        raise ValueError(f"body must be 'primary' or 'secondary', got {body!r}.")
+        raise ValueError(f"body must be 'primary' or 'secondary', got {quoted(body)}.")
     relative = getattr(motion, body).relative_to(motion.orbit_frame).quaternion
     axes = upright(motion.system.pair.bodies[body])
     axes = axes[:, None, :] if axes.ndim > 1 else axes

@@ -13,6 +13,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.html_text import Summarized, told, told_times
+from poinsot.printable import quoted
 from poinsot.quantities import Times
 
 __all__ = ["SecularEvolution", "secular_evolution"]
@@ -140,6 +141,6 @@ def _summed(effects: Sequence[Effect], state: Mapping[str, float]) -> list[float
             raise TypeError(f"effects must return mappings of rates of change by name, got {type(rates).__name__}.")
         for name, rate in rates.items():
             if name not in total:
-                raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {name!r}.")
+                raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {quoted(name)}.")
             total[name] += float(real_array(f"the rate of change of {name}", rate, ()))
     return list(total.values())

@@ -23,7 +23,7 @@ from typer.core import TyperCommand, TyperGroup
 from typing_extensions import override
 
 from poinsot.engine.progress import later
-from poinsot.html_text import shown
+from poinsot.printable import printable
 
 __all__ = [
     "DIFFERS",
@@ -107,7 +107,7 @@ def exit_statuses(own: dict[int, str]) -> str:
 
 def say(sentence: str) -> None:
     """Write a sentence to the standard error; on a terminal on lines of its own, above what moves there."""
-    text = shown(sentence)
+    text = printable(sentence)
     if not sys.stderr.isatty():
         typer.echo(text, err=True)
         return
@@ -123,7 +123,7 @@ def say(sentence: str) -> None:
 def answer(*lines: str) -> None:
     """Write lines to the standard output; those too long for a terminal are broken between words."""
     fitted = _fitted if sys.stdout.isatty() else str
-    typer.echo("\n".join(fitted(shown(line)) for line in lines))
+    typer.echo("\n".join(fitted(printable(line)) for line in lines))
 
 
 def _fitted(line: str) -> str:
@@ -138,7 +138,7 @@ def _fitted(line: str) -> str:
 def hand_over(text: str) -> None:
     """Write a text to the standard output: as it is for a file or a program, and as it can be seen for a terminal."""
     if sys.stdout.isatty():
-        typer.echo("\n".join(map(shown, text.removesuffix("\n").split("\n"))))
+        typer.echo("\n".join(map(printable, text.removesuffix("\n").split("\n"))))
     else:
         typer.echo(text, nl=False)
 
@@ -166,7 +166,7 @@ def advise(*steps: tuple[str, str]) -> None:
     """Say on a terminal what to do next: commands, each with what it does."""
     if sys.stderr.isatty():
         width = max(len(command) for command, _ in steps)
-        lines = [f"  {shown(command):{width}}  # {what}" for command, what in steps]
+        lines = [f"  {printable(command):{width}}  # {what}" for command, what in steps]
         typer.echo("\n".join(["Next:", *lines]), err=True)
 
 
@@ -398,7 +398,7 @@ def busy(what: str) -> Iterator[None]:
 
         columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
         progress = Progress(*columns, console=Console(stderr=True), transient=True)
-        progress.add_task(shown(what), total=None)
+        progress.add_task(printable(what), total=None)
         return progress
 
     if not sys.stderr.isatty():

@@ -21,6 +21,7 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 
 __all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]
 
@@ -286,7 +287,8 @@ class StateVector:
         for name, factors in self.parts.items():
             if np.shape(own.get(name, ()))[-1] != len(factors):
                 raise ValueError(
-                    f"state must have the {len(factors)} variables of the part {name!r}, got {sorted(own) or 'none'}. "
+                    f"state must have the {len(factors)} variables of the part {quoted(name)}, got "
+                    f"{sorted(own) or 'none'}. "
                     "Make it by system.state(...)."
                 )
             columns += self.slots[name].scaled(np.moveaxis(np.asarray(own[name]), -1, 0), self.scale)

@@ -19,6 +19,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
 from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector, described
+from poinsot.printable import quoted
 from poinsot.quantities import AngularVelocities, Real, Times
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ class Body(Parametric):
 
     def own(self, block: Block) -> functions.Vector:
         """Return the variables of a part of the body."""
-        raise KeyError(f"block must be a part of the system, got {block.name!r}. The system has none.")
+        raise KeyError(f"block must be a part of the system, got {quoted(block.name)}. The system has none.")
 
     # ------------------------------------------------------------------ axes
 

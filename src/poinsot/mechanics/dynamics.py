@@ -25,6 +25,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import CompositeBody, Part, named_parts
 from poinsot.mechanics.state import State
+from poinsot.printable import quoted
 
 __all__ = ["Dynamics", "Turning", "scalars"]
 
@@ -190,7 +191,7 @@ class Dynamics(Collection):
         for part in self.parts:
             if len(values[part.name]) != part.size:
                 raise ValueError(
-                    f"state must have the {part.size} variables of the part {part.name!r}, got "
+                    f"state must have the {part.size} variables of the part {quoted(part.name)}, got "
                     f"{len(values[part.name])}. Make it by system.state(...)."
                 )
         return CompositeBody.of(self.body, self.parts, values, time)

@@ -22,6 +22,7 @@ from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_matrix
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
+from poinsot.printable import quoted
 
 __all__ = ["Load", "PairLoad", "Potential", "Torque"]
 
@@ -174,7 +175,7 @@ class _On(Force):
     @override
     def check(self, body: Any) -> None:
         if not hasattr(body, self.body):
-            raise ValueError(f"a system of one body must have forces without `on`, got {self!r}. Leave it out.")
+            raise ValueError(f"a system of one body must have forces without `on`, got {quoted(self)}. Leave it out.")
         self.force.check(getattr(body, self.body))
 
     @override

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Any
 
 from poinsot import functions as formulas
-from poinsot.html_text import said
+from poinsot.printable import message_of
 
 __all__ = ["use_functions"]
 
@@ -21,7 +21,7 @@ def use_functions(formula: str, scalars: str, error: Exception) -> str:
     rule = f"{formula} must use + - * / ** and poinsot.functions alone"
     called = _foreign_call(error.__traceback__)
     if called is None:
-        why = said(error).rstrip(".")
+        why = message_of(error).rstrip(".")
         return f"{rule}, but on {scalars} it gave: {why}. Replace functions of math and numpy by those there."
     name = called.__name__
     own = RENAMED.get(name, name)

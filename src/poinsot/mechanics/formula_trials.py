@@ -11,7 +11,6 @@ import numpy as np
 from poinsot.algebra.program import Graph
 from poinsot.algebra.replay import Replay
 from poinsot.functions import Scalar, Vector
-from poinsot.html_text import said
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.dynamics import Dynamics
@@ -23,6 +22,7 @@ from poinsot.mechanics.instant import Instant, RateUnknownError
 from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.printable import message_of
 
 __all__ = ["PAIR", "on_pairs", "sample_torque", "trial", "try_event", "try_pair_force"]
 
@@ -144,11 +144,15 @@ def _try(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: In
         raise TypeError(f"{error} Write {name} as a {kind}.") from None
     except AttributeError as error:
         if isinstance(error.obj, Instant) or "of two bodies" in str(error):
-            raise TypeError(f"the formula of {name} must be for the bodies of its system, but {said(error)}") from None
+            raise TypeError(
+                f"the formula of {name} must be for the bodies of its system, but {message_of(error)}"
+            ) from None
         raise
     except (TypeError, ValueError) as error:
         if "positional argument" in str(error):
-            raise TypeError(f"the formula of {name} must take one argument, the instant, but {said(error)}.") from error
+            raise TypeError(
+                f"the formula of {name} must take one argument, the instant, but {message_of(error)}."
+            ) from error
         if "truth value" in str(error):
             raise TypeError(
                 f"the formula of {name} must not branch with `if` on a value, but it does. "

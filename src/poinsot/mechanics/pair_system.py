@@ -29,6 +29,7 @@ from poinsot.mechanics.part import parts_of
 from poinsot.mechanics.state import PairState, State, refused
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.printable import quoted
 
 __all__ = ["OfOneBody", "PairSystem", "TwoBodies"]
 
@@ -82,7 +83,9 @@ class PairSystem(System, of=TwoBodies):
     def _check_kinds(self) -> None:
         for force in self.forces:
             for part in parts_of(force) if isinstance(force, Parametric) else ():
-                raise TypeError(f"forces on two bodies must have no parts, got {type(part).__name__} in {force!r}.")
+                raise TypeError(
+                    f"forces on two bodies must have no parts, got {type(part).__name__} in {quoted(force)}."
+                )
             if not isinstance(force, Potential | PairLoad):
                 raise TypeError(
                     "a force on two bodies must be a Potential, a PairLoad or a force on one of them, got "

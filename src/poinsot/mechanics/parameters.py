@@ -31,6 +31,7 @@ from poinsot.errors import (
 from poinsot.functions import Scalar
 from poinsot.html_text import rounded, text_table
 from poinsot.lazy import cached_property
+from poinsot.printable import quoted
 from poinsot.quantities import (
     Along,
     BodyVector,
@@ -308,7 +309,7 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
         return Several(several[0])
     raise TypeError(
         f"{cls.__name__}.{name} must be declared as float, Vector, BodyVector, SpaceVector, Annotated[Any, shape], "
-        f"int, bool, str, Orbit or tuple[Orbit, ...], got {hint!r}."
+        f"int, bool, str, Orbit or tuple[Orbit, ...], got {quoted(hint)}."
     )
 
 

@@ -19,6 +19,7 @@ from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, r
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_aem", "write_aem"]
@@ -70,7 +71,7 @@ def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar
       times: 9, 0 ... 2 s
       ...
     """
-    text, name = read_text(path), str(path)
+    text, name = read_text(path), shortened(path)
     version, segments = ccsds.segments_of(text, name, "AEM", "12", NEEDED, _columns)
     parts, tables = ccsds.chosen(segments, segment, name), list[AttitudeTable]()
     for part in parts:
@@ -84,7 +85,7 @@ def _columns(segment: Rows, version: str, in_xml: bool) -> tuple[str, ...]:
     kind = segment.says["ATTITUDE_TYPE"].upper().replace(" ", "_")
     if kind not in adm.COLUMNS:
         known = ", ".join(adm.COLUMNS)
-        raise ValueError(f"ATTITUDE_TYPE in {segment.name} must be one of {known}, got {kind[:40]!r}.")
+        raise ValueError(f"ATTITUDE_TYPE in {segment.name} must be one of {known}, got {quoted(kind)}.")
     segment.says["ATTITUDE_TYPE"] = kind
     if in_xml or not kind.startswith("QUATERNION"):
         return adm.COLUMNS[kind]
@@ -95,7 +96,7 @@ def _said(segment: Rows, key: str, known: tuple[str, str], version: str) -> str:
     """Return one of two words; version 2 knows only the first and need not say it."""
     said = segment.says.get(key, "" if version < "2" else known[0]).upper()
     if said not in known:
-        raise ValueError(f"{key} in {segment.name} must be {' or '.join(known)}, got {said[:20]!r}.")
+        raise ValueError(f"{key} in {segment.name} must be {' or '.join(known)}, got {quoted(said)}.")
     return said
 
 
@@ -119,7 +120,7 @@ def _rate_in_a(segment: Rows, first: str, second: str) -> bool:
     names = {said, segment.says.get(said, said).upper()}
     if not names & {first.upper(), second.upper()}:
         raise ValueError(
-            f"ANGVEL_FRAME in {segment.name} must be one of the frames {first}, {second}, got {said[:40]!r}."
+            f"ANGVEL_FRAME in {segment.name} must be one of the frames {first}, {second}, got {quoted(said)}."
         )
     return second.upper() not in names
 

@@ -21,6 +21,7 @@ from poinsot.files.untrusted import local_name, read_text
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.state import State
+from poinsot.printable import quoted, shortened
 
 __all__ = ["read_apm", "write_apm"]
 
@@ -112,7 +113,7 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     >>> body, table.state(body).time
     (Body(moments=[1.25, 1.0, 0.75]), array(0.))
     """
-    text, name = read_text(path), str(path)
+    text, name = read_text(path), shortened(path)
     version, header, blocks = _of_xml(text, name) if ccsds.is_xml(text) else _of_kvn(text, name)
     epoch = _Block("", header, name)
     epoch.text("EPOCH")
@@ -151,7 +152,7 @@ def _row(block: _Block, blocks: list[_Block]) -> tuple[str, dict[str, float], bo
         return kind, columns, False
     along = beside.text("ANGVEL_FRAME")
     if along not in (a, b):
-        raise ValueError(f"{beside.place} must have ANGVEL_FRAME {a} or {b}, got {along[:40]!r}.")
+        raise ValueError(f"{beside.place} must have ANGVEL_FRAME {a} or {b}, got {quoted(along)}.")
     sign = 1 if beside.frames() == (a, b) else -1
     columns |= {key: sign * beside.number(key) for key in adm.ANGVEL}
     return f"{form}/ANGVEL", columns, along == a
@@ -208,7 +209,7 @@ def _from_v1(kind: str, entries: list[Entry]) -> _Block:
         key = "Q_DIR" if kind == "QUAT" else f"{kind}_DIR"
         direction = block.text(key).upper()
         if direction not in ("A2B", "B2A"):
-            raise ValueError(f"{said[key].place} must have {key} A2B or B2A, got {direction[:20]!r}.")
+            raise ValueError(f"{said[key].place} must have {key} A2B or B2A, got {quoted(direction)}.")
         if direction == "B2A":
             block.frames()
             said["REF_FRAME_A"], said["REF_FRAME_B"] = said["REF_FRAME_B"], said["REF_FRAME_A"]
@@ -221,7 +222,7 @@ def _number_angles(block: _Block, entries: list[Entry]) -> None:
     sequence = block.text("EULER_ROT_SEQ").upper().translate(TO_DIGITS)
     axes = "".join(entry.key[0] for entry in given).translate(TO_DIGITS)
     if given and axes != sequence:
-        raise ValueError(f"{block.place} must have its angles in the order {sequence[:20]!r}, got {axes[:20]!r}.")
+        raise ValueError(f"{block.place} must have its angles in the order {quoted(sequence)}, got {quoted(axes)}.")
     block.said.update({f"ANGLE_{i}": entry for i, entry in enumerate(given, start=1)})
 
 

@@ -20,6 +20,7 @@ from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 from poinsot.propagation.run_record import Method, Run, versions
 from poinsot.propagation.trajectory import Trajectory
 
@@ -208,7 +209,9 @@ def table_of(
     calendar = calendar or own.calendar
     unit = motion.system.units["time"] if isinstance(motion, Trajectory) else "1"
     if calendar is not None and unit not in ("1", calendar.unit):
-        raise ValueError(f"calendar must count {unit!r} as the system does, got one that counts {calendar.unit!r}.")
+        raise ValueError(
+            f"calendar must count {quoted(unit)} as the system does, got one that counts {quoted(calendar.unit)}."
+        )
     frame = _named(own.reference_frame, reference_frame, dated)
     table = dataclasses.replace(own, calendar=calendar, reference_frame=frame, body_frame=body_frame or own.body_frame)
     if dated:
@@ -240,20 +243,20 @@ def dated_calendar(date: str, scale: str, unit: str, name: str, example: str, gi
         calendar.date(0.0)
         return calendar
     except ValueError:
-        raise ValueError(f"{name} must be a date such as {example}, got {given[:60]!r}.") from None
+        raise ValueError(f"{name} must be a date such as {example}, got {quoted(given)}.") from None
 
 
 def _named(own: str, given: str | None, dated: bool) -> str:
     """Return the name of the reference frame, as given if it is the one of the motion."""
     if given is not None and own != SPACE_AXES_UNNAMED and FRAMES.get(given, given) != FRAMES.get(own, own):
-        raise ValueError(f"reference_frame must be that of the motion, {own!r}, got {given!r}.")
+        raise ValueError(f"reference_frame must be that of the motion, {quoted(own)}, got {quoted(given)}.")
     if dated and given is None and own == SPACE_AXES_UNNAMED:
         raise ValueError(
             "reference_frame must be given for a motion whose space axes have no name, got none. "
             "reference_frame='ICRF' says that they are the ICRF."
         )
     if dated and (given or own) not in FRAMES:
-        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {given or own!r}.")
+        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {quoted(given or own)}.")
     return given or own
 
 

@@ -18,6 +18,7 @@ from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_quaternion_csv", "write_quaternion_csv"]
@@ -65,7 +66,7 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     >>> pt.files.read_quaternion_csv("m.csv").omega_body.shape
     (9, 3)
     """
-    name = str(path)
+    name = shortened(path)
     rows = _parsed(read_text(path), name)
     own, (times,) = None, rows.stacked("t").T
     if "time" in rows.says:
@@ -105,12 +106,12 @@ def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[st
     """Return the columns by the names that they have here, and check what the file says of them."""
     for key, known in (("order", ORDERS), ("direction", DIRECTIONS)):
         if says.get(key) not in known:
-            given = repr(says[key][:40]) if key in says else "none"
+            given = quoted(says[key]) if key in says else "none"
             raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, got {given}. Write {EXAMPLE}.")
     shape = "".join(column.strip()[:1].lower() for column in line.split(","))
     if shape not in ("tqqqq", "tqqqqooo"):
         names = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
-        raise ValueError(f"{place} must name the columns, such as {names}, got {line[:80]!r}.")
+        raise ValueError(f"{place} must name the columns, such as {names}, got {quoted(line)}.")
     rates = OMEGA if len(shape) == 8 else ()
     if rates and says.get("rate") != RATE:
         raise ValueError(f"{place} must come after a line that says what rates are, '# rate: {RATE}', got none.")
