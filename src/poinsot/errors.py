@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.printable import quoted
+from poinsot.printable import kind_of, quoted
 from poinsot.quantities import plain
 
 __all__ = [
@@ -108,19 +108,24 @@ def member_array(name: str, value: Any, shape: tuple[int, ...], axes: str = "") 
 def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray[np.float64]:
     """Return `value` as finite floats of any shape; a quantity of time in a unit."""
     array = reals_or_nan(name, value, time_unit)
+    _refuse_infinite(name, array)
+    return array
+
+
+def _refuse_infinite(name: str, array: Any) -> None:
+    """Raise a ValueError that shows the first number of an array that is infinite or NaN."""
     finite = np.isfinite(array)
     if np.count_nonzero(finite) < finite.size:  # in a fifth of the time of `all`
         where = tuple(int(i) for i in np.argwhere(~finite)[0])
         place = f"{name}[{', '.join(map(str, where))}]" if where else name
-        raise ValueError(f"{name} must be finite, got {place} = {array[where]}.")
-    return array
+        raise ValueError(f"{name} must be finite, got {place} = {np.asarray(array)[where]}.")
 
 
 def reals_or_nan(name: str, value: Any, time_unit: str | None = None) -> NDArray[np.float64]:
     """Return `value` as floats of any shape, finite or not; a quantity of time in a unit."""
     array = array_of(name, value, time_unit)
     if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {quoted(value)}.{_hint(name, array)}")
+        raise TypeError(f"{name} must be real numbers, got {kind_of(value)} {quoted(value)}.{_hint(name, array)}")
     return array.astype(float, copy=False)
 
 
@@ -135,8 +140,9 @@ def _hint(name: str, array: NDArray[Any]) -> str:
 
 
 def scalar(name: str, value: Any) -> Any:
-    """Return a number, array or expression as a formula takes them, its kind kept; anything else is refused."""
+    """Return a finite number, an array or an expression, of the kind that is given, for a formula."""
     if value.__class__ in (np.ndarray, np.float64) and value.dtype == np.float64:
+        _refuse_infinite(name, value)
         return value
     value = plain(name, value)
     real = not isinstance(value, np.ndarray | np.generic) or value.dtype.kind in "ifuO"
@@ -144,6 +150,8 @@ def scalar(name: str, value: Any) -> Any:
     if isinstance(value, np.ndarray):
         each = value.flat if value.dtype == object else ()
     if real and all(isinstance(one, float | np.generic) or _is_symbolic(one) for one in each):
+        if isinstance(value, float | np.generic | np.ndarray) and np.asarray(value).dtype != object:
+            _refuse_infinite(name, value)
         return value
     return real_numbers(name, value)[()]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["kind_of", "message_of", "printable", "quoted", "shortened"]
+__all__ = ["described", "kind_of", "message_of", "printable", "quoted", "shortened"]
 
 MAX_CHARACTERS = 200
 """Characters of an argument that an error message repeats."""
@@ -41,6 +41,11 @@ def shortened(text: Any) -> str:
 def kind_of(value: Any) -> str:
     """Return the name of the class of an argument for an error message."""
     return shortened(type(value).__name__)
+
+
+def described(value: Any) -> str:
+    """Return the class of an argument for an error message, or the argument that is a class."""
+    return f"the class {shortened(value.__name__)}" if isinstance(value, type) else kind_of(value)
 
 
 def message_of(error: BaseException) -> str:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "ANGLE_UNITS",
+    "DEEPEST",
     "NAMED_RATES",
     "OR_NUMBER",
     "Along",

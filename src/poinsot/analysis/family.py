@@ -21,9 +21,8 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.system import System
-from poinsot.printable import quoted
+from poinsot.printable import described, quoted
 
 __all__ = ["Family", "LostError", "NamedFunction", "Place"]
 

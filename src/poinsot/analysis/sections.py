@@ -21,11 +21,11 @@ from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.pair_system import OfOneBody
-from poinsot.mechanics.parameters import described, same
+from poinsot.mechanics.parameters import same
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.printable import quoted
+from poinsot.printable import described, quoted
 from poinsot.propagation.arguments import checked_time
 from poinsot.propagation.chunks import Plan
 from poinsot.propagation.dataset import dataset_of_result

@@ -13,7 +13,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.html_text import Summarized, told, told_times
-from poinsot.printable import quoted
+from poinsot.printable import kind_of, quoted
 from poinsot.quantities import Times
 
 __all__ = ["SecularEvolution", "secular_evolution"]
@@ -138,7 +138,7 @@ def _summed(effects: Sequence[Effect], state: Mapping[str, float]) -> list[float
                 f"start must have the variable {error}, got {', '.join(state) or 'none'}. {hint}"
             ) from None
         if not isinstance(rates, Mapping):
-            raise TypeError(f"effects must return mappings of rates of change by name, got {type(rates).__name__}.")
+            raise TypeError(f"effects must return mappings of rates of change by name, got {kind_of(rates)}.")
         for name, rate in rates.items():
             if name not in total:
                 raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {quoted(name)}.")

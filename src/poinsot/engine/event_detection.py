@@ -31,9 +31,9 @@ from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import described, kinds_of, of_each
+from poinsot.mechanics.parameters import kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
-from poinsot.printable import message_of, quoted
+from poinsot.printable import described, message_of, quoted
 
 __all__ = ["ZENO", "EventDetection", "Recorded", "acted", "refuse_constant_events", "told"]
 

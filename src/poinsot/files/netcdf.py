@@ -25,11 +25,10 @@ from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
-from poinsot.printable import quoted, shortened
+from poinsot.printable import described, quoted, shortened
 from poinsot.propagation.chunks import saved_in_chunks
 from poinsot.propagation.dataset import read_parts, told_parts
 from poinsot.propagation.ensemble_store import EnsembleStore

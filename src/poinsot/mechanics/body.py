@@ -18,8 +18,8 @@ from poinsot.errors import exactly_one, member_array, real_array, real_numbers, 
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
-from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector, described
-from poinsot.printable import quoted
+from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector
+from poinsot.printable import described, quoted
 from poinsot.quantities import AngularVelocities, Real, Times
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ class Body(Parametric):
                 f"tensor must be symmetric, but it differs from its transpose by "
                 f"{np.max(np.abs(inertia - inertia.T)):.3g}."
             )
-        inertia = (inertia + inertia.T) / 2
+        inertia = inertia / 2 + inertia.T / 2  # their sum may overflow
         if np.count_nonzero(inertia - np.diag(np.diag(inertia))) == 0:
             return Body(np.diag(inertia), mass=mass)
         moments, axes = _principal(inertia)
@@ -392,7 +392,8 @@ def inertia_of_spread(spread: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _check_moments(moments: NDArray[np.float64]) -> None:
     small, middle, large = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
-    broken = large > (small + middle) * (1 + TRIANGLE_SLACK)
+    with np.errstate(over="ignore"):
+        broken = large > (small + middle) * (1 + TRIANGLE_SLACK)
     if np.any(broken | (small <= 0)) and moments.shape == (3, 3) and np.array_equal(moments, moments.T):
         raise ValueError("moments must be the three principal ones, got a tensor. Write Body.from_inertia(tensor).")
     refuse_nonpositive("moments", moments)
@@ -443,7 +444,8 @@ def _principal(inertia: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArr
 
 def _settled(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the axes, those of equal moments turned among themselves to the nearest ones."""
-    equal = np.abs(moments[:, None] - moments) <= EQUAL_MOMENTS * np.max(moments)
+    with np.errstate(over="ignore"):
+        equal = np.abs(moments[:, None] - moments) <= EQUAL_MOMENTS * np.max(moments)
     out = axes.copy()
     for i in range(3):
         group = np.flatnonzero(equal[i])

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.errors import DATES, optional, real_numbers
-from poinsot.printable import quoted
+from poinsot.printable import kind_of, quoted, shortened
+from poinsot.quantities import DEEPEST
 
 __all__ = ["SCALES", "Calendar", "checked_calendar", "holds_dates", "span_of"]
 
@@ -151,7 +152,7 @@ class Calendar:
             if scale is None:
                 text = next(text for text, (_, none) in zip(texts, read, strict=True) if none is None)
                 raise ValueError(
-                    f"epoch must say its scale, got {quoted(text)}. Write '{text.strip()} UTC', or TDB, TT."
+                    f"epoch must say its scale, got {quoted(text)}. Write '{shortened(text.strip())} UTC', or TDB, TT."
                 )
             chosen = [i for i, (_, other) in enumerate(read) if other == scale]
             with _offline() as astropy:
@@ -174,7 +175,7 @@ class Calendar:
 def checked_calendar(calendar: Any) -> Calendar:
     """Return a calendar of an orbit in km and km/s, which must count seconds."""
     if not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, got {type(calendar).__name__}.")
+        raise TypeError(f"calendar must be a Calendar, got {kind_of(calendar)}.")
     if calendar.unit != "s":
         raise ValueError(f"calendar must count seconds for an orbit in km and km/s, got {calendar}.")
     return calendar
@@ -198,8 +199,11 @@ def _is_instant(value: Any) -> bool:
 def holds_dates(values: Any) -> bool:
     """Whether something is a date, or a list or an array that begins with one."""
     first = values
-    while (isinstance(first, list | tuple) or (isinstance(first, np.ndarray) and first.ndim)) and len(first):
-        first = first[0]
+    for _ in range(DEEPEST):  # a list may contain itself
+        if isinstance(first, np.ndarray) and first.size:
+            first = first.flat[0]  # a row of a matrix is a matrix
+        elif isinstance(first, list | tuple) and first:
+            first = first[0]
     return isinstance(first, str | DATES) or _is_instant(first)
 
 

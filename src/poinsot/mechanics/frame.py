@@ -15,7 +15,8 @@ from poinsot.errors import real_array, real_numbers
 from poinsot.html_text import text_table
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
-from poinsot.mechanics.parameters import described, listed
+from poinsot.mechanics.parameters import listed
+from poinsot.printable import described
 from poinsot.quantities import AngularVelocities, Time, Times
 
 if TYPE_CHECKING:

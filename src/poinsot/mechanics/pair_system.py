@@ -24,12 +24,12 @@ from poinsot.mechanics.formula_trials import PAIR, try_event, try_pair_force
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.pair_integrals import integrals_of_pair
-from poinsot.mechanics.parameters import Parametric, described
+from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import parts_of
 from poinsot.mechanics.state import PairState, State, refused
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
-from poinsot.printable import quoted
+from poinsot.printable import described, quoted
 
 __all__ = ["OfOneBody", "PairSystem", "TwoBodies"]
 

@@ -31,7 +31,7 @@ from poinsot.errors import (
 from poinsot.functions import Scalar
 from poinsot.html_text import rounded, text_table
 from poinsot.lazy import cached_property
-from poinsot.printable import quoted
+from poinsot.printable import described, quoted
 from poinsot.quantities import (
     Along,
     BodyVector,
@@ -57,7 +57,6 @@ __all__ = [
     "SpaceDirection",
     "Table",
     "Vector",
-    "described",
     "kinds_of",
     "of_each",
     "records_in",
@@ -339,8 +338,3 @@ def listed(value: Any) -> str:
     if value.size > 16 or value.dtype.kind != "f":
         return repr(value.tolist()) if value.size <= 16 else f"<array {value.shape}>"
     return repr(np.array([float(f"{number:.10g}") for number in value.flat]).reshape(value.shape).tolist())
-
-
-def described(value: Any) -> str:
-    """Return what a wrong argument was, for an error sentence."""
-    return f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__

@@ -27,13 +27,12 @@ from poinsot.mechanics.force import Force, PairLoad, Potential, Torque
 from poinsot.mechanics.formula_trials import on_pairs, sample_torque, trial, try_event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral, integrals_of
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
 from poinsot.mechanics.probing import sample_times, samples
 from poinsot.mechanics.state import Phase, State, changed, state_of, state_with
 from poinsot.mechanics.typeset import system_html, system_latex
 from poinsot.mechanics.units import checked_units, dated_units
-from poinsot.printable import quoted
+from poinsot.printable import described, quoted
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

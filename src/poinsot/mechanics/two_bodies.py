@@ -19,9 +19,9 @@ from poinsot.mechanics.circular_pair import circular_orbit, upright
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
 from poinsot.mechanics.overlap import gap_between, refuse_overlap
-from poinsot.mechanics.parameters import Parametric, Positive, described
+from poinsot.mechanics.parameters import Parametric, Positive
 from poinsot.mechanics.state import PairState
-from poinsot.printable import quoted
+from poinsot.printable import described, quoted
 from poinsot.quantities import AngularVelocity, Duration, Real, Times
 
 if TYPE_CHECKING:

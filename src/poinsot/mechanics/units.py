@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from poinsot.html_text import PER_TIME
-from poinsot.mechanics.parameters import Parametric, described, listed
-from poinsot.printable import quoted
+from poinsot.mechanics.parameters import Parametric, listed
+from poinsot.printable import described, quoted
 from poinsot.quantities import Quantity, said_of
 
 __all__ = ["DerivedUnits", "checked_units", "dated_units", "in_units"]

@@ -23,10 +23,10 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.parameters import Points, Positive, Table, described, listed
+from poinsot.mechanics.parameters import Points, Positive, Table, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import Radius, check_surface, shown
-from poinsot.printable import quoted
+from poinsot.printable import described, kind_of, message_of, quoted, shortened
 from poinsot.quantities import Real, Time, Times
 
 __all__ = ["Ephemeris", "EphemerisFrame", "in_metres"]
@@ -168,7 +168,14 @@ class Ephemeris(Orbit):
         refuse_nonpositive("tolerance", tolerance)
 
         def positions(times: Array) -> Array:
-            return real_array("position(times)", position(times), (times.size, 3))
+            try:
+                found = position(times)
+            except Exception as error:
+                raise TypeError(
+                    "position must be a function of times, shape (n,), but on such an array it raised "
+                    f"{kind_of(error)}: {shortened(message_of(error))}."
+                ) from error
+            return real_array("position(times)", found, (times.size, 3))
 
         knots, coefficients, error = pieces.fitted(positions, first, last, tolerance)
         return cls(mu, pieces=_Pieces(knots, coefficients, error, (reference_frame, origin, calendar)), radius=radius)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import Function, checked
-from poinsot.mechanics.parameters import described
+from poinsot.printable import described
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -30,6 +30,7 @@ from poinsot.propagation.lease import lease
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.reductions import concatenated, reduced, reduction
 from poinsot.propagation.run_record import versions
+from poinsot.propagation.selection import refuse_other_names
 from poinsot.propagation.workers import check_client, on_workers
 from poinsot.propagation.zarr_group import GROUP, StoreError, plain
 
@@ -338,9 +339,7 @@ def times_every(every: int) -> str:
 
 def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
     """Compute an ensemble chunk by chunk; return the result in the store, or what the reductions have made."""
-    unknown = [name for name in plan.variables if name not in ensemble.names]
-    if unknown:
-        raise ValueError(f"variables must be some of {', '.join(ensemble.names)}, got {quoted(unknown[0])}.")
+    refuse_other_names("variables", plan.variables, ensemble.names)
     if plan.out is None:
         task = Task(ensemble, plan, chunk_of(ensemble, plan.chunk))
         found: dict[int, Any] = {}

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from poinsot.mechanics.parameters import described
-from poinsot.printable import quoted
+from poinsot.printable import described, quoted
 from poinsot.propagation.ensemble_store import EnsembleStore, dataset_of_arrays
 from poinsot.propagation.zarr_group import plain_attributes
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
-from poinsot.printable import message_of, quoted
+from poinsot.printable import kind_of, message_of, quoted
 from poinsot.propagation.run_record import versions
 
 __all__ = ["check_client", "on_workers"]
@@ -33,7 +33,7 @@ class Task(Protocol[Done]):
 def check_client(client: Any) -> None:
     """Refuse what is no client of dask, one without a scheduler, and one without workers."""
     if not callable(getattr(client, "submit", None)) or not callable(getattr(client, "nthreads", None)):
-        raise TypeError(f"client must be a dask.distributed Client, got {type(client).__name__}.")
+        raise TypeError(f"client must be a dask.distributed Client, got {kind_of(client)}.")
     if client.status != RUNNING:
         raise ValueError(f"client must be connected to its scheduler, got one that is {client.status}.")
     if not client.nthreads():

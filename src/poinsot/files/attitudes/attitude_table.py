@@ -154,7 +154,7 @@ class AttitudeTable(Summarized):
             If the argument is no motion of one body, is along other axes, or has neither the times of the table nor
             dense output.
         """
-        _refuse_ensemble(motion)
+        _refuse_several(motion)
         times, unit = self._times_of(motion.system, motion.calendar)
         slack = SAME_TIME / (unit * (SECONDS[self.calendar.unit] if self.calendar else 1))
         same = times.shape == motion.times.shape and np.all(np.abs(times - motion.times) <= slack)
@@ -200,7 +200,7 @@ def table_of(
     """Return what a writer writes of a motion or a table, with rising times; dated, it has a calendar and a frame."""
     own: AttitudeTable = motion
     if isinstance(motion, Trajectory):
-        _refuse_ensemble(motion)
+        _refuse_several(motion)
         order = np.argsort(motion.times)
         q, omega = motion.quaternion[order], motion.omega_body[order]
         own = AttitudeTable(motion.times[order], q, omega, motion.calendar, motion.reference_frame)
@@ -260,6 +260,8 @@ def _named(own: str, given: str | None, dated: bool) -> str:
     return given or own
 
 
-def _refuse_ensemble(motion: Trajectory) -> None:
+def _refuse_several(motion: Trajectory) -> None:
+    if len(motion.of_bodies) > 1:
+        raise ValueError("motion must be of one body, got two. Take motion.primary or motion.secondary.")
     if motion.quaternion.ndim == 3:
         raise ValueError(f"motion must be of one body, got an ensemble of {len(motion.quaternion)} members.")

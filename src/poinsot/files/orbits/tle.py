@@ -17,10 +17,9 @@ from poinsot.checked import checked
 from poinsot.errors import optional, real_array
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
-from poinsot.mechanics.parameters import described
 from poinsot.orbits.attractors import attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
-from poinsot.printable import quoted
+from poinsot.printable import described, quoted
 from poinsot.quantities import Date
 
 __all__ = ["omm_orbit", "tle_orbit"]
