@@ -21,7 +21,6 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
-from poinsot.printable import quoted
 
 __all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]
 
@@ -284,13 +283,7 @@ class StateVector:
         if not self.parts:
             return rigid
         columns, own = [], state.own
-        for name, factors in self.parts.items():
-            if np.shape(own.get(name, ()))[-1] != len(factors):
-                raise ValueError(
-                    f"state must have the {len(factors)} variables of the part {quoted(name)}, got "
-                    f"{sorted(own) or 'none'}. "
-                    "Make it by system.state(...)."
-                )
+        for name in self.parts:
             columns += self.slots[name].scaled(np.moveaxis(np.asarray(own[name]), -1, 0), self.scale)
         return np.concatenate([rigid, np.stack(columns, axis=-1).astype(rigid.dtype)], axis=-1)
 

@@ -111,6 +111,7 @@ def check_bodies(system: System, state: State) -> None:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
         words = {1: "one body", 2: "two bodies"}
         raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
+    system.check_variables({name: np.shape(values)[-1] for name, values in state.own.items()})
     if needed > 1 and all(isinstance(force, PotentialOn | TorqueOn) for force in system.forces):
         warnings.warn(
             f"system should have a force between its two bodies, got {', '.join(map(repr, system.forces)) or 'none'}. "
