@@ -17,8 +17,9 @@ from poinsot.mechanics.dynamics import Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Load, Potential, Torque, derived_torque
-from poinsot.mechanics.formula_errors import use_functions
+from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
+from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import described, message_of
@@ -139,10 +140,11 @@ def _try(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: In
     except RateUnknownError as error:
         kind = "PairLoad" if isinstance(instant.acted_on, TwoBodies) else "Torque"
         raise TypeError(f"{error} Write {name} as a {kind}.") from None
-    except AttributeError as error:
-        if isinstance(error.obj, Instant) or "of two bodies" in str(error):
+    except (AttributeError, FormulaError) as error:
+        missing = error.__cause__ or error
+        if _is_of_other_bodies(missing):
             raise TypeError(
-                f"the formula of {name} must be for the bodies of its system, but {message_of(error)}"
+                f"the formula of {name} must be for the bodies of its system, but {message_of(missing)}"
             ) from None
         raise
     except (TypeError, ValueError) as error:
@@ -155,7 +157,14 @@ def _try(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: In
                 f"the formula of {name} must not branch with `if` on a value, but it does. "
                 "Write poinsot.functions.where(condition, a, b)."
             ) from None
-        raise TypeError(use_functions(f"the formula of {name}", "arrays", error)) from error
+        raise FormulaError(use_functions(f"the formula of {name}", error)) from error
+
+
+def _is_of_other_bodies(error: BaseException) -> bool:
+    """Whether a formula of one body asks for what two bodies have, or the other way round."""
+    if not isinstance(error, AttributeError):
+        return False
+    return "of two bodies" in str(error) or (isinstance(error.obj, Instant) and hasattr(PairInstant, error.name))
 
 
 class WrongSizeError(TypeError):

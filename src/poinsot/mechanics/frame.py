@@ -15,6 +15,7 @@ from poinsot.errors import real_array, real_numbers
 from poinsot.html_text import text_table
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
+from poinsot.mechanics.formula_errors import explain_formulas
 from poinsot.mechanics.parameters import listed
 from poinsot.printable import described
 from poinsot.quantities import AngularVelocities, Time, Times
@@ -41,6 +42,10 @@ class Frame(ABC):
     >>> orbit.frame.omega_space(0.0)  # of the axes radial, transverse, normal
     array([0., 0., 1.])
     """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        explain_formulas(cls)
 
     @abstractmethod
     def quaternion(self, time: Times) -> NDArray[np.float64]:

@@ -31,6 +31,7 @@ from poinsot.errors import (
 from poinsot.functions import Scalar
 from poinsot.html_text import rounded, text_table
 from poinsot.lazy import cached_property
+from poinsot.mechanics.formula_errors import explain_formulas
 from poinsot.printable import described, quoted
 from poinsot.quantities import (
     Along,
@@ -106,6 +107,7 @@ class Parametric:
                 setattr(cls, name, dataclasses.field())
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
         cls.__setattr__ = _stays  # type: ignore[assignment]
+        explain_formulas(cls)
 
     @classmethod
     def unchecked(cls, **fields: Any) -> Self:
