@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.dimensions import check_components, names_of
 from poinsot.printable import kind_of, quoted
 from poinsot.quantities import plain
 
@@ -98,6 +99,8 @@ def real_array(
 
 def member_array(name: str, value: Any, shape: tuple[int, ...], axes: str = "") -> NDArray[np.float64]:
     """Return `value` as finite floats of the given shape, or with one leading member axis more."""
+    if names := names_of(value):
+        check_components(name, names, len(shape))
     array = real_numbers(name, value)
     if array.shape[max(array.ndim - len(shape), 0) :] != shape or array.ndim > len(shape) + 1 or 0 in array.shape:
         members, along = _written(("members", *shape)), f" along the {axes}" if axes else ""

@@ -740,18 +740,19 @@ def test_formulas_must_return_what_they_say_and_not_branch(name):
     check({name: (lambda: pt.System(BODY, force), TypeError, sentence)}, name)
 
 
-def formula_of(force):
-    return "energy" if isinstance(force, pt.Potential) else "torque"
-
-
 RULE = "must use + - * / ** and poinsot.functions alone"
 FOREIGN = {
-    "math_of_a_parameter": (potential(lambda size, up: math.sin(size) * up[0]), "math.sin", "sin"),
-    "math_of_a_component": (potential(lambda _, up: math.cos(up[0])), "math.cos", "cos"),
-    "math_of_a_rate": (torque(lambda _, omega: (math.fabs(omega[0]), 0.0, 0.0)), "math.fabs", "abs"),
-    "numpy_of_a_vector": (torque(lambda _, omega: np.sin(omega)), "numpy.sin", "sin"),
-    "numpy_dot": (potential(lambda _, up: np.dot(up, up)), "numpy.dot", "dot"),
-    "numpy_of_what_a_potential_looks_at": (potential(lambda _, up: np.arctan2(up[0], up[1])), "numpy.arctan2", "atan2"),
+    "math_of_a_parameter": (potential(lambda size, up: math.sin(size) * up[0]), "Formula.energy", "math.sin", "sin"),
+    "math_of_a_component": (potential(lambda _, up: math.cos(up[0])), "Formula.energy", "math.cos", "cos"),
+    "math_of_a_rate": (torque(lambda _, omega: (math.fabs(omega[0]), 0.0, 0.0)), "Formula.torque", "math.fabs", "abs"),
+    "numpy_of_a_vector": (torque(lambda _, omega: np.sin(omega)), "the formula of Formula", "numpy.sin", "sin"),
+    "numpy_dot": (potential(lambda _, up: np.dot(up, up)), "the formula of Formula", "numpy.dot", "dot"),
+    "numpy_of_what_a_potential_looks_at": (
+        potential(lambda _, up: np.arctan2(up[0], up[1])),
+        "Formula.energy",
+        "numpy.arctan2",
+        "atan2",
+    ),
 }
 ON_SYMBOLS = {
     "sin": lambda x, _: np.sin(x),
@@ -770,8 +771,7 @@ ON_SYMBOLS = {
 
 @pytest.mark.parametrize("name", FOREIGN)
 def test_foreign_functions_are_refused_by_the_system(name):
-    force, foreign, own = FOREIGN[name]
-    place = "the formula of Formula" if foreign.startswith("numpy") else f"Formula.{formula_of(force)}"
+    force, place, foreign, own = FOREIGN[name]
     sentence = f"{place} {RULE}, got {foreign}. Write poinsot.functions.{own}."
     check({name: (lambda: pt.System(BODY, force), TypeError, sentence)}, name)
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import io
 import json
 import math
+import os
 import re
 import shlex
 import shutil
@@ -158,8 +161,9 @@ def hand_over_json(content: Any) -> None:
 
 
 def tell(path: Path) -> None:
-    """Write the path of a file that was written."""
-    hand_over(f"{path}\n")
+    """Write the path of a file that was written, if the standard output is open."""
+    if sys.stdout.writable():
+        hand_over(f"{path}\n")
 
 
 def advise(*steps: tuple[str, str]) -> None:
@@ -227,7 +231,7 @@ class Commands(typer.Typer):
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         """Run the command line."""
-        with _terminated() as heard:
+        with _terminated() as heard, _open_streams():
             try:
                 return super().__call__(*arguments, **options)
             except OSError as error:
@@ -236,7 +240,34 @@ class Commands(typer.Typer):
             except SystemExit as ended:
                 if ended.code == INTERRUPTED and heard:
                     sys.exit(TERMINATED)
+                if isinstance(ended.__context__, BrokenPipeError):  # such as that of `head`, which has read enough
+                    sys.exit(0)
                 raise
+
+
+class _ClosedOutput(io.TextIOBase):
+    """The standard output of a process that was started without one."""
+
+    @override
+    def write(self, text: str) -> int:
+        if text:
+            raise OSError(errno.EBADF, os.strerror(errno.EBADF), "the standard output")
+        return 0
+
+
+@contextlib.contextmanager
+def _open_streams() -> Iterator[None]:
+    """Replace standard streams that were closed before the process started, for which Python has None.
+
+    Messages to a closed standard error are lost; output to a closed standard output is an error.
+    """
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
+        before = sys.stdout, sys.stderr
+        sys.stdout, sys.stderr = sys.stdout or _ClosedOutput(), sys.stderr or nowhere
+        try:
+            yield
+        finally:
+            sys.stdout, sys.stderr = before
 
 
 @contextlib.contextmanager
