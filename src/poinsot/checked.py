@@ -23,6 +23,9 @@ from poinsot.printable import described, kind_of, quoted, shortened
 
 __all__ = ["checked", "checked_fields", "hint_of"]
 
+MAX_NAME = 255
+"""Bytes of the name of a file, the limit of most file systems."""
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 Converter = Callable[[str, Any], Any]
 
@@ -198,7 +201,8 @@ def _is_path(value: Any) -> bool:
     """Whether a value is a path that the system can encode, as text."""
     try:
         path = os.fspath(value)
-        return isinstance(path, str) and b"\0" not in os.fsencode(path)
+        names = os.fsencode(path).split(os.fsencode(os.sep))
+        return isinstance(path, str) and all(b"\0" not in name and len(name) <= MAX_NAME for name in names)
     except Exception:  # of other kinds, with lone surrogates, or of a class of the user's own
         return False
 

@@ -171,7 +171,7 @@ def array_of(name: str, value: Any, time_unit: str | None = None) -> NDArray[Any
     value = plain(name, value, time_unit)
     try:
         return np.array(value)
-    except (ValueError, TypeError, OverflowError):  # such as rows of unequal length
+    except Exception:  # rows of unequal length, or a class of the user's own
         return np.array(None)
 
 

@@ -95,7 +95,7 @@ class Quantity:
 
     def _refuse_degrees(self, name: str, value: Any) -> None:
         angles = np.empty(0)
-        with contextlib.suppress(TypeError, ValueError, OverflowError):  # no numbers: refused where they are used
+        with contextlib.suppress(Exception):  # no numbers: refused where they are used
             angles = np.ravel(np.asarray(value, dtype=float))
         wrong = angles[np.isfinite(angles) & (np.abs(angles) > self.largest)]
         if wrong.size:

@@ -13,7 +13,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.html_text import Summarized, told, told_times
-from poinsot.printable import kind_of, quoted
+from poinsot.printable import described, kind_of, quoted, shortened
 from poinsot.quantities import Times
 
 __all__ = ["SecularEvolution", "secular_evolution"]
@@ -100,7 +100,7 @@ def secular_evolution(
     """
     from scipy.integrate import solve_ivp
 
-    names, values = list(start), [float(real_array(name, value, ())) for name, value in start.items()]
+    names, values = list(start), [float(real_array(_checked_name(name), value, ())) for name, value in start.items()]
     at = real_array("times", times, (None,))
     if len(at) < 2 or np.any(np.diff(at) <= 0):
         raise ValueError(f"times must be two at least and ascend, got {told(at) or 'none'}.")
@@ -144,3 +144,10 @@ def _summed(effects: Sequence[Effect], state: Mapping[str, float]) -> list[float
                 raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {quoted(name)}.")
             total[name] += float(real_array(f"the rate of change of {name}", rate, ()))
     return list(total.values())
+
+
+def _checked_name(name: Any) -> str:
+    """Return the name of a variable for error messages."""
+    if not isinstance(name, str):
+        raise TypeError(f"start must be a mapping of numbers by names, got a name that is {described(name)}.")
+    return shortened(name)

@@ -82,7 +82,7 @@ def checked_units(units: Mapping[str, str] | None, measures: tuple[str, ...]) ->
     if not isinstance(units, Mapping):
         raise TypeError(f'units must be a mapping such as {{"time": "s"}}, got {described(units)}.')
     for key, unit in units.items():
-        if key not in measures:
+        if not isinstance(key, str) or key not in measures:
             *others, last = map(repr, measures)
             raise ValueError(f"units must name {', '.join(others)} and {last}, got {quoted(key)}.")
         if not isinstance(unit, str):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import optional, real_array
+from poinsot.errors import DATES, optional, real_array
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import attractor_radius
@@ -296,6 +296,10 @@ def _epoch_of(line: str) -> Calendar:
 
 def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     if isinstance(message, Mapping):
+        for item in message.items():
+            for value in item:
+                if not isinstance(value, str | int | float | DATES | None):
+                    raise TypeError(f"message must be a mapping of texts and numbers, got {described(value)} in it.")
         return {str(key): str(value) for key, value in message.items() if value is not None}
     if len(message) > MOST_CHARACTERS:
         raise ValueError(f"message must be about one satellite, got {len(message)} characters.")
