@@ -10,6 +10,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from poinsot.printable import shortened
+
 __all__ = ["new_file", "new_folder", "unwritable", "write_text"]
 
 PART, LOCK = ".poinsot-{}.part", "lock"
@@ -33,9 +35,9 @@ def new_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     """
     path = Path(path)
     if path.is_dir():
-        raise IsADirectoryError(f"{path} must be the name of a file, got a folder.")
+        raise IsADirectoryError(f"{shortened(path)} must be the name of a file, got a folder.")
     if path.exists() and not path.is_file():
-        raise FileExistsError(f"{path} must be the name of a file, got a device, a pipe or a socket.")
+        raise FileExistsError(f"{shortened(path)} must be the name of a file, got a device, a pipe or a socket.")
     with _part(path, overwrite) as part:
         yield part
         part.replace(path)
@@ -46,7 +48,7 @@ def new_folder(path: Path, overwrite: bool, mark: str) -> Iterator[Path]:
     """Give the path of a folder to make, as `new_file` does; one with a file of the name `mark` may be replaced."""
     with _part(path, overwrite) as part:
         if path.exists() and not (path / mark).is_file():
-            raise FileExistsError(f"{path} must be a Zarr store to be replaced, got something else.")
+            raise FileExistsError(f"{shortened(path)} must be a Zarr store to be replaced, got something else.")
         yield part
         before = part.with_name("before")
         if overwrite and path.exists():
@@ -70,9 +72,9 @@ def write_text(path: str | Path, text: str, overwrite: bool) -> Path:
 def _part(path: Path, overwrite: bool) -> Iterator[Path]:
     """Give a path in a folder that is locked as long as it lasts, after those that no process has locked are gone."""
     if not path.parent.is_dir():
-        raise FileNotFoundError(f"No such folder: {path.parent}")
+        raise FileNotFoundError(f"No such folder: {shortened(path.parent)}")
     if path.exists() and not overwrite:
-        raise FileExistsError(f"{path} already exists; overwrite=True replaces it.")
+        raise FileExistsError(f"{shortened(path)} already exists; overwrite=True replaces it.")
     for folder in path.parent.glob(PART.format("*")):
         if _is_left(folder):
             shutil.rmtree(folder, ignore_errors=True)
@@ -93,7 +95,7 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
 
 def unwritable(path: Path | str, why: str) -> str:
     """Return the sentence about what cannot be written."""
-    return f"{path} must be a file that can be written, but {why}."
+    return f"{shortened(path)} must be a file that can be written, but {why}."
 
 
 def _is_left(folder: Path) -> bool:

@@ -19,7 +19,12 @@ from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, Union, get_arg
 import numpy as np
 from typing_extensions import Unpack
 
+from poinsot.printable import described, kind_of, quoted, shortened
+
 __all__ = ["checked", "checked_fields", "hint_of"]
+
+MAX_NAME = 255
+"""Bytes of the name of a file, the limit of most file systems."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Converter = Callable[[str, Any], Any]
@@ -105,32 +110,26 @@ def _converters(hint: Any) -> list[Converter]:
 
 
 def _unexpected(call: str, name: str) -> NoReturn:
-    raise TypeError(f"{call}() got an unexpected keyword argument {name!r}")
+    raise TypeError(f"{call}() got an unexpected keyword argument {quoted(name)}")
 
 
 def _refuse(name: str, value: Any, rule: Rule, order: str) -> NoReturn:
     words = rule.words
     if rule.is_class:
-        kind = f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__
+        kind = described(value)
         if isinstance(value, list | tuple) and "a list" in words:
-            kind += f" of {', '.join(dict.fromkeys(type(item).__name__ for item in value[:3])) or 'nothing'}"
+            kind += f" of {', '.join(dict.fromkeys(map(kind_of, value[:3]))) or 'nothing'}"
         raise TypeError(f"{name} must be {words}, got {kind}.{HINTS.get(words, order)}")
     raise TypeError(f"{name} must be {words}, got {_shown(value)}.")
 
 
 def _shown(value: Any) -> str:
-    if isinstance(value, type):
-        return f"the class {value.__name__}"
-    said = isinstance(value, str | bytes | float) or (isinstance(value, int) and abs(value) < 2**64)
-    text = f" {value!r}" if said else _signature(value)
-    return f"{type(value).__name__}{text if len(text) <= 40 else ''}"
-
-
-def _signature(value: Any) -> str:
-    """Return how a function is called, behind its kind; nothing of other values."""
+    """Return the kind of an argument and, of a number, a text or a function, more than that."""
+    if isinstance(value, str | bytes | float | int):
+        return f"{kind_of(value)} {quoted(value)}"
     if isinstance(value, FunctionType | MethodType):
-        return f" {value.__name__}{inspect.signature(value)}"
-    return ""
+        return f"{kind_of(value)} {shortened(f'{value.__name__}{inspect.signature(value)}')}"
+    return described(value)
 
 
 def _ways(hint: Any) -> tuple[Any, ...]:
@@ -199,7 +198,13 @@ def _is_whole(value: Any) -> bool:
 
 
 def _is_path(value: Any) -> bool:
-    return isinstance(value, str | os.PathLike) and "\0" not in str(value)
+    """Whether a value is a path that the system can encode, as text."""
+    try:
+        path = os.fspath(value)
+        names = os.fsencode(path).split(os.fsencode(os.sep))
+        return isinstance(path, str) and all(b"\0" not in name and len(name) <= MAX_NAME for name in names)
+    except Exception:  # of other kinds, with lone surrogates, or of a class of the user's own
+        return False
 
 
 SIMPLE: dict[Any, Rule] = {

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.dimensions import check_components, names_of
+from poinsot.printable import kind_of, quoted
 from poinsot.quantities import plain
 
 __all__ = [
@@ -97,6 +99,8 @@ def real_array(
 
 def member_array(name: str, value: Any, shape: tuple[int, ...], axes: str = "") -> NDArray[np.float64]:
     """Return `value` as finite floats of the given shape, or with one leading member axis more."""
+    if names := names_of(value):
+        check_components(name, names, len(shape))
     array = real_numbers(name, value)
     if array.shape[max(array.ndim - len(shape), 0) :] != shape or array.ndim > len(shape) + 1 or 0 in array.shape:
         members, along = _written(("members", *shape)), f" along the {axes}" if axes else ""
@@ -107,19 +111,24 @@ def member_array(name: str, value: Any, shape: tuple[int, ...], axes: str = "") 
 def real_numbers(name: str, value: Any, time_unit: str | None = None) -> NDArray[np.float64]:
     """Return `value` as finite floats of any shape; a quantity of time in a unit."""
     array = reals_or_nan(name, value, time_unit)
+    _refuse_infinite(name, array)
+    return array
+
+
+def _refuse_infinite(name: str, array: Any) -> None:
+    """Raise a ValueError that shows the first number of an array that is infinite or NaN."""
     finite = np.isfinite(array)
     if np.count_nonzero(finite) < finite.size:  # in a fifth of the time of `all`
         where = tuple(int(i) for i in np.argwhere(~finite)[0])
         place = f"{name}[{', '.join(map(str, where))}]" if where else name
-        raise ValueError(f"{name} must be finite, got {place} = {array[where]}.")
-    return array
+        raise ValueError(f"{name} must be finite, got {place} = {np.asarray(array)[where]}.")
 
 
 def reals_or_nan(name: str, value: Any, time_unit: str | None = None) -> NDArray[np.float64]:
     """Return `value` as floats of any shape, finite or not; a quantity of time in a unit."""
     array = array_of(name, value, time_unit)
     if array.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be real numbers, got {type(value).__name__} {_short(value)}.{_hint(name, array)}")
+        raise TypeError(f"{name} must be real numbers, got {kind_of(value)} {quoted(value)}.{_hint(name, array)}")
     return array.astype(float, copy=False)
 
 
@@ -134,8 +143,9 @@ def _hint(name: str, array: NDArray[Any]) -> str:
 
 
 def scalar(name: str, value: Any) -> Any:
-    """Return a number, array or expression as a formula takes them, its kind kept; anything else is refused."""
+    """Return a finite number, an array or an expression, of the kind that is given, for a formula."""
     if value.__class__ in (np.ndarray, np.float64) and value.dtype == np.float64:
+        _refuse_infinite(name, value)
         return value
     value = plain(name, value)
     real = not isinstance(value, np.ndarray | np.generic) or value.dtype.kind in "ifuO"
@@ -143,6 +153,8 @@ def scalar(name: str, value: Any) -> Any:
     if isinstance(value, np.ndarray):
         each = value.flat if value.dtype == object else ()
     if real and all(isinstance(one, float | np.generic) or _is_symbolic(one) for one in each):
+        if isinstance(value, float | np.generic | np.ndarray) and np.asarray(value).dtype != object:
+            _refuse_infinite(name, value)
         return value
     return real_numbers(name, value)[()]
 
@@ -159,7 +171,7 @@ def array_of(name: str, value: Any, time_unit: str | None = None) -> NDArray[Any
     value = plain(name, value, time_unit)
     try:
         return np.array(value)
-    except (ValueError, TypeError, OverflowError):  # such as rows of unequal length
+    except Exception:  # rows of unequal length, or a class of the user's own
         return np.array(None)
 
 
@@ -232,11 +244,6 @@ def optional(name: str, purpose: str, extra: str = "sky") -> Any:
         raise ImportError(
             f"{package} must be installed for {purpose}, got none. `pip install 'poinsot[{extra}]'` brings it."
         ) from None
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _written(shape: tuple[Any, ...]) -> str:

@@ -14,10 +14,12 @@ from __future__ import annotations
 import builtins
 import operator
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Sized
 from typing import Any
 
 import numpy as np
+
+from poinsot.printable import described, kind_of, quoted
 
 __all__ = [
     "Vector",
@@ -178,7 +180,15 @@ def _elementary(name: str) -> Callable[..., Scalar]:
             return own[0]
         if any(isinstance(scalar, np.ndarray) and scalar.dtype == object for scalar in scalars):
             return np.frompyfunc(function, len(scalars), 1)(*scalars)
-        return getattr(_engine(*scalars), name)(*scalars)
+        try:
+            return getattr(_engine(*scalars), name)(*scalars)
+        except (TypeError, AttributeError):
+            other = next((x for x in scalars if _is_no_number(x)), None)
+            if other is None:
+                raise
+            raise TypeError(
+                f"{name} must have numbers or arrays of them, got {kind_of(other)} {quoted(other)}."
+            ) from None
 
     function.__name__ = name
     function.__doc__ = f"Return `{name}` of a float, array, heyoka or SymPy expression, or mpmath number."
@@ -261,13 +271,20 @@ def interp(x: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -> Sca
 def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
     """Return the sum of the products of the components."""
     a, b, _ = _opened(a, b)
-    first, *others = (x * y for x, y in zip(a, b, strict=True))
-    return sum(others, start=first)
+    try:
+        (first, other), *pairs = zip(a, b, strict=True)
+    except (TypeError, ValueError):
+        raise _not_two_vectors("dot", "of equally many scalars, at least one", a, b) from None
+    return sum((x * y for x, y in pairs), start=first * other)
 
 
 def cross(a: Iterable[Scalar], b: Iterable[Scalar]) -> Vector:
     """Return the vector product of two vectors of three scalars."""
-    (a1, a2, a3), (b1, b2, b3), kind = _opened(a, b)
+    a, b, kind = _opened(a, b)
+    try:
+        (a1, a2, a3), (b1, b2, b3) = a, b
+    except (TypeError, ValueError):
+        raise _not_two_vectors("cross", "of three scalars", a, b) from None
     return kind((a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1))
 
 
@@ -277,9 +294,26 @@ def _opened(a: Iterable[Scalar], b: Iterable[Scalar]) -> tuple[Iterable[Scalar],
     return a, b, Vector
 
 
+def _not_two_vectors(name: str, rule: str, *vectors: Any) -> TypeError | ValueError:
+    """Return the error of a function of two vectors that got others."""
+    for vector in vectors:
+        if not isinstance(vector, Iterable) or isinstance(vector, str | bytes):
+            return TypeError(f"{name} must have two vectors {rule}, got {described(vector)}.")
+    counts = [len(vector) if isinstance(vector, Sized) else "an iterator" for vector in vectors]
+    return ValueError(f"{name} must have two vectors {rule}, got {counts[0]} and {counts[1]}.")
+
+
+def _is_no_number(value: Any) -> bool:
+    """Whether a value is neither a number nor an array of numbers."""
+    return not hasattr(type(value), "__neg__") or getattr(value, "dtype", np.dtype(float)).kind not in "biufcO"
+
+
 def norm(a: Iterable[Scalar]) -> Scalar:
     """Return the Euclidean length of a vector of scalars."""
-    a = a if isinstance(a, Vector) else tuple(a)
+    if not isinstance(a, Vector):
+        if not isinstance(a, Iterable) or isinstance(a, str | bytes):
+            raise TypeError(f"norm must have a vector of scalars, got {described(a)}.")
+        a = tuple(a)
     return sqrt(dot(a, a))
 
 

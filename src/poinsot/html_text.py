@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from poinsot.immutable import Immutable
+from poinsot.printable import printable
 
-__all__ = ["PER_TIME", "Summarized", "curves", "markup_table", "rounded", "shown", "text_table", "told", "told_times"]
+__all__ = ["PER_TIME", "Summarized", "curves", "markup_table", "rounded", "text_table", "told", "told_times"]
 
 PER_TIME = "rad per unit of time"
 """The unit of rates of a result that knows no units."""
@@ -35,24 +36,11 @@ class Summarized(Immutable):
 
     def __repr__(self) -> str:
         title, lines = self._summary()
-        return shown("\n".join([title, *(f"  {name}: {text}" for name, text in lines.items() if text)]), kept="\n")
+        return printable("\n".join([title, *(f"  {name}: {text}" for name, text in lines.items() if text)]), kept="\n")
 
     def _repr_html_(self) -> str:
         title, lines = self._summary()
         return text_table(title, lines)
-
-
-def shown(text: str, kept: str = "") -> str:
-    """Return a text without what a terminal obeys: control characters that are not kept, and marks that turn it."""
-    return "".join(
-        letter if letter.isprintable() or letter in kept else letter.encode("unicode_escape").decode()
-        for letter in text
-    )
-
-
-def said(error: Exception) -> str:
-    """Return what an error of a user's function says, on one line."""
-    return shown(" ".join(str(error).split()))
 
 
 def text_table(title: str, lines: Mapping[str, str]) -> str:

@@ -18,8 +18,11 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.dimensions import in_order, names_of
+
 __all__ = [
     "ANGLE_UNITS",
+    "DEEPEST",
     "NAMED_RATES",
     "OR_NUMBER",
     "Along",
@@ -92,7 +95,7 @@ class Quantity:
 
     def _refuse_degrees(self, name: str, value: Any) -> None:
         angles = np.empty(0)
-        with contextlib.suppress(TypeError, ValueError, OverflowError):  # no numbers: refused where they are used
+        with contextlib.suppress(Exception):  # no numbers: refused where they are used
             angles = np.ravel(np.asarray(value, dtype=float))
         wrong = angles[np.isfinite(angles) & (np.abs(angles) > self.largest)]
         if wrong.size:
@@ -181,10 +184,14 @@ def hints_of(cls: type) -> dict[str, Any]:
 def plain(name: str, value: Any, unit: str | None = None, depth: int = 0) -> Any:
     """Return a value without its unit, converted to the unit that is meant, if one is.
 
+    The axes of an array with named dimensions are in the order members, times, components.
+
     Raises
     ------
     TypeError
         If it has a mask, or a unit that does not convert.
+    ValueError
+        If names of dimensions do not determine their order.
     """
     if isinstance(value, list | tuple) and depth < DEEPEST:
         if {int, float}.issuperset(map(type, value)):
@@ -199,7 +206,8 @@ def plain(name: str, value: Any, unit: str | None = None, depth: int = 0) -> Any
         return _converted(name, value, unit)
     if hasattr(kind, "units") and (hasattr(kind, "magnitude") or hasattr(kind, "to_value")):
         raise TypeError(_own_units(name, value.units))
-    return value
+    names = names_of(value)
+    return value if names is None else in_order(name, value, names)
 
 
 def _converted(name: str, value: Any, unit: str | None) -> Any:

@@ -40,7 +40,7 @@ def check(cases, name):
     call, kind, sentence = cases[name]
     with pytest.raises(kind, match=f"^{re.escape(sentence)}$") as caught:
         call()
-    assert caught.type is kind
+    assert issubclass(caught.type, kind)
 
 
 # ---------------------------------------------------------------------- numbers that are none
@@ -147,8 +147,8 @@ NOT_REAL = {
     ),
     "ragged": (lambda: pt.Body(((1, 2), (1,))), "moments must be real numbers, got tuple ((1, 2), (1,))."),
     "long": (
-        lambda: pt.Body("a" * 100),
-        "moments must be real numbers, got str 'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa....",
+        lambda: pt.Body("a" * 1000),
+        f"moments must be real numbers, got str '{'a' * 196}....",
     ),
     "word_for_mass": (lambda: pt.Body.from_cylinder("1", 1, 1), "mass must be real numbers, got str '1'."),
     "truth_for_mass": (lambda: pt.Body.from_cylinder(True, 1, 1), "mass must be real numbers, got bool True."),
@@ -742,12 +742,17 @@ def test_formulas_must_return_what_they_say_and_not_branch(name):
 
 RULE = "must use + - * / ** and poinsot.functions alone"
 FOREIGN = {
-    "math_of_a_parameter": (potential(lambda size, up: math.sin(size) * up[0]), "math.sin", "sin"),
-    "math_of_a_component": (potential(lambda _, up: math.cos(up[0])), "math.cos", "cos"),
-    "math_of_a_rate": (torque(lambda _, omega: (math.fabs(omega[0]), 0.0, 0.0)), "math.fabs", "abs"),
-    "numpy_of_a_vector": (torque(lambda _, omega: np.sin(omega)), "numpy.sin", "sin"),
-    "numpy_dot": (potential(lambda _, up: np.dot(up, up)), "numpy.dot", "dot"),
-    "numpy_of_what_a_potential_looks_at": (potential(lambda _, up: np.arctan2(up[0], up[1])), "numpy.arctan2", "atan2"),
+    "math_of_a_parameter": (potential(lambda size, up: math.sin(size) * up[0]), "Formula.energy", "math.sin", "sin"),
+    "math_of_a_component": (potential(lambda _, up: math.cos(up[0])), "Formula.energy", "math.cos", "cos"),
+    "math_of_a_rate": (torque(lambda _, omega: (math.fabs(omega[0]), 0.0, 0.0)), "Formula.torque", "math.fabs", "abs"),
+    "numpy_of_a_vector": (torque(lambda _, omega: np.sin(omega)), "the formula of Formula", "numpy.sin", "sin"),
+    "numpy_dot": (potential(lambda _, up: np.dot(up, up)), "the formula of Formula", "numpy.dot", "dot"),
+    "numpy_of_what_a_potential_looks_at": (
+        potential(lambda _, up: np.arctan2(up[0], up[1])),
+        "Formula.energy",
+        "numpy.arctan2",
+        "atan2",
+    ),
 }
 ON_SYMBOLS = {
     "sin": lambda x, _: np.sin(x),
@@ -766,15 +771,15 @@ ON_SYMBOLS = {
 
 @pytest.mark.parametrize("name", FOREIGN)
 def test_foreign_functions_are_refused_by_the_system(name):
-    force, foreign, own = FOREIGN[name]
-    sentence = f"the formula of Formula {RULE}, got {foreign} of arrays. Write poinsot.functions.{own}."
+    force, place, foreign, own = FOREIGN[name]
+    sentence = f"{place} {RULE}, got {foreign}. Write poinsot.functions.{own}."
     check({name: (lambda: pt.System(BODY, force), TypeError, sentence)}, name)
 
 
 @pytest.mark.parametrize("own", ON_SYMBOLS)
 def test_foreign_functions_are_refused_on_symbols_by_name(own):
     force = torque(lambda size, omega: functions.Vector((ON_SYMBOLS[own](size * omega[0], omega), omega[1], omega[2])))
-    with pytest.raises(TypeError, match=rf"{re.escape(RULE)}, got numpy\.[a-z0-9.]+ of symbols\. ") as caught:
+    with pytest.raises(TypeError, match=rf"{re.escape(RULE)}, got numpy\.[a-z0-9.]+\. ") as caught:
         pt.propagate(pt.System(BODY, force), STATE, (0, 1))
     assert str(caught.value).endswith(f"Write poinsot.functions.{own}.")
 
@@ -805,7 +810,7 @@ def test_a_comparison_that_has_no_condition_names_the_one_that_has():
 
 def test_a_foreign_choice_by_a_condition_names_where():
     force = torque(lambda _, omega: functions.Vector((np.where(omega[0] < 0, 1.0, 2.0), omega[1], omega[2])))
-    with pytest.raises(TypeError, match=r"got numpy\.where of symbols\. Write poinsot\.functions\.where\."):
+    with pytest.raises(TypeError, match=r"got numpy\.where\. Write poinsot\.functions\.where\."):
         pt.propagate(pt.System(BODY, force), STATE, (0, 1))
 
 

@@ -28,6 +28,7 @@ from poinsot.mechanics.probing import time_scales
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
+from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_times
 from poinsot.propagation.chunks import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
@@ -375,7 +376,8 @@ def lyapunov_spectrum(
     """
     if system.jumping:
         raise ValueError(
-            f"system must have no digital controller, got {system.jumping[0].name!r}: a spectrum begins anew on the "
+            f"system must have no digital controller, got {quoted(system.jumping[0].name)}: a spectrum begins anew on "
+            "the "
             "way, and so would its memory. Take chaos_indicators."
         )
     whole, plan = VariationalRun(system, state, times, formulation, tolerance, threads, False), plan_of(**chunking)

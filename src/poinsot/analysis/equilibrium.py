@@ -32,6 +32,7 @@ from poinsot.mechanics.pair_system import OfOneBody
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_time
 from poinsot.quantities import Time
 
@@ -369,7 +370,8 @@ def grows_with_time(matrix: Array, eigenvalues: Array, slow: float) -> bool:
 def _refuse_span(name: str, span: tuple[float, float]) -> None:
     if np.isfinite(span[1] - span[0]):
         raise ValueError(
-            f"{name} must be the same at all times, but an ephemeris, known for [{span[0]!r}, {span[1]!r}], is not. "
+            f"{name} must be the same at all times, but an ephemeris, known for [{quoted(span[0])}, "
+            f"{quoted(span[1])}], is not. "
             "Take an orbit with a formula."
         )
 

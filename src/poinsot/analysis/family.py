@@ -22,8 +22,8 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.system import System
+from poinsot.printable import described, quoted
 
 __all__ = ["Family", "LostError", "NamedFunction", "Place"]
 
@@ -112,7 +112,7 @@ class Family:
         self.name, self._parameter, self._turns = parameter.name, parameter, turns
         self.start, self.span = parameter.value, to - parameter.value
         if not self.span:
-            raise ValueError(f"to must be another value than that of {self.name}, got {to!r}.")
+            raise ValueError(f"to must be another value than that of {self.name}, got {quoted(to)}.")
         self._origin = motion.state
         self._period = period or (lambda _: motion.period)
         self._frame = frame or (lambda _: motion.frame)

@@ -16,6 +16,7 @@ from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.members import expanded
 from poinsot.mechanics.two_bodies import BODIES
+from poinsot.printable import quoted
 from poinsot.propagation.pair_trajectory import PairTrajectory
 
 __all__ = ["Librations", "librations"]
@@ -102,7 +103,7 @@ def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
     (np.float64(0.121), np.False_)
     """
     if body not in BODIES:
-        raise ValueError(f"body must be 'primary' or 'secondary', got {body!r}.")
+        raise ValueError(f"body must be 'primary' or 'secondary', got {quoted(body)}.")
     relative = getattr(motion, body).relative_to(motion.orbit_frame).quaternion
     axes = expanded(upright(motion.system.pair.bodies[body]), relative.ndim - 1, components=1)
     principal = quat.product(relative, quat.conjugate(axes))

@@ -26,6 +26,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import array_of, level_of_user, real_array, refuse_nonpositive
 from poinsot.html_text import PER_TIME, Summarized, told
+from poinsot.printable import kind_of
 from poinsot.quantities import Times
 
 __all__ = ["LineSpectrum", "diffusion", "frequencies"]
@@ -604,7 +605,7 @@ def _numbers(signal: ArrayLike) -> Array:
     """Return a signal as finite floats or complex numbers."""
     values = array_of("signal", signal)
     if values.dtype.kind not in "iufc":
-        raise TypeError(f"signal must be real or complex numbers, got {type(signal).__name__}.")
+        raise TypeError(f"signal must be real or complex numbers, got {kind_of(signal)}.")
     values = values.astype(complex if values.dtype.kind == "c" else float)
     if not np.all(np.isfinite(values)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])

@@ -19,6 +19,7 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import State, changed, state_of, state_with
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 
 __all__ = ["ROUNDS", "Passage", "PeriodMap", "Point", "carried"]
 
@@ -156,8 +157,9 @@ class PeriodMap:
         first, last = self.system.span
         if self.time < first or self.time + 2 * self.period > last:
             raise ValueError(
-                f"period must fit twice into the span of the orbits, [{first!r}, {last!r}], got {self.period!r}, "
-                f"from {self.time!r}."
+                f"period must fit twice into the span of the orbits, [{quoted(first)}, {quoted(last)}], got "
+                f"{quoted(self.period)}, "
+                f"from {quoted(self.time)}."
             )
         for name, change in self._changes(self._vectors_of_system):
             raise ValueError(

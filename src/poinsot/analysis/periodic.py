@@ -26,11 +26,11 @@ from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
+from poinsot.printable import described, kind_of
 from poinsot.propagation.arguments import members_of
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
@@ -180,7 +180,7 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     refuse_nonpositive("period", period)
     if isinstance(system, PairSystem) != isinstance(guess, PairState):
         wanted = "PairState of two bodies" if isinstance(system, PairSystem) else "State of one body"
-        raise TypeError(f"guess must be a {wanted}, got a {type(guess).__name__}. system.state makes it.")
+        raise TypeError(f"guess must be a {wanted}, got a {kind_of(guess)}. system.state makes it.")
     if isinstance(system, PairSystem):
         if frame is not None:
             raise ValueError(f"frame must be left out of two bodies, got {described(frame)}. The motion has its own.")

@@ -21,10 +21,11 @@ from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.pair_system import OfOneBody
-from poinsot.mechanics.parameters import described, same
+from poinsot.mechanics.parameters import same
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.printable import described, quoted
 from poinsot.propagation.arguments import checked_time
 from poinsot.propagation.chunks import Plan
 from poinsot.propagation.dataset import dataset_of_result
@@ -136,9 +137,9 @@ def section(
       ...
     """
     if event is not None and not 0 <= event < len(motion.events):
-        raise ValueError(f"event must be below the {len(motion.events)} events of the motion, got {event!r}.")
+        raise ValueError(f"event must be below the {len(motion.events)} events of the motion, got {quoted(event)}.")
     if len(labels) != 2:
-        raise ValueError(f"labels must be two words, got {labels!r}.")
+        raise ValueError(f"labels must be two words, got {quoted(labels)}.")
     points = _all_times(motion) if event is None else motion.events[event]
     found = _coordinates(coordinates, points)
     members = len(motion) if motion.is_ensemble else 1

@@ -14,6 +14,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.html_text import Summarized, told, told_times
+from poinsot.printable import described, kind_of, quoted, shortened
 from poinsot.quantities import Times
 
 __all__ = ["SecularEvolution", "secular_evolution"]
@@ -117,7 +118,7 @@ def secular_evolution(
     """
     from scipy.integrate import DOP853
 
-    names, values = list(start), [float(real_array(name, value, ())) for name, value in start.items()]
+    names, values = list(start), [float(real_array(_checked_name(name), value, ())) for name, value in start.items()]
     at = real_array("times", times, (None,))
     if len(at) < 2 or np.any(np.diff(at) <= 0):
         raise ValueError(f"times must be two at least and ascend, got {told(at) or 'none'}.")
@@ -187,9 +188,16 @@ def _summed(effects: Sequence[Effect], state: Mapping[str, float]) -> list[float
                 f"start must have the variable {error}, got {', '.join(state) or 'none'}. {hint}"
             ) from None
         if not isinstance(rates, Mapping):
-            raise TypeError(f"effects must return mappings of rates of change by name, got {type(rates).__name__}.")
+            raise TypeError(f"effects must return mappings of rates of change by name, got {kind_of(rates)}.")
         for name, rate in rates.items():
             if name not in total:
-                raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {name!r}.")
+                raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {quoted(name)}.")
             total[name] += float(real_array(f"the rate of change of {name}", rate, ()))
     return list(total.values())
+
+
+def _checked_name(name: Any) -> str:
+    """Return the name of a variable for error messages."""
+    if not isinstance(name, str):
+        raise TypeError(f"start must be a mapping of numbers by names, got a name that is {described(name)}.")
+    return shortened(name)

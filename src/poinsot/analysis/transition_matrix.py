@@ -24,6 +24,7 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_times
 from poinsot.propagation.chunks import Chunking, plan_of
 from poinsot.propagation.dataset import components
@@ -201,7 +202,7 @@ def state_transition(
     ((1, 6, 6), (1, 6, 1), 1.0)
     """
     if order not in (1, 2):
-        raise ValueError(f"order must be 1 or 2, got {order!r}.")
+        raise ValueError(f"order must be 1 or 2, got {quoted(order)}.")
     if plan := plan_of(**chunking):
         given = {"parameters": parameters, "order": order, "formulation": formulation, "tolerance": tolerance}
         given, t = given | {"threads": threads}, checked_times(times, system)

@@ -26,6 +26,7 @@ from poinsot.cli.terminal import (
     opened,
     tell,
 )
+from poinsot.printable import quoted
 from poinsot.quantities import ANGLE_UNITS
 
 __all__ = ["KINDS", "animate", "drawn", "plot", "usual_kind", "view", "viewed"]
@@ -237,7 +238,7 @@ def viewed(motion: Any, path: Path, overwrite: bool, beside: Any = None) -> Path
 def _check_options(kind: str, given: dict[str, Any]) -> None:
     """Refuse another kind, options that are of no use for it, and a comparison with nothing."""
     if kind not in KINDS:
-        raise ValueError(f"--kind must be one of {', '.join(KINDS)}, got {kind!r}.")
+        raise ValueError(f"--kind must be one of {', '.join(KINDS)}, got {quoted(kind)}.")
     for name, value in given.items():
         if value and name not in _wanted(kind):
             kinds = " or ".join(known for known in KINDS if name in _wanted(known))
@@ -314,7 +315,7 @@ def _places(times: Any, window: str) -> Any:
             raise ValueError
         low, high = float(first or -np.inf), float(last or np.inf)
     except ValueError:
-        raise ValueError(f"--time must be FROM:TO, two numbers, got {window!r}.") from None
+        raise ValueError(f"--time must be FROM:TO, two numbers, got {quoted(window)}.") from None
     places = np.flatnonzero((times >= low) & (times <= high))
     if not places.size:
         raise ValueError(f"--time must meet times of the result, {times[0]:.6g} ... {times[-1]:.6g}, got {window}.")

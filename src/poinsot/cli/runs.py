@@ -35,6 +35,7 @@ from poinsot.cli.terminal import (
     say,
     tell,
 )
+from poinsot.printable import quoted
 
 __all__ = ["new", "run"]
 
@@ -186,7 +187,7 @@ def _workers(scheduler: str | None) -> Iterator[Any]:
     except ImportError:
         raise ImportError("--scheduler needs dask: pip install 'poinsot[cluster]'.") from None
     if not re.fullmatch(r"(\w+://)?[^/]+:\d+", scheduler):
-        raise ValueError(f"--scheduler must be an address such as tcp://host:8786, got {scheduler!r}.")
+        raise ValueError(f"--scheduler must be an address such as tcp://host:8786, got {quoted(scheduler)}.")
     with busy(f"Connecting to {scheduler}"):
         try:
             made: Any = distributed.Client

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import io
 import json
 import math
+import os
 import re
 import shlex
 import shutil
@@ -23,7 +26,7 @@ from typer.core import TyperCommand, TyperGroup
 from typing_extensions import override
 
 from poinsot.engine.progress import later
-from poinsot.html_text import shown
+from poinsot.printable import printable
 
 __all__ = [
     "DIFFERS",
@@ -107,7 +110,7 @@ def exit_statuses(own: dict[int, str]) -> str:
 
 def say(sentence: str) -> None:
     """Write a sentence to the standard error; on a terminal on lines of its own, above what moves there."""
-    text = shown(sentence)
+    text = printable(sentence)
     if not sys.stderr.isatty():
         typer.echo(text, err=True)
         return
@@ -123,7 +126,7 @@ def say(sentence: str) -> None:
 def answer(*lines: str) -> None:
     """Write lines to the standard output; those too long for a terminal are broken between words."""
     fitted = _fitted if sys.stdout.isatty() else str
-    typer.echo("\n".join(fitted(shown(line)) for line in lines))
+    typer.echo("\n".join(fitted(printable(line)) for line in lines))
 
 
 def _fitted(line: str) -> str:
@@ -138,7 +141,7 @@ def _fitted(line: str) -> str:
 def hand_over(text: str) -> None:
     """Write a text to the standard output: as it is for a file or a program, and as it can be seen for a terminal."""
     if sys.stdout.isatty():
-        typer.echo("\n".join(map(shown, text.removesuffix("\n").split("\n"))))
+        typer.echo("\n".join(map(printable, text.removesuffix("\n").split("\n"))))
     else:
         typer.echo(text, nl=False)
 
@@ -158,15 +161,16 @@ def hand_over_json(content: Any) -> None:
 
 
 def tell(path: Path) -> None:
-    """Write the path of a file that was written."""
-    hand_over(f"{path}\n")
+    """Write the path of a file that was written, if the standard output is open."""
+    if sys.stdout.writable():
+        hand_over(f"{path}\n")
 
 
 def advise(*steps: tuple[str, str]) -> None:
     """Say on a terminal what to do next: commands, each with what it does."""
     if sys.stderr.isatty():
         width = max(len(command) for command, _ in steps)
-        lines = [f"  {shown(command):{width}}  # {what}" for command, what in steps]
+        lines = [f"  {printable(command):{width}}  # {what}" for command, what in steps]
         typer.echo("\n".join(["Next:", *lines]), err=True)
 
 
@@ -227,7 +231,7 @@ class Commands(typer.Typer):
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
         """Run the command line."""
-        with _terminated() as heard:
+        with _terminated() as heard, _open_streams():
             try:
                 return super().__call__(*arguments, **options)
             except OSError as error:
@@ -236,7 +240,34 @@ class Commands(typer.Typer):
             except SystemExit as ended:
                 if ended.code == INTERRUPTED and heard:
                     sys.exit(TERMINATED)
+                if isinstance(ended.__context__, BrokenPipeError):  # such as that of `head`, which has read enough
+                    sys.exit(0)
                 raise
+
+
+class _ClosedOutput(io.TextIOBase):
+    """The standard output of a process that was started without one."""
+
+    @override
+    def write(self, text: str) -> int:
+        if text:
+            raise OSError(errno.EBADF, os.strerror(errno.EBADF), "the standard output")
+        return 0
+
+
+@contextlib.contextmanager
+def _open_streams() -> Iterator[None]:
+    """Replace standard streams that were closed before the process started, for which Python has None.
+
+    Messages to a closed standard error are lost; output to a closed standard output is an error.
+    """
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
+        before = sys.stdout, sys.stderr
+        sys.stdout, sys.stderr = sys.stdout or _ClosedOutput(), sys.stderr or nowhere
+        try:
+            yield
+        finally:
+            sys.stdout, sys.stderr = before
 
 
 @contextlib.contextmanager
@@ -398,7 +429,7 @@ def busy(what: str) -> Iterator[None]:
 
         columns = SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()
         progress = Progress(*columns, console=Console(stderr=True), transient=True)
-        progress.add_task(shown(what), total=None)
+        progress.add_task(printable(what), total=None)
         return progress
 
     if not sys.stderr.isatty():

@@ -10,6 +10,8 @@ import re
 import struct
 from typing import NamedTuple
 
+from poinsot.printable import quoted
+
 __all__ = ["translated"]
 
 TYPES = {"double": "double", "i64": "long long", "i1": "bool", "i8": "char", "ptr": "char *", "void": "void"}
@@ -167,5 +169,5 @@ def _call(rest: str) -> tuple[str, str]:
 def _matched(pattern: str, text: str) -> tuple[str, ...]:
     found = re.match(pattern, text)
     if found is None:
-        raise ValueError(f"an instruction must be one that has a translation, got {text!r}.")
+        raise ValueError(f"an instruction must be one that has a translation, got {quoted(text)}.")
     return found.groups()

@@ -31,10 +31,10 @@ from poinsot.engine.kernel_watch import AT_ONCE
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED
-from poinsot.html_text import said
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import described, kinds_of, of_each
+from poinsot.mechanics.parameters import kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
+from poinsot.printable import described, message_of, quoted
 
 __all__ = ["ZENO", "EventDetection", "Recorded", "acted", "refuse_constant_events", "told"]
 
@@ -379,7 +379,7 @@ def acted(
         kind = "State of one body" if type(state) is State else "PairState"
         raise TypeError(f"an action must return a {kind}, got {what}.")
     if other := sorted(set(after.own) - set(state.own)):
-        raise ValueError(f"an action must return variables of parts of the system, got some of {other[0]!r}.")
+        raise ValueError(f"an action must return variables of parts of the system, got some of {quoted(other[0])}.")
     after = state_of({**state.own, **after.phase}, after.time)
     largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
     if largest > LARGEST:
@@ -394,7 +394,7 @@ def refuse_constant_events(events: Sequence[Event], values: Sequence[Any], formu
         if not (isinstance(value, Node) and value.varies):
             raise ValueError(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
-                f"of {formulation!r}."
+                f"of {quoted(formulation)}."
             )
 
 
@@ -412,5 +412,5 @@ def _of_member(record: Any, member: int) -> Any:
 
 def told(event: Event, error: Exception) -> str:
     """Return the sentence about an action that failed."""
-    text = f"{type(event).__name__}.act failed with {type(error).__name__}: {said(error)}"
+    text = f"{type(event).__name__}.act failed with {type(error).__name__}: {message_of(error)}"
     return text.rstrip(": .") + "."

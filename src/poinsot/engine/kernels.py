@@ -42,7 +42,7 @@ from poinsot.engine.termination import LONGEST
 from poinsot.engine.variational import TurningBody, VariationalEquations
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
-from poinsot.mechanics.formula_errors import use_functions
+from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import State
 
@@ -595,8 +595,10 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
             for update in updates
         ]
         return replace(field, updates=changed, saltation=saltation if saltation and saltation.stops else None)
+    except FormulaError:
+        raise
     except TypeError as error:
-        raise TypeError(use_functions("the formula of a force", "symbols", error)) from error
+        raise FormulaError(use_functions("the formula of a force", error)) from error
 
 
 def _update(graph: Graph, part: Part, instant: Any, variables: StateVector, scale: Any) -> Update:

@@ -25,6 +25,7 @@ from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.functions import Vector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.printable import quoted
 
 __all__ = ["BOTH_WAYS", "Job", "Memory", "OneMotion", "Report", "Rows", "Run", "Sink", "Stop", "allowed_threads"]
 
@@ -244,7 +245,8 @@ class Run(ABC):
         self.clock = Clock(jumping, job.problem.system.numbered(self.origins.size), state.jumped) if jumping else None
         if jumping and self.rising[0] < self.origins.max() and False in ways:
             raise ValueError(
-                f"times must not be before the state's where {jumping[0].name!r} is sampled, got {self.rising[0]} "
+                f"times must not be before the state's where {quoted(jumping[0].name)} is sampled, got "
+                f"{self.rising[0]} "
                 f"before {self.origins.max()}. Such motions run forwards only."
             )
 

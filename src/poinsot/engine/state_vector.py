@@ -284,12 +284,7 @@ class StateVector:
         if not self.parts:
             return rigid
         columns, own = [], state.own
-        for name, factors in self.parts.items():
-            if np.shape(own.get(name, ()))[-1] != len(factors):
-                raise ValueError(
-                    f"state must have the {len(factors)} variables of the part {name!r}, got {sorted(own) or 'none'}. "
-                    "Make it by system.state(...)."
-                )
+        for name in self.parts:
             columns += self.slots[name].scaled(np.moveaxis(np.asarray(own[name]), -1, 0), self.scale)
         return np.concatenate([rigid, np.stack(columns, axis=-1).astype(rigid.dtype)], axis=-1)
 

@@ -10,6 +10,7 @@ from typing_extensions import override
 from poinsot.events.standard_events import AtTime
 from poinsot.mechanics.state import State
 from poinsot.mechanics.two_bodies import check_name_of_body
+from poinsot.printable import quoted
 from poinsot.quantities import SpaceVector
 
 __all__ = ["Impact"]
@@ -55,7 +56,7 @@ class Impact(AtTime):
         super().__post_init__()
         check_name_of_body(self.body)
         if self.axes not in AXES:
-            raise ValueError(f"axes must be 'space' or 'orbit', got {self.axes!r}.")
+            raise ValueError(f"axes must be 'space' or 'orbit', got {quoted(self.axes)}.")
 
     @override
     def act(self, body: Any, state: Any) -> State:

@@ -16,6 +16,7 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.overlap import gap_between, refuse_overlap
 from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.two_bodies import TwoBodies, check_name_of_body
+from poinsot.printable import quoted
 from poinsot.quantities import BodyVector, Rule
 
 __all__ = ["Contact", "DistanceCrossing", "LibrationExtreme", "PairApsis"]
@@ -160,5 +161,5 @@ def _semiaxes(name: str, body: Body) -> Any:
     if body.semiaxes is not None:
         return body.semiaxes
     if body.shape is None:
-        raise ValueError(f"{name} must be made of a shape, got {body!r}. Write Contact(semiaxes, semiaxes).")
+        raise ValueError(f"{name} must be made of a shape, got {quoted(body)}. Write Contact(semiaxes, semiaxes).")
     return (body.shape.circumscribing_radius,) * 3

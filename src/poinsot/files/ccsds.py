@@ -17,6 +17,7 @@ from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import SCALES, Calendar
+from poinsot.printable import quoted
 
 INERTIAL = {
     "ICRF": ("ICRF", "ICRF1", "ICRF2", "ICRF3", "ICRS", "GCRF", "GCRF1", "GCRF2", "GCRF3", "GCRS", "EME2000", "J2000"),
@@ -83,7 +84,7 @@ def opened_kvn(text: str, name: str, message: str, versions: str = "12") -> tupl
     match = re.fullmatch(rf"CCSDS_{message}_VERS\s*=\s*([{versions}])(\.\d+)?", opening)
     if match is None:
         known = " or ".join(f"{version}.0" for version in versions)
-        raise ValueError(f"{name} must begin with CCSDS_{message}_VERS = {known}, got {opening[:60]!r}.")
+        raise ValueError(f"{name} must begin with CCSDS_{message}_VERS = {known}, got {quoted(opening)}.")
     return f"{match[1]}.0", lines
 
 
@@ -91,7 +92,7 @@ def kvn_entry(line: str, place: str, rule: str) -> Entry:
     """Return KEY = VALUE [unit], the unit checked and taken away."""
     key, equals, value = (part.strip() for part in line.partition("="))
     if not equals or not re.fullmatch(r"\w+", key, re.ASCII):
-        raise ValueError(f"{place} must be {rule}, got {line[:60]!r}.")
+        raise ValueError(f"{place} must be {rule}, got {quoted(line)}.")
     if value.endswith("]") and "[" in value:
         value, _, unit = value[:-1].partition("[")
         _check_unit(key, unit, place)
@@ -119,7 +120,7 @@ def opened_xml(text: str, name: str, message: str, versions: str = "12") -> tupl
     version = messages[0].get("version", "")
     if not re.fullmatch(rf"[{versions}](\.\d+)?", version):
         known = " or ".join(f"{version}.0" for version in versions)
-        raise ValueError(f"{name} must be of version {known}, got {version[:20]!r}.")
+        raise ValueError(f"{name} must be of version {known}, got {quoted(version)}.")
     return f"{version[0]}.0", [part for part in messages[0].iter() if local_name(part) == "segment"]
 
 
@@ -139,7 +140,7 @@ def _check_unit(key: str, unit: str | None, place: str) -> None:
     """Refuse a unit that is said and is not the one of the standard."""
     right = unit_of(key)
     if unit and right is not None and unit.strip().lower() not in ((right.lower(),) if right else ("", "n/a")):
-        raise ValueError(f"{place} must have {key} in {right or 'no unit'}, got {unit[:20]!r}.")
+        raise ValueError(f"{place} must have {key} in {right or 'no unit'}, got {quoted(unit)}.")
 
 
 def unit_of(key: str) -> str | None:
@@ -206,7 +207,7 @@ def _read_kvn(lines: Iterator[tuple[int, str]], name: str, begin: Callable[[list
             accelerations = 3 if len(texts) == 9 and segment.columns[0] == "X" else 0
             segment.add(place, texts[: len(texts) - accelerations], epoch)
         elif not segment and "=" not in line:
-            raise ValueError(f"{place} must come after META_START, got {line[:60]!r}.")
+            raise ValueError(f"{place} must come after META_START, got {quoted(line)}.")
         elif not segment:
             header.append(kvn_entry(line, place, "KEY = VALUE"))
     if block:
@@ -288,7 +289,7 @@ def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, b
     inertial = [name in INERTIAL for name in names]
     turning = next((name for name in names if ROTATING.match(name) or ORBITAL.match(name)), None)
     if turning is not None or sum(inertial) != 1 or not all(re.fullmatch(r"[!-~]{1,80}", name) for name in names):
-        given = f"{turning[:40]!r}, which rotates" if turning else f"{first[:40]!r} and {second[:40]!r}"
+        given = f"{quoted(turning)}, which rotates" if turning else f"{quoted(first)} and {quoted(second)}"
         known = ", ".join(FRAMES)
         raise ValueError(f"{place} must be the body and a frame that does not rotate ({known}), got {given}.")
     body, reference = names[::-1] if inertial[0] else names
@@ -299,7 +300,7 @@ def times_of(rows: Rows, calendar: Calendar | None) -> tuple[NDArray[np.float64]
     """Return the rising times of rows up to STOP_TIME, and the calendar: by default from the first, in seconds."""
     scale = rows.word("TIME_SYSTEM").upper()
     if scale not in SCALES:
-        raise ValueError(f"TIME_SYSTEM in {rows.name} must be one of {', '.join(SCALES)}, got {scale[:40]!r}.")
+        raise ValueError(f"TIME_SYSTEM in {rows.name} must be one of {', '.join(SCALES)}, got {quoted(scale)}.")
     try:
         calendar = Calendar(rows.epochs[0].removesuffix("Z"), scale) if calendar is None else calendar
     except ValueError as error:
@@ -349,7 +350,7 @@ def dates_of(calendar: Calendar, times: Any) -> tuple[list[str], str]:
 def word(name: str, text: Any) -> str:
     """Return a text that fits into one line of a message."""
     if not re.fullmatch(r"[ -~]*[!-~][ -~]*", text) or re.search(r"[\[\]<>&=]", text):
-        raise ValueError(f"{name} must be printable characters without brackets, & and =, got {text!r}.")
+        raise ValueError(f"{name} must be printable characters without brackets, & and =, got {quoted(text)}.")
     return str(text.strip())
 
 
@@ -379,7 +380,7 @@ def write_message(
     the element `data`.
     """
     if version not in SCHEMAS:
-        raise ValueError(f"version must be '1.0' or '2.0', got {version!r}.")
+        raise ValueError(f"version must be '1.0' or '2.0', got {quoted(version)}.")
     now = dt.datetime.now(dt.UTC).strftime("%Y-%m-%dT%H:%M:%S")
     header = {"CREATION_DATE": now, "ORIGINATOR": word("originator", originator)}
     says = {key: word(key, value) for key, value in metadata.items() if value is not None}

@@ -12,6 +12,7 @@ from poinsot.files.scenarios.builder import Parts
 from poinsot.files.scenarios.folder import Folder
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.pair_trajectory import of_one_body
 
 __all__ = ["convert"]
@@ -77,7 +78,7 @@ def _calendar(zero: str) -> Calendar:
     """Return the calendar that counts from a date with its scale."""
     date, _, scale = zero.strip().rpartition(" ")
     if not date:
-        raise ValueError(f"zero must be a date and its scale, such as '2026-11-21T00:00:00 UTC', got {zero[:40]!r}.")
+        raise ValueError(f"zero must be a date and its scale, such as '2026-11-21T00:00:00 UTC', got {quoted(zero)}.")
     return Calendar(date, scale)
 
 
@@ -86,7 +87,7 @@ def _format(path: Path) -> AttitudeFormat | None:
     known = format_of(path)
     if known is None and path.suffix not in SUFFIXES:
         suffixes = (*SUFFIXES, *(suffix for each in attitude_formats()[::-1] for suffix in each.suffixes))
-        raise ValueError(f"{path} must end in {', '.join(suffixes)}, got {path.suffix!r}.")
+        raise ValueError(f"{shortened(path)} must end in {', '.join(suffixes)}, got {quoted(path.suffix)}.")
     return known
 
 

@@ -25,10 +25,10 @@ from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import Phase, State, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.printable import described, quoted, shortened
 from poinsot.propagation.chunks import saved_in_chunks
 from poinsot.propagation.dataset import TANGENCY, read_parts, told_parts
 from poinsot.propagation.ensemble_store import EnsembleStore
@@ -206,10 +206,10 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
     if path.suffix == ".zarr":
         return _in_store(path)
     data = _opened(path)
-    reading = _Reading(data, str(path))
+    reading = _Reading(data, shortened(path))
     if data.attrs.get("digest") != _digest(data):
         given = "others: the digest differs" if "digest" in data.attrs else "no digest"
-        raise ValueError(f"{path} must have the numbers that were saved, got {given}.")
+        raise ValueError(f"{shortened(path)} must have the numbers that were saved, got {given}.")
     return reading.trajectory()
 
 
@@ -220,7 +220,7 @@ def _checked_path(path: Any) -> Path:
     if not isinstance(path, str | Path):
         raise TypeError(f"path must be a str or a Path, got {described(path)}.")
     if Path(path).suffix not in SUFFIXES:
-        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, got {Path(path).name!r}.")
+        raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, got {quoted(Path(path).name)}.")
     return Path(path)
 
 
@@ -247,19 +247,19 @@ def _happened(motion: Trajectory) -> dict[str, Any]:
 def _in_store(path: Path) -> Trajectory:
     """Return what is in a store: a motion, or a dataset where there are no whole states."""
     if not path.exists():
-        raise FileNotFoundError(f"No such file: {path}")
+        raise FileNotFoundError(f"No such file: {shortened(path)}")
     if not (path / GROUP).is_file():
-        raise ValueError(f"{path} must be a Zarr store, got none: it has no {GROUP}.")
+        raise ValueError(f"{shortened(path)} must be a Zarr store, got none: it has no {GROUP}.")
     try:
         store = EnsembleStore(path)
         store.check_files()
         if store.chunk and phase_in(store) is None:
             result: Trajectory = result_in(store)
             return result
-        return _Reading(store.variables(), str(path), store).trajectory()
+        return _Reading(store.variables(), shortened(path), store).trajectory()
     except (StoreError, KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
         what = str(error) if isinstance(error, StoreError) else f"its attributes have no {str(error)[:60]}"
-        raise ValueError(f"{path} must be a whole result as save writes it, got another: {what}.") from None
+        raise ValueError(f"{shortened(path)} must be a whole result as save writes it, got another: {what}.") from None
 
 
 def _opened(path: Path) -> xarray.Dataset:
@@ -267,23 +267,23 @@ def _opened(path: Path) -> xarray.Dataset:
     import xarray
 
     if not path.exists():
-        raise FileNotFoundError(f"No such file: {path}")
+        raise FileNotFoundError(f"No such file: {shortened(path)}")
     _check_magic(path)
     try:
         variables, attributes = _netcdf_content(path)
         return xarray.Dataset(variables, attrs=attributes)
     except FOREIGN as error:
         what = " ".join(str(error).split())[:100].rstrip(".") or type(error).__name__
-        raise ValueError(f"{path} must be a whole result as save writes it, got another: {what}.") from None
+        raise ValueError(f"{shortened(path)} must be a whole result as save writes it, got another: {what}.") from None
 
 
 def _check_magic(path: Path) -> None:
     """Refuse other files before a library looks at them."""
     if not path.is_file():
-        raise ValueError(f"{path} must be a file, got a folder or a device.")
+        raise ValueError(f"{shortened(path)} must be a file, got a folder or a device.")
     with path.open("rb") as stream:
         if stream.read(len(MAGIC)) != MAGIC:
-            raise ValueError(f"{path} must be a NetCDF-4 file, got other first bytes.")
+            raise ValueError(f"{shortened(path)} must be a NetCDF-4 file, got other first bytes.")
 
 
 def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -545,7 +545,7 @@ class _Reading:
         versions = {name.removeprefix("version_"): str(said[name]) for name in said if name.startswith("version_")}
         method, formulation, precision = (str(said[key]) for key in RUN[:3])
         if method not in list(Method):
-            raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {method[:40]!r}.")
+            raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {quoted(method)}.")
         tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
         kernel, lanes = str(said.get("kernel", ""))[:40], int(said.get("lanes", 0))
         run = Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes)

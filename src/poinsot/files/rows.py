@@ -7,6 +7,8 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.printable import quoted
+
 __all__ = ["Rows", "number"]
 
 Array = NDArray[np.float64]
@@ -31,7 +33,7 @@ class Rows:
         if len(texts) != len(self.columns):
             given = " ".join([epoch, *texts]).strip()[:100]
             time = "a time and " if epoch else ""
-            raise ValueError(f"{place} must have {time}numbers for {', '.join(self.columns)}, got {given!r}.")
+            raise ValueError(f"{place} must have {time}numbers for {', '.join(self.columns)}, got {quoted(given)}.")
         self.numbers.append([number(key, text, place) for key, text in zip(self.columns, texts, strict=True)])
         self.places.append(place)
         self.epochs.append(epoch)
@@ -63,5 +65,5 @@ def number(key: str, text: str, place: str) -> float:
     except ValueError:
         value = np.inf
     if not abs(value) < MOST:
-        raise ValueError(f"{place} must have a number for {key}, got {text[:60]!r}.")
+        raise ValueError(f"{place} must have a number for {key}, got {quoted(text)}.")
     return value

@@ -16,6 +16,7 @@ from poinsot.errors import optional
 from poinsot.files.reader_process import Answer, ReaderProcess
 from poinsot.files.untrusted import read_bytes
 from poinsot.mechanics.calendar import Calendar
+from poinsot.printable import quoted, shortened
 
 __all__ = ["ET", "Kernels", "loaded"]
 
@@ -74,7 +75,7 @@ def loaded(kernels: Sequence[str | Path]) -> Iterator[Kernels]:
 def _checked(path: Path) -> Path:
     """Return the path of a kernel: an SPK, CK or PCK, or a text of frames, clocks, constants or leap seconds."""
     if not path.is_file():
-        raise FileNotFoundError(f"No such file: {path}")
+        raise FileNotFoundError(f"No such file: {shortened(path)}")
     with path.open("rb") as stream:
         head = stream.read(96)
     if head.startswith(b"DAF/"):
@@ -82,14 +83,22 @@ def _checked(path: Path) -> Path:
         sizes = struct.unpack(f"{order}2i", head[8:16]) if len(head) == 96 else None
         if kind not in SUMMARIES or sizes != SUMMARIES[kind]:
             given = kind.decode("ascii", "replace")
-            raise ValueError(f"{path} must be a whole SPICE kernel of the kind {given!r}, got a broken first record.")
+            raise ValueError(
+                f"{shortened(path)} must be a whole SPICE kernel of the kind {quoted(given)}, got a broken first "
+                "record."
+            )
     elif head.startswith(META):
-        raise ValueError(f"{path} must be a kernel that loads no others, got a meta-kernel. Name those that it loads.")
+        raise ValueError(
+            f"{shortened(path)} must be a kernel that loads no others, got a meta-kernel. Name those that it loads."
+        )
     elif not TEXT.match(head):
         raise ValueError(
-            f"{path} must be a SPICE kernel: SPK, CK, PCK, or a text that begins with KPL/ and FK, IK, LSK, PCK or "
-            f"SCLK, got {head[:8]!r}."
+            f"{shortened(path)} must be a SPICE kernel: SPK, CK, PCK, or a text that begins with KPL/ and FK, IK, "
+            "LSK, PCK or "
+            f"SCLK, got {quoted(head)}."
         )
     elif INDEX in read_bytes(path, MOST_OF_TEXT).upper():
-        raise ValueError(f"{path} must be a kernel that loads no others, got one that does. Name all of them.")
+        raise ValueError(
+            f"{shortened(path)} must be a kernel that loads no others, got one that does. Name all of them."
+        )
     return path

@@ -10,6 +10,8 @@ import numpy as np
 import spiceypy as spice
 from numpy.typing import NDArray
 
+from poinsot.printable import quoted, shortened
+
 __all__ = ["check_inertial", "instants", "load", "name_and_mu", "number", "positions", "turned"]
 
 Array = NDArray[np.float64]
@@ -36,7 +38,7 @@ def _sentences(rule: str) -> Iterator[None]:
 
 def load(path: str) -> Answer:
     """Load a kernel."""
-    with _sentences(f"{path} must be a SPICE kernel"):
+    with _sentences(f"{shortened(path)} must be a SPICE kernel"):
         spice.furnsh(path)
     return None, []
 
@@ -58,14 +60,14 @@ def name_and_mu(body: int) -> Answer:
 def check_inertial(frame: str, name: str = "frame") -> Answer:
     """Refuse a frame that rotates or is unknown."""
     if spice.frinfo(_known(frame, name))[1] != INERTIAL_CLASS:
-        raise ValueError(f"{name} must be one that does not rotate, got {frame!r}.")
+        raise ValueError(f"{name} must be one that does not rotate, got {quoted(frame)}.")
     return None, []
 
 
 def _known(frame: str, name: str = "frame") -> int:
     found = spice.namfrm(frame) if frame else 0
     if not found:
-        raise ValueError(f"{name} must be one that SPICE knows, got {frame!r}.")
+        raise ValueError(f"{name} must be one that SPICE knows, got {quoted(frame)}.")
     return int(found)
 
 
@@ -84,7 +86,7 @@ def turned(frame: str, reference: str, ets: Array) -> Answer:
         try:
             matrices[i], rates[i] = spice.xf2rav(spice.sxform(reference, frame, et))
         except spice.utils.exceptions.SpiceyError:
-            with _sentences(f"kernels must say the attitude of {frame!r} at {spice.etcal(et)} TDB"):
+            with _sentences(f"kernels must say the attitude of {quoted(frame)} at {spice.etcal(et)} TDB"):
                 matrices[i] = spice.pxform(reference, frame, et)
     return None, [matrices, rates]
 
@@ -94,7 +96,7 @@ def instants(path: str, own: str) -> Answer:
 
     Of a segment of the name `own`, the first and the last instant are left out.
     """
-    with _sentences(f"{path} must be a C-kernel whose clock is beside it"):
+    with _sentences(f"{shortened(path)} must be a C-kernel whose clock is beside it"):
         structure, reference, ticks, title = _segment(path)
         clock = spice.ckmeta(structure, "SCLK")
         inner = ticks[1:-1] if title.strip() == own and len(ticks) > 2 else ticks
@@ -109,13 +111,13 @@ def _segment(path: str) -> tuple[int, int, list[float], str]:
     while spice.daffna() and len(found) < 2:
         found.append((np.ascontiguousarray(spice.dafgs()[:5]), spice.dafgn(41)))
     if len(found) != 1:
-        raise ValueError(f"{path} must have one segment, got {'more' if found else 'none'}.")
+        raise ValueError(f"{shortened(path)} must have one segment, got {'more' if found else 'none'}.")
     ((summary, title),) = found
     _, (structure, reference, kind, *_) = spice.dafus(summary, 2, 6)
     if kind != CK_TYPE:
-        raise ValueError(f"{path} must be of type {CK_TYPE}, got type {kind}.")
+        raise ValueError(f"{shortened(path)} must be of type {CK_TYPE}, got type {kind}.")
     count = spice.cknr03(handle, summary)
     if not 0 < count <= MOST_RECORDS:
-        raise ValueError(f"{path} must have from 1 to {MOST_RECORDS} attitudes, got {count}.")
+        raise ValueError(f"{shortened(path)} must have from 1 to {MOST_RECORDS} attitudes, got {count}.")
     ticks = [spice.ckgr03(handle, summary, i + 1)[0] for i in range(count)]
     return int(structure), int(reference), ticks, str(title)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from poinsot.printable import shortened
+
 __all__ = ["MOST_BYTES", "lazy_lines", "local_name", "parsed_xml", "read_bytes", "read_text"]
 
 MOST_BYTES = 64 * 1024 * 1024
@@ -26,14 +28,14 @@ def read_bytes(path: str | Path, most: int) -> bytes:
     """Return the content of a file; refuse what is no file, or longer than the most bytes."""
     path = Path(path)
     if not path.exists():
-        raise FileNotFoundError(f"No such file: {path}")
+        raise FileNotFoundError(f"No such file: {shortened(path)}")
     if not path.is_file():
-        raise ValueError(f"{path} must be a file, got a folder or a device.")
+        raise ValueError(f"{shortened(path)} must be a file, got a folder or a device.")
     with path.open("rb") as stream:
         size = path.stat().st_size
         content = stream.read(size + 1) if size <= most else b""
     if size > most or len(content) > most:
-        raise ValueError(f"{path} must have at most {most} bytes, got more.")
+        raise ValueError(f"{shortened(path)} must have at most {most} bytes, got more.")
     return content
 
 
@@ -45,10 +47,10 @@ def read_text(path: str | Path, most: int | None = None) -> str:
     except UnicodeDecodeError:
         text = "\0"
     if "\0" in text:
-        raise ValueError(f"{path} must be text in UTF-8, got other bytes.")
+        raise ValueError(f"{shortened(path)} must be text in UTF-8, got other bytes.")
     lines = sum(map(text.count, ENDS))
     if most is None and lines > 2 * MOST_LINES:  # each may end in two characters
-        raise ValueError(f"{path} must have at most {MOST_LINES} lines, got more.")
+        raise ValueError(f"{shortened(path)} must have at most {MOST_LINES} lines, got more.")
     return text
 
 

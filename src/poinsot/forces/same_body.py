@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.printable import quoted
 
 __all__ = ["deviator", "refuse_no_sphere", "refuse_one_body", "refuse_other_inertia", "refuse_other_mass"]
 
@@ -43,7 +44,7 @@ def refuse_other_mass(name: str, own: Any, bodys: Any, hint: str) -> None:
 def refuse_no_sphere(name: str, body: Body, shape: str) -> None:
     """Raise a ValueError if a body that is not made of some shape has unequal moments."""
     if np.ptp(body.moments, axis=-1).any():
-        raise ValueError(f"{name} must be made of {shape}, by Body.from_shape, or be a sphere, got {body!r}.")
+        raise ValueError(f"{name} must be made of {shape}, by Body.from_shape, or be a sphere, got {quoted(body)}.")
 
 
 def refuse_one_body(force: Any, body: Any) -> None:

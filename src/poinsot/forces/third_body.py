@@ -11,6 +11,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.printable import quoted
 
 __all__ = ["ThirdBody"]
 
@@ -51,7 +52,7 @@ class ThirdBody(Potential):
     @override
     def check(self, body: Any) -> None:
         if not isinstance(body, TwoBodies):
-            raise ValueError(f"ThirdBody must act on TwoBodies, got {body!r}. On one body: GravityGradient.")
+            raise ValueError(f"ThirdBody must act on TwoBodies, got {quoted(body)}. On one body: GravityGradient.")
 
     @override
     def energy(self, instant: Any) -> Scalar:

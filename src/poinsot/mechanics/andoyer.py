@@ -13,8 +13,8 @@ from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_other_members
 from poinsot.html_text import Summarized, told
 from poinsot.mechanics import euler
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import State, state_with
+from poinsot.printable import described
 from poinsot.quantities import Quantity, Times, said_of
 
 __all__ = ["Andoyer"]

@@ -12,6 +12,7 @@ from typing import ClassVar
 from typing_extensions import override
 
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
+from poinsot.printable import quoted
 
 __all__ = ["Block", "default_name"]
 
@@ -45,8 +46,8 @@ class Block(Parametric, ABC):
         object.__setattr__(self, "name", self.name or default_name(type(self)))
         if not self.name.isidentifier() or self.name in RESERVED or self.name.startswith(("omega", "angular_momentum")):
             raise ValueError(
-                f"name must be a word such as {default_name(type(self))!r} that no other variable has, got "
-                f"{self.name!r}."
+                f"name must be a word such as {quoted(default_name(type(self)))} that no other variable has, got "
+                f"{quoted(self.name)}."
             )
 
     @override

@@ -20,7 +20,8 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
 from poinsot.mechanics.members import Method, of_arrays
-from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector, described
+from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector
+from poinsot.printable import described, quoted
 from poinsot.quantities import AngularVelocities, Real, Times
 
 if TYPE_CHECKING:
@@ -141,7 +142,7 @@ class Body(Parametric):
 
     def own(self, block: Block) -> functions.Vector:
         """Return the variables of a part of the body."""
-        raise KeyError(f"block must be a part of the system, got {block.name!r}. The system has none.")
+        raise KeyError(f"block must be a part of the system, got {quoted(block.name)}. The system has none.")
 
     # ------------------------------------------------------------------ axes
 
@@ -183,7 +184,7 @@ class Body(Parametric):
                 f"tensor must be symmetric, but it differs from its transpose by "
                 f"{np.max(np.abs(inertia - inertia.T)):.3g}."
             )
-        inertia = (inertia + inertia.T) / 2
+        inertia = inertia / 2 + inertia.T / 2  # their sum may overflow
         if np.count_nonzero(inertia - np.diag(np.diag(inertia))) == 0:
             return Body(np.diag(inertia), mass=mass)
         moments, axes = _principal(inertia)
@@ -408,7 +409,8 @@ def inertia_of_spread(spread: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _check_moments(moments: NDArray[np.float64]) -> None:
     small, middle, large = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
-    broken = large > (small + middle) * (1 + TRIANGLE_SLACK)
+    with np.errstate(over="ignore"):
+        broken = large > (small + middle) * (1 + TRIANGLE_SLACK)
     if np.any(broken | (small <= 0)) and moments.shape == (3, 3) and np.array_equal(moments, moments.T):
         raise ValueError("moments must be the three principal ones, got a tensor. Write Body.from_inertia(tensor).")
     refuse_nonpositive("moments", moments)
@@ -481,7 +483,8 @@ def _refined(
 
 
 def _equal(moments: NDArray[np.float64]) -> NDArray[np.bool_]:
-    return np.asarray(np.abs(moments[:, None] - moments) <= EQUAL_MOMENTS * np.max(moments))
+    with np.errstate(over="ignore"):
+        return np.asarray(np.abs(moments[:, None] - moments) <= EQUAL_MOMENTS * np.max(moments))
 
 
 def _settled(moments: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:

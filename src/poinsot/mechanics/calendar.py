@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from poinsot.errors import DATES, optional, real_numbers
 from poinsot.immutable import Immutable
+from poinsot.printable import kind_of, quoted, shortened
+from poinsot.quantities import DEEPEST
 
 __all__ = ["SCALES", "Calendar", "checked_calendar", "holds_dates", "leap_second_gone", "span_of"]
 
@@ -80,12 +82,14 @@ class Calendar(Immutable):
     def __post_init__(self) -> None:
         for name, value, known in (("scale", self.scale, SCALES), ("unit", self.unit, SECONDS)):
             if not isinstance(value, str) or value not in known:
-                raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}.")
+                raise ValueError(f"{name} must be one of {', '.join(known)}, got {quoted(value)}.")
         if not isinstance(self.zero, str):
-            raise TypeError(f"zero must be text such as '2026-11-21T00:00:00', got {_short(self.zero)}.")
+            raise TypeError(f"zero must be text such as '2026-11-21T00:00:00', got {quoted(self.zero)}.")
         date, scale = _read(self.zero)
         if scale:
-            raise ValueError(f"zero must be a date without a scale, got {self.zero!r}. The scale is its own field.")
+            raise ValueError(
+                f"zero must be a date without a scale, got {quoted(self.zero)}. The scale is its own field."
+            )
         object.__setattr__(self, "zero", date)
 
     def time(self, epoch: Any) -> Any:
@@ -124,7 +128,7 @@ class Calendar(Immutable):
         """Return the instants of times as an `astropy.time.Time`, in the scale of this calendar (GPS as TAI)."""
         times = real_numbers("time", time, self.unit)
         if np.any(np.abs(times) > FURTHEST / SECONDS[self.unit]):
-            raise ValueError(f"time must be within 30000 years of {self.zero} to be a date, got {_short(time)}.")
+            raise ValueError(f"time must be within 30000 years of {self.zero} to be a date, got {quoted(time)}.")
         seconds = times * SECONDS[self.unit]
         counted = SCALES[self.scale]
         with _offline() as astropy:
@@ -148,7 +152,9 @@ class Calendar(Immutable):
         for scale in {scale for _, scale in read}:
             if scale is None:
                 text = next(text for text, (_, none) in zip(texts, read, strict=True) if none is None)
-                raise ValueError(f"epoch must say its scale, got {text!r}. Write '{text.strip()} UTC', or TDB, TT.")
+                raise ValueError(
+                    f"epoch must say its scale, got {quoted(text)}. Write '{shortened(text.strip())} UTC', or TDB, TT."
+                )
             chosen = [i for i, (_, other) in enumerate(read) if other == scale]
             with _offline() as astropy:
                 times[chosen] = self._counted(_instant(astropy, [read[i][0] for i in chosen], scale))
@@ -170,7 +176,7 @@ class Calendar(Immutable):
 def checked_calendar(calendar: Any) -> Calendar:
     """Return a calendar of an orbit in km and km/s, which must count seconds."""
     if not isinstance(calendar, Calendar):
-        raise TypeError(f"calendar must be a Calendar, got {type(calendar).__name__}.")
+        raise TypeError(f"calendar must be a Calendar, got {kind_of(calendar)}.")
     if calendar.unit != "s":
         raise ValueError(f"calendar must count seconds for an orbit in km and km/s, got {calendar}.")
     return calendar
@@ -201,9 +207,9 @@ def span_of(calendar: Any, start: Any, stop: Any) -> tuple[float, float]:
     """Return the times of two instants, the second later than the first, in seconds of a calendar."""
     first, last = (checked_calendar(calendar).time(instant) for instant in (start, stop))
     if np.ndim(first) or np.ndim(last):
-        raise ValueError(f"start and stop must be single instants, got {_short(start)} and {_short(stop)}.")
+        raise ValueError(f"start and stop must be single instants, got {quoted(start)} and {quoted(stop)}.")
     if not first < last:
-        raise ValueError(f"stop must be later than start, got {_short(stop)} and {_short(start)}.")
+        raise ValueError(f"stop must be later than start, got {quoted(stop)} and {quoted(start)}.")
     return first, last
 
 
@@ -215,8 +221,11 @@ def _is_instant(value: Any) -> bool:
 def holds_dates(values: Any) -> bool:
     """Whether something is a date, or a list or an array that begins with one."""
     first = values
-    while (isinstance(first, list | tuple) or (isinstance(first, np.ndarray) and first.ndim)) and len(first):
-        first = first[0]
+    for _ in range(DEEPEST):  # a list may contain itself
+        if isinstance(first, np.ndarray) and first.size:
+            first = first.flat[0]  # a row of a matrix is a matrix
+        elif isinstance(first, list | tuple) and first:
+            first = first[0]
     return isinstance(first, str | DATES) or _is_instant(first)
 
 
@@ -231,19 +240,19 @@ def _rectangular(epochs: Any) -> NDArray[Any]:
     try:
         return np.asarray(epochs)
     except ValueError:
-        raise ValueError(f"epoch must be an array of dates, got rows of unequal length: {_short(epochs)}.") from None
+        raise ValueError(f"epoch must be an array of dates, got rows of unequal length: {quoted(epochs)}.") from None
 
 
 def _read(text: Any) -> tuple[str, str | None]:
     """Return a date in full, "2000-01-01T12:00:00", and its scale if it says one."""
     match = _EPOCH.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None:
-        raise ValueError(f"epoch must be a date such as '2026-11-21T00:00:00 UTC', got {_short(text)}.")
+        raise ValueError(f"epoch must be a date such as '2026-11-21T00:00:00 UTC', got {quoted(text)}.")
     scale = "UTC" if match["scale"] in ("Z", "z") else match["scale"] and match["scale"].upper()
     if scale is not None and scale not in SCALES:
-        raise ValueError(f"epoch must be in one of the scales {', '.join(SCALES)}, got {_short(text)}.")
+        raise ValueError(f"epoch must be in one of the scales {', '.join(SCALES)}, got {quoted(text)}.")
     if scale == "UTC" and int(match["year"]) < FIRST_YEAR_OF_UTC:
-        raise ValueError(f"epoch must be in {FIRST_YEAR_OF_UTC} or later in UTC, got {_short(text)}. Say it in TT.")
+        raise ValueError(f"epoch must be in {FIRST_YEAR_OF_UTC} or later in UTC, got {quoted(text)}. Say it in TT.")
     day = match["day"] if "-" in match["day"] else _month_and_day(match["year"], match["day"], text)
     clock = match["clock"] or "00:00"
     return f"{match['year']}-{day}T{clock}" + (":00" if len(clock) == 5 else ""), scale
@@ -254,7 +263,7 @@ def _month_and_day(year: str, day: str, text: str) -> str:
         date = dt.date(int(year), 1, 1) + dt.timedelta(int(day) - 1)
         if date.year == int(year):
             return date.strftime("%m-%d")
-    raise ValueError(f"epoch must be a date that exists, got {_short(text)}.")
+    raise ValueError(f"epoch must be a date that exists, got {quoted(text)}.")
 
 
 def _instant(astropy: Any, dates: Any, scale: str) -> Any:
@@ -262,7 +271,7 @@ def _instant(astropy: Any, dates: Any, scale: str) -> Any:
     try:
         instants = astropy.Time(dates, format="isot", scale="tai" if scale == "GPS" else scale.lower())
     except (ValueError, optional("erfa", "dates").ErfaWarning):
-        raise ValueError(f"epoch must be a date that exists in {scale}, got {_short(dates)}.") from None
+        raise ValueError(f"epoch must be a date that exists in {scale}, got {quoted(dates)}.") from None
     behind = astropy.TimeDelta(GPS_BEHIND_TAI, format="sec", scale="tai")
     return instants + behind if scale == "GPS" else instants
 
@@ -277,8 +286,3 @@ def _offline() -> Iterator[Any]:
         warnings.filterwarnings("error", category=kind)  # a second after the end of a day
         warnings.filterwarnings("ignore", message=".*dubious year", category=kind)
         yield astropy
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -25,6 +25,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import CompositeBody, Part, named_parts
 from poinsot.mechanics.state import State
+from poinsot.printable import quoted
 
 __all__ = ["Dynamics", "Turning", "by_class", "scalars", "stacked"]
 
@@ -186,14 +187,18 @@ class Dynamics(Collection):
         """Return the body with its parts, whose variables have values by the name of the part, at a time."""
         if not self.parts:
             return self.body
+        self.check_variables({name: len(vector) for name, vector in own.items()})
         values = {part.name: own.get(part.name, Vector(())) for part in self.parts}
-        for part in self.parts:
-            if len(values[part.name]) != part.size:
-                raise ValueError(
-                    f"state must have the {part.size} variables of the part {part.name!r}, got "
-                    f"{len(values[part.name])}. Make it by system.state(...)."
-                )
         return CompositeBody.of(self.body, self.parts, values, time)
+
+    def check_variables(self, counts: Mapping[str, int]) -> None:
+        """Raise a ValueError unless a state contains the variables of each part, counted by the name of the part."""
+        for part in self.parts:
+            if (count := counts.get(part.name, 0)) != part.size:
+                raise ValueError(
+                    f"state must have the {part.size} variables of the part {quoted(part.name)}, got {count}. "
+                    "Make it by system.state(...)."
+                )
 
     def rates(self, instant: Instant) -> dict[str, Vector]:
         """Return the vector field by block, in physical units.

@@ -21,6 +21,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array, assemble, components
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import matrix_of
+from poinsot.printable import quoted
 
 SEQUENCES = tuple("".join(s) for s in itertools.product("123", repeat=3) if s[0] != s[1] and s[1] != s[2])
 
@@ -31,7 +32,7 @@ SINGULAR_SINE = 1e-6
 def axes_of(sequence: str) -> tuple[int, int, int]:
     """Return the three axes as indices 0, 1, 2."""
     if sequence not in SEQUENCES:
-        raise ValueError(f"sequence must be one of {', '.join(SEQUENCES)}, got {sequence!r}.")
+        raise ValueError(f"sequence must be one of {', '.join(SEQUENCES)}, got {quoted(sequence)}.")
     i, j, k = (int(digit) - 1 for digit in sequence)
     return i, j, k
 

@@ -23,6 +23,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
+from poinsot.printable import quoted
 
 __all__ = ["Load", "PairLoad", "Potential", "Torque"]
 
@@ -187,7 +188,7 @@ class _On(Force):
     @override
     def check(self, body: Any) -> None:
         if not hasattr(body, self.body):
-            raise ValueError(f"a system of one body must have forces without `on`, got {self!r}. Leave it out.")
+            raise ValueError(f"a system of one body must have forces without `on`, got {quoted(self)}. Leave it out.")
         self.force.check(getattr(body, self.body))
 
     @override

@@ -11,18 +11,18 @@ import numpy as np
 from poinsot.algebra.program import Graph
 from poinsot.algebra.replay import Replay
 from poinsot.functions import Scalar, Vector
-from poinsot.html_text import said
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.dynamics import Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Load, Potential, Torque, derived_torque
-from poinsot.mechanics.formula_errors import use_functions
+from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
-from poinsot.mechanics.parameters import described
+from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.printable import described, message_of
 
 __all__ = ["PAIR", "on_pairs", "sample_torque", "trial", "try_event", "try_pair_force"]
 
@@ -112,9 +112,7 @@ def try_pair_force(force: Force, instant: Instant, derived: Callable[[Any, Any],
         if not isinstance(load, Load):
             raise WrongSizeError(f"the load of {type(twin).__name__} must be a poinsot.Load, got {described(load)}.")
         for what, vector in (("force", load.force), ("first torque", load.torques[0]), ("second", load.torques[1])):
-            if _components(vector) != 3:
-                name = type(twin).__name__
-                raise WrongSizeError(f"the {what} of {name} must be three components, got {_size(vector)}.")
+            _several(f"the {what} of {type(twin).__name__} must be three components", vector, 3)
         return load
 
     _try(type(force).__name__, load, force, instant)
@@ -142,19 +140,31 @@ def _try(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: In
     except RateUnknownError as error:
         kind = "PairLoad" if isinstance(instant.acted_on, TwoBodies) else "Torque"
         raise TypeError(f"{error} Write {name} as a {kind}.") from None
-    except AttributeError as error:
-        if isinstance(error.obj, Instant) or "of two bodies" in str(error):
-            raise TypeError(f"the formula of {name} must be for the bodies of its system, but {said(error)}") from None
+    except (AttributeError, FormulaError) as error:
+        missing = error.__cause__ or error
+        if _is_of_other_bodies(missing):
+            raise TypeError(
+                f"the formula of {name} must be for the bodies of its system, but {message_of(missing)}"
+            ) from None
         raise
     except (TypeError, ValueError) as error:
         if "positional argument" in str(error):
-            raise TypeError(f"the formula of {name} must take one argument, the instant, but {said(error)}.") from error
+            raise TypeError(
+                f"the formula of {name} must take one argument, the instant, but {message_of(error)}."
+            ) from error
         if "truth value" in str(error):
             raise TypeError(
                 f"the formula of {name} must not branch with `if` on a value, but it does. "
                 "Write poinsot.functions.where(condition, a, b)."
             ) from None
-        raise TypeError(use_functions(f"the formula of {name}", "arrays", error)) from error
+        raise FormulaError(use_functions(f"the formula of {name}", error)) from error
+
+
+def _is_of_other_bodies(error: BaseException) -> bool:
+    """Whether a formula of one body asks for what two bodies have, or the other way round."""
+    if not isinstance(error, AttributeError):
+        return False
+    return "of two bodies" in str(error) or (isinstance(error.obj, Instant) and hasattr(PairInstant, error.name))
 
 
 class WrongSizeError(TypeError):
@@ -168,16 +178,14 @@ def _of_potential(potential: Potential, instant: Instant) -> None:
 
 def _of_torque(force: Any, instant: Instant) -> None:
     torque = force.torque(instant)
-    if _components(torque) != 3 or any(_components(x) != 1 for x in torque):
-        name = type(force).__name__
-        raise WrongSizeError(f"the torque of {name} must be three components along the body axes, got {_size(torque)}.")
+    rule = f"the torque of {type(force).__name__} must be three components along the body axes"
+    _several(rule, torque, 3)
 
 
 def _of_part(part: Part, instant: Instant) -> None:
     rates = part.rates(instant, Vector(0.0 * PAIR for _ in range(part.size)))
-    if _components(rates) != part.size:
-        count = f"{part.size} scalars, one for each of its variables"
-        raise WrongSizeError(f"the rates of {type(part).__name__} must be {count}, got {_size(rates)}.")
+    rule = f"the rates of {type(part).__name__} must be {part.size} scalars, one for each of its variables"
+    _several(rule, rates, part.size)
 
 
 def _of_event(event: Event, instant: Instant) -> None:
@@ -190,13 +198,29 @@ def _one(what: str, record: Any, value: Any) -> None:
         raise WrongSizeError(f"the {what} of {type(record).__name__} must be one scalar, got {_size(value)}.")
 
 
+def _several(rule: str, vector: Any, count: int) -> None:
+    """Raise an error unless a formula returned as many scalars as it must."""
+    if _components(vector) != count:
+        raise WrongSizeError(f"{rule}, got {_size(vector)}.")
+    for x in vector:
+        if _components(x) != 1:
+            raise WrongSizeError(f"{rule}, got one that is {_size(x)}.")
+
+
 def _components(value: Any) -> int:
     """Return how many scalars a formula returned; 0 for none."""
     if isinstance(value, Vector | tuple | list) or (isinstance(value, np.ndarray) and value.shape not in ((), (2,))):
         return len(value)
-    return 0 if value is None else 1
+    return int(_is_scalar(value))
+
+
+def _is_scalar(value: Any) -> bool:
+    """Whether formulas compute with a value: a real number, an array of them, a condition, or a node."""
+    return hasattr(type(value), "__neg__") and np.asarray(value).dtype.kind in "biufO"
 
 
 def _size(value: Any) -> str:
     count = _components(value)
+    if count == 0 and value is not None:
+        return described(value)
     return {0: "None", 1: "a scalar"}.get(count, f"{count} components")

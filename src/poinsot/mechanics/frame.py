@@ -17,8 +17,10 @@ from poinsot.html_text import text_table
 from poinsot.immutable import Immutable
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
+from poinsot.mechanics.formula_errors import explain_formulas
 from poinsot.mechanics.members import expanded, with_times
-from poinsot.mechanics.parameters import described, listed
+from poinsot.mechanics.parameters import listed
+from poinsot.printable import described
 from poinsot.quantities import AngularVelocities, Time, Times
 
 if TYPE_CHECKING:
@@ -43,6 +45,10 @@ class Frame(Immutable):
     >>> orbit.frame.omega_space(0.0)  # of the axes radial, transverse, normal
     array([0., 0., 1.])
     """
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        explain_formulas(cls)
 
     @property
     def member_axis(self) -> tuple[int, ...]:

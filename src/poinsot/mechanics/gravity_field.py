@@ -13,6 +13,7 @@ from poinsot.errors import member_array, real_numbers, refuse_negative
 from poinsot.functions import Scalar
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Matrix, Parametric, Positive
+from poinsot.printable import kind_of, quoted
 from poinsot.quantities import Real, Rule
 
 __all__ = ["GravityField", "norms", "whole_degree"]
@@ -144,7 +145,7 @@ def whole_degree(degree: Any) -> int:
             return operator.index(degree)
     except TypeError:
         pass
-    raise TypeError(f"degree must be an int, got {type(degree).__name__} {degree!r}.")
+    raise TypeError(f"degree must be an int, got {kind_of(degree)} {quoted(degree)}.")
 
 
 def norms(degree: int) -> Array:

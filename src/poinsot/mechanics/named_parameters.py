@@ -11,6 +11,7 @@ import numpy as np
 
 from poinsot.mechanics.parameters import Parametric, of_each
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 from poinsot.quantities import Quantity, said_of
 
 __all__ = ["NamedNumber", "binary_size", "named_numbers", "resolve"]
@@ -47,11 +48,13 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
         tails = {each.rpartition(".")[2]: each for each in known}
         last = str(name).rpartition(".")[2]
         near = full or [tails[tail] for tail in difflib.get_close_matches(last, tails, 3, 0.0)]
-        raise ValueError(f"parameters must name single numbers of the system, got {name!r}. Near: {', '.join(near)}.")
+        raise ValueError(
+            f"parameters must name single numbers of the system, got {quoted(name)}. Near: {', '.join(near)}."
+        )
     integrated = {own for orbit in system.orbits if not orbit.closed_form for own in _owners(orbit)}
     if dict(_names(system))[full[0]][0] in integrated:
         raise ValueError(
-            f"parameters must not be those of an orbit that is integrated along, got {name!r}. Take differences "
+            f"parameters must not be those of an orbit that is integrated along, got {quoted(name)}. Take differences "
             "of two runs."
         )
     return known[full[0]]

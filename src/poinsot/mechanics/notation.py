@@ -9,6 +9,8 @@ import unicodedata
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
+from poinsot.printable import quoted
+
 __all__ = ["LATEX", "MATHML", "Notation", "split_name", "written"]
 
 GREEK = frozenset(
@@ -132,7 +134,7 @@ def written(formula: str, notation: Notation, primed: Collection[str] = (), prim
     except (SyntaxError, ValueError, IndexError, KeyError) as error:
         raise ValueError(
             "formula of a class must be equations of names, numbers, + - * / **, indices and calls, separated by "
-            f'semicolons, such as "N = K*cross(x, v); K = 3*mu*radius**5", got {formula!r}.'
+            f'semicolons, such as "N = K*cross(x, v); K = 3*mu*radius**5", got {quoted(formula)}.'
         ) from error
 
 

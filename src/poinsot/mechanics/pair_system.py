@@ -24,11 +24,12 @@ from poinsot.mechanics.formula_trials import PAIR, try_event, try_pair_force
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.pair_integrals import integrals_of_pair
-from poinsot.mechanics.parameters import Parametric, described
+from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import parts_of
 from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies, check_name_of_body
+from poinsot.printable import described, quoted
 
 __all__ = ["OfOneBody", "PairSystem", "TwoBodies"]
 
@@ -82,7 +83,9 @@ class PairSystem(System, of=TwoBodies):
     def _check_kinds(self) -> None:
         for force in self.forces:
             for part in parts_of(force) if isinstance(force, Parametric) else ():
-                raise TypeError(f"forces on two bodies must have no parts, got {type(part).__name__} in {force!r}.")
+                raise TypeError(
+                    f"forces on two bodies must have no parts, got {type(part).__name__} in {quoted(force)}."
+                )
             if not isinstance(force, Potential | PairLoad):
                 raise TypeError(
                     "a force on two bodies must be a Potential, a PairLoad or a force on one of them, got "

@@ -32,7 +32,9 @@ from poinsot.functions import Scalar
 from poinsot.html_text import rounded, text_table
 from poinsot.immutable import Immutable
 from poinsot.lazy import cached_property
+from poinsot.mechanics.formula_errors import explain_formulas
 from poinsot.mechanics.members import common_axis, expanded, inherited_formula
+from poinsot.printable import described, quoted
 from poinsot.quantities import (
     Along,
     BodyVector,
@@ -58,7 +60,6 @@ __all__ = [
     "SpaceDirection",
     "Table",
     "Vector",
-    "described",
     "kinds_of",
     "of_each",
     "records_in",
@@ -111,6 +112,7 @@ class Parametric(Immutable):
                 setattr(cls, name, mark(vars(cls)[name]))
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
         cls.__setattr__ = _stays  # type: ignore[assignment]
+        explain_formulas(cls)
 
     @classmethod
     def unchecked(cls, **fields: Any) -> Self:
@@ -336,13 +338,15 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
         return Several(several[0])
     raise TypeError(
         f"{cls.__name__}.{name} must be declared as float, Vector, BodyVector, SpaceVector, Annotated[Any, shape], "
-        f"int, bool, str, Orbit or tuple[Orbit, ...], got {hint!r}."
+        f"int, bool, str, Orbit or tuple[Orbit, ...], got {quoted(hint)}."
     )
 
 
 def _check_kind(name: str, value: Any, kind: type) -> None:
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
+    if kind is int and abs(value) >= 2**63:
+        raise ValueError(f"{name} must be an int of at most 63 bits, got one of {value.bit_length()} bits.")
 
 
 def _take(scalars: Iterator[Scalar], shape: tuple[int, ...]) -> Any:
@@ -366,8 +370,3 @@ def listed(value: Any) -> str:
     if value.size > 16 or value.dtype.kind != "f":
         return repr(value.tolist()) if value.size <= 16 else f"<array {value.shape}>"
     return repr(np.array([float(f"{number:.10g}") for number in value.flat]).reshape(value.shape).tolist())
-
-
-def described(value: Any) -> str:
-    """Return what a wrong argument was, for an error sentence."""
-    return f"the class {value.__name__}" if isinstance(value, type) else type(value).__name__

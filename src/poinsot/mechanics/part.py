@@ -24,6 +24,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import same
+from poinsot.printable import quoted
 
 MAX_JUMP_NUMBER = 2.0**52
 """The largest number of a jump: those of later jumps are not exact."""
@@ -242,7 +243,7 @@ class CompositeBody(Body):
     @override
     def own(self, block: Block) -> Vector:
         if block.name not in self.values:
-            raise KeyError(f"block must be a part of the system, {', '.join(self.values)}, got {block.name!r}.")
+            raise KeyError(f"block must be a part of the system, {', '.join(self.values)}, got {quoted(block.name)}.")
         return self.values[block.name]
 
     @override
@@ -288,7 +289,9 @@ def check_parts(body: Body, forces: Sequence[Force]) -> None:
     twice = [name for i, name in enumerate(names) if name in names[:i]]
     twice += [part.name for force in forces for part in parts_of(force) if not same(part, parts[part.name])]
     if twice:
-        raise ValueError(f"the parts of a system must have different names, got two named {twice[0]!r}. Give name=.")
+        raise ValueError(
+            f"the parts of a system must have different names, got two named {quoted(twice[0])}. Give name=."
+        )
     _check_together(body, list(parts.values()))
 
 

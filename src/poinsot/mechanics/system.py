@@ -27,12 +27,12 @@ from poinsot.mechanics.force import Force, PairLoad, Potential, Torque
 from poinsot.mechanics.formula_trials import on_pairs, sample_torque, trial, try_event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral, integrals_of
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
 from poinsot.mechanics.probing import sample_times, samples
 from poinsot.mechanics.state import Phase, State, changed, state_of, state_with
 from poinsot.mechanics.typeset import system_html, system_latex
 from poinsot.mechanics.units import checked_units, dated_units
+from poinsot.printable import described, quoted
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -190,7 +190,7 @@ class System(Dynamics):
         if not name.startswith("omega"):
             if left := [part.name for part in self.parts if part.size and part.name not in values]:
                 raise ValueError(
-                    f"own must name all parts beside a momentum, got none of {left[0]!r}. Give omega_body."
+                    f"own must name all parts beside a momentum, got none of {quoted(left[0])}. Give omega_body."
                 )
             return state_with(q, along, time, values)
         twin, rate = self.beside(shape), scalars(along)
@@ -206,7 +206,7 @@ class System(Dynamics):
         sizes = {part.name: part.size for part in self.parts if part.size}
         if unknown := [name for name in own if name not in sizes]:
             known = ", ".join(sizes) or "none"
-            raise ValueError(f"own must name parts with variables, {known}, got {unknown[0]!r}.")
+            raise ValueError(f"own must name parts with variables, {known}, got {quoted(unknown[0])}.")
         return {name: member_array(name, values, (sizes[name],)) for name, values in own.items()}
 
     def numbered(self, count: int) -> NDArray[np.int_]:

@@ -19,8 +19,9 @@ from poinsot.mechanics.circular_pair import circular_orbit, upright
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, axes_at, checked_frame
 from poinsot.mechanics.overlap import gap_between, refuse_overlap
-from poinsot.mechanics.parameters import Parametric, Positive, described
+from poinsot.mechanics.parameters import Parametric, Positive
 from poinsot.mechanics.state import PairState
+from poinsot.printable import described, quoted
 from poinsot.quantities import AngularVelocity, Duration, Real, Times
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ GRAVITATIONAL_CONSTANT = 6.6743e-11
 def check_name_of_body(body: Any) -> str:
     """Return the name of one of the two bodies, or raise a ValueError."""
     if not isinstance(body, str) or body not in BODIES:
-        raise ValueError(f"body must be 'primary' or 'secondary', got {body!r}.")
+        raise ValueError(f"body must be 'primary' or 'secondary', got {quoted(body)}.")
     return body
 
 
@@ -364,7 +365,7 @@ def _frame(frame: Frame | str, position: Array, velocity: Array) -> Frame:
     if isinstance(frame, str) and frame == "orbit":
         return RelativeOrbitFrame(lambda _: (position, velocity, np.zeros(3)))
     if isinstance(frame, str):
-        raise ValueError(f'frame must be a Frame or "orbit", got {frame!r}.')
+        raise ValueError(f'frame must be a Frame or "orbit", got {quoted(frame)}.')
     return checked_frame(frame)
 
 
@@ -374,7 +375,8 @@ def _masses(primary: Body, secondary: Body) -> Array:
         mass: Any = body.mass  # type: ignore[attr-defined]
         if mass is None:
             raise ValueError(
-                f"{name} must have a mass, got {body!r}. Give it one, Body(moments, mass=...), or make it of a shape."
+                f"{name} must have a mass, got {quoted(body)}. Give it one, Body(moments, mass=...), or make it of a "
+                "shape."
             )
         masses.append(mass)
     refuse_other_members(**{f"mass of the {name}": np.shape(mass) for name, mass in zip(BODIES, masses, strict=True)})

@@ -8,7 +8,8 @@ from typing import Any
 
 from poinsot.html_text import PER_TIME
 from poinsot.immutable import Immutable
-from poinsot.mechanics.parameters import Parametric, described, listed
+from poinsot.mechanics.parameters import Parametric, listed
+from poinsot.printable import described, quoted
 from poinsot.quantities import Quantity, said_of
 
 __all__ = ["DerivedUnits", "checked_units", "dated_units", "in_units"]
@@ -82,11 +83,11 @@ def checked_units(units: Mapping[str, str] | None, measures: tuple[str, ...]) ->
     if not isinstance(units, Mapping):
         raise TypeError(f'units must be a mapping such as {{"time": "s"}}, got {described(units)}.')
     for key, unit in units.items():
-        if key not in measures:
+        if not isinstance(key, str) or key not in measures:
             *others, last = map(repr, measures)
-            raise ValueError(f"units must name {', '.join(others)} and {last}, got {key!r}.")
+            raise ValueError(f"units must name {', '.join(others)} and {last}, got {quoted(key)}.")
         if not isinstance(unit, str):
-            raise TypeError(f"units must be words, but units[{key!r}] = {unit!r}.")
+            raise TypeError(f"units must be words, but units[{quoted(key)}] = {quoted(unit)}.")
     return {measure: units.get(measure, "1") for measure in measures}
 
 
@@ -96,7 +97,7 @@ def dated_units(checked: dict[str, str], given: Mapping[str, str] | None, calend
         return checked
     if given is not None and checked["time"] not in ("1", calendar.unit):
         raise ValueError(
-            f"units['time'] must be {calendar.unit!r}, in which the calendar of the orbits counts, got "
-            f"{checked['time']!r}."
+            f"units['time'] must be {quoted(calendar.unit)}, in which the calendar of the orbits counts, got "
+            f"{quoted(checked['time'])}."
         )
     return {**checked, "time": calendar.unit}

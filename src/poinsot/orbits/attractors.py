@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from poinsot.printable import quoted
+
 __all__ = ["MU", "attractor_mu", "attractor_radius"]
 
 MU = {
@@ -56,7 +58,9 @@ def attractor_mu(name: str, mu: float | None) -> float:
         return mu
     known = NAMES.get(name.upper(), name.upper())
     if known not in MU:
-        raise ValueError(f"mu must be given for an attractor that is not the Sun, a planet or the Moon, got {name!r}.")
+        raise ValueError(
+            f"mu must be given for an attractor that is not the Sun, a planet or the Moon, got {quoted(name)}."
+        )
     return MU[known]
 
 

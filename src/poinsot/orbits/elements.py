@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.errors import reals_or_nan, refuse_nonpositive
+from poinsot.errors import real_numbers, reals_or_nan, refuse_nonpositive
 from poinsot.html_text import Summarized, told
 from poinsot.orbits.from_cartesian import passages
 from poinsot.quantities import Real
@@ -78,7 +78,13 @@ def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -
     mu : float or array
         Gravitational parameter, length cubed over time squared.
     position, velocity : array (..., 3)
-        Relative to the attractor, space axes. Rows of NaN give NaN.
+        Relative to the attractor, space axes. Rows whose position and velocity are NaN throughout, as those of a member
+        whose run has stopped, give NaN.
+
+    Raises
+    ------
+    ValueError
+        If another number is infinite or NaN.
 
     Examples
     --------
@@ -88,12 +94,19 @@ def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -
     >>> pt.orbits.osculating_elements(1.0, position=place, velocity=speed).eccentricity.round(12)
     array([0.3, 0.3, 0.3, 0.3])
     """
-    given = {"mu": mu, "position": position, "velocity": velocity}
-    parameter, place, speed = (reals_or_nan(name, value) for name, value in given.items())
+    parameter, place, speed = (
+        real_numbers("mu", mu),
+        reals_or_nan("position", position),
+        reals_or_nan("velocity", velocity),
+    )
     refuse_nonpositive("mu", parameter)
-    for name, vectors in (("position", place), ("velocity", speed)):
+    rows = {"position": place, "velocity": speed}
+    for name, vectors in rows.items():
         if vectors.shape[-1:] != (3,):
             raise ValueError(f"{name} must have shape (..., 3), got shape {vectors.shape}.")
+    is_absent = np.isnan(place).all(axis=-1) & np.isnan(speed).all(axis=-1)
+    for name, vectors in rows.items():
+        real_numbers(name, np.where(is_absent[..., None], 0.0, vectors))
     with np.errstate(invalid="ignore", divide="ignore"):
         here = passages(parameter, place, speed)
         anomaly = np.arctan2(here.e_sin, here.e_cos)

@@ -24,9 +24,10 @@ from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.parameters import Points, Positive, Table, described, listed
+from poinsot.mechanics.parameters import Points, Positive, Table, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import Radius, check_surface, shown
+from poinsot.printable import described, kind_of, message_of, quoted, shortened
 from poinsot.quantities import Real, Time, Times
 
 __all__ = ["Ephemeris", "EphemerisFrame", "in_metres"]
@@ -171,7 +172,14 @@ class Ephemeris(Orbit):
         refuse_nonpositive("tolerance", tolerance)
 
         def positions(times: Array) -> Array:
-            return real_array("position(times)", position(times), (times.size, 3))
+            try:
+                found = position(times)
+            except Exception as error:
+                raise TypeError(
+                    "position must be a function of times, shape (n,), but on such an array it raised "
+                    f"{kind_of(error)}: {shortened(message_of(error))}."
+                ) from error
+            return real_array("position(times)", found, (times.size, 3))
 
         knots, coefficients, error = pieces.fitted(positions, first, last, tolerance)
         made = _Pieces(knots, coefficients, error, (reference_frame, origin, calendar))
@@ -353,8 +361,8 @@ class Ephemeris(Orbit):
         outside = time[(time < first) | (time > last)]
         if outside.size:
             raise ValueError(
-                f"time must lie within the span of the ephemeris, [{first!r}, {last!r}], got "
-                f"{float(outside.flat[0])!r}."
+                f"time must lie within the span of the ephemeris, [{quoted(first)}, {quoted(last)}], got "
+                f"{quoted(float(outside.flat[0]))}."
             )
         return np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
 
@@ -454,7 +462,7 @@ GAP = 1.75
 def _checked_labels(reference_frame: Any, origin: Any, calendar: Any) -> tuple[str, str, Any]:
     for name, value in (("reference_frame", reference_frame), ("origin", origin)):
         if not isinstance(value, str) or not value:
-            raise TypeError(f"{name} must be a name, got {value!r}.")
+            raise TypeError(f"{name} must be a name, got {quoted(value)}.")
     if calendar is not None and not isinstance(calendar, Calendar):
         raise TypeError(f"calendar must be a Calendar, got {described(calendar)}.")
     return FRAMES.get(reference_frame.upper(), reference_frame), origin, calendar

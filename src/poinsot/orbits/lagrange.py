@@ -16,6 +16,7 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.orbits.fixed import HeldPosition, components
 from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyPath
+from poinsot.printable import quoted
 from poinsot.quantities import AngularVelocity, Time
 
 __all__ = ["LagrangePointPath", "RotatingPosition"]
@@ -125,7 +126,7 @@ class LagrangePointPath(CirclingPair[RotatingPosition]):
             object.__setattr__(self, name, float(real_array(name, getattr(self, name), ())))
         self._check_pair()
         if not isinstance(self.point, str) or self.point not in POINTS:
-            raise ValueError(f"point must be one of {', '.join(POINTS)}, got {self.point!r}.")
+            raise ValueError(f"point must be one of {', '.join(POINTS)}, got {quoted(self.point)}.")
 
     def path(self, *, offset: ArrayLike = (0, 0, 0), velocity: ArrayLike = (0, 0, 0)) -> ThreeBodyPath:
         """Return the path of a body that is free to move, from near the point.

@@ -12,6 +12,7 @@ from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits import solutions
 from poinsot.orbits.attractors import MU, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.printable import quoted
 from poinsot.quantities import Date
 
 __all__ = ["planet_orbit"]
@@ -89,11 +90,11 @@ def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar
     """
     body, attractor = _checked("body", body), _checked("attractor", attractor)
     if body == attractor:
-        raise ValueError(f"body and attractor must be two, but both are {body!r}.")
+        raise ValueError(f"body and attractor must be two, but both are {quoted(body)}.")
     first, last = span_of(calendar, start, stop)
     between = J2000.converted(np.array([first, last]), calendar)
     if between[0] < FIRST or between[1] > LAST:
-        raise ValueError(f"start and stop must be in the years -4000 to 8000, got {start!r} and {stop!r}.")
+        raise ValueError(f"start and stop must be in the years -4000 to 8000, got {quoted(start)} and {quoted(stop)}.")
     name = attractor.upper() + (" BARYCENTER" if attractor in WITH_MOONS else "")
 
     def position(times: Array) -> Array:
@@ -114,7 +115,7 @@ def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar
 
 def _checked(argument: str, name: Any) -> str:
     if not isinstance(name, str) or name.lower() not in BODIES:
-        raise ValueError(f"{argument} must be one of {', '.join(BODIES)}, got {name!r}.")
+        raise ValueError(f"{argument} must be one of {', '.join(BODIES)}, got {quoted(name)}.")
     return name.lower()
 
 

@@ -23,6 +23,7 @@ from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.orbits import iau_rotations
 from poinsot.orbits.angle_reduction import angle_at
 from poinsot.orbits.planets import J2000
+from poinsot.printable import quoted
 from poinsot.quantities import Angle, AngularVelocity, Real, Time, Times
 
 __all__ = ["NutatingRotation", "RotationModel"]
@@ -99,7 +100,7 @@ class RotationModel(PlanetAxes):
         """
         name = body.lower()
         if name not in iau_rotations.MODELS:
-            raise ValueError(f"body must be one of {', '.join(iau_rotations.MODELS)}, got {body!r}.")
+            raise ValueError(f"body must be one of {', '.join(iau_rotations.MODELS)}, got {quoted(body)}.")
         numbers, periodic = iau_rotations.at_zero(name, calendar, J2000)
         fields: dict[str, Any] = {**numbers, "reference_frame": "ICRF", "calendar": calendar}
         return NutatingRotation(**fields, terms=len(periodic), periodic=periodic) if periodic else cls(**fields)
@@ -128,7 +129,7 @@ class RotationModel(PlanetAxes):
             If the axes are others.
         """
         if reference_frame not in ("ICRF", "TEME"):
-            raise ValueError(f"reference_frame must be ICRF or TEME, got {reference_frame!r}.")
+            raise ValueError(f"reference_frame must be ICRF or TEME, got {quoted(reference_frame)}.")
         offset = float(real_array("ut1_minus_utc", ut1_minus_utc, ()))
         numbers = iau_rotations.earth_at_zero(calendar, offset, reference_frame == "TEME")
         fields: dict[str, Any] = {**numbers, "reference_frame": reference_frame, "calendar": calendar}

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from poinsot.errors import real_array
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
-from poinsot.mechanics.parameters import described
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.printable import described
 from poinsot.quantities import Date
 
 __all__ = ["orbit_sum"]

@@ -22,6 +22,7 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_member
 from poinsot.plot.solid_parts import triangles
 from poinsot.plot.solids import right_and_up, view_direction
+from poinsot.printable import quoted
 from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.trajectory import Trajectory
 
@@ -104,7 +105,7 @@ def animate(
     """
     path = Path(path)
     if path.suffix not in WRITERS:
-        raise ValueError(f"path must end in {' or '.join(WRITERS)}, got {path.name!r}.")
+        raise ValueError(f"path must end in {' or '.join(WRITERS)}, got {quoted(path.name)}.")
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     seconds = float(real_array("seconds", seconds, ()))

@@ -12,6 +12,7 @@ from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.errors import real_array
 from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from poinsot.plot.panels import dress, one_panel, plot
+from poinsot.printable import quoted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,7 +77,7 @@ def branch(
     'period'
     """
     if len(labels) != 2:
-        raise ValueError(f"labels must be a pair of them, got {labels!r}.")
+        raise ValueError(f"labels must be a pair of them, got {quoted(labels)}.")
     branches = [branch] if isinstance(branch, Branch) else branch
     if not branches:
         raise ValueError("branch must be a Branch or several, got none.")

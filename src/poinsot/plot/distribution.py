@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from poinsot.plot.labels import BLACK, BLUE, VERMILION, angle_unit_of, momentum_label, one_rotation, rate_unit_of
 from poinsot.plot.panels import dress, one_panel, plot
+from poinsot.printable import quoted
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def histogram(
     if not motion.is_ensemble:
         raise ValueError("ensemble must have members, got the motion of one body.")
     if quantity not in QUANTITIES:
-        raise ValueError(f"quantity must be one of {', '.join(QUANTITIES)}, got {quantity!r}.")
+        raise ValueError(f"quantity must be one of {', '.join(QUANTITIES)}, got {quoted(quantity)}.")
     first, last = motion.isel(time=[0]), motion.isel(time=[motion.times.size - 1])
     before, after = _values(quantity, first, first), _values(quantity, last, first)
     after = after[np.isfinite(after)]

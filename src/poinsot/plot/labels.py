@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.units import DerivedUnits
+from poinsot.printable import quoted
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
 
@@ -130,7 +131,7 @@ def rate_unit_of(units: Mapping[str, str], chosen: str | None, rates: ArrayLike 
     if angle not in ANGLE_UNITS or per not in ("", *TIME_UNITS):
         raise ValueError(
             f"rate_unit must be rpm, or an angle ({', '.join(ANGLE_UNITS)}) alone or over a time "
-            f"({', '.join(TIME_UNITS)}) as in 'deg/s', got {chosen!r}."
+            f"({', '.join(TIME_UNITS)}) as in 'deg/s', got {quoted(chosen)}."
         )
     time = 1.0 if per in ("", units["time"]) else TIME_UNITS[per] / _seconds("rate_unit", units)
     if chosen in NAMED_RATES:
@@ -147,7 +148,7 @@ def unit_of(name: str, own: str, chosen: str | None) -> Unit:
     before, after = (_measured(unit) for unit in (own, chosen))
     if before is None or after is None or before[1] != after[1]:
         raise ValueError(
-            f"{name} must be of the kind of {own!r}, the unit of the motion, got {chosen!r}. Words are "
+            f"{name} must be of the kind of {quoted(own)}, the unit of the motion, got {quoted(chosen)}. Words are "
             f"{', '.join(MEASURES)}, with {' '.join(PREFIXES)} before them, and powers after: 'mN m', 'km2'."
         )
     return Unit(before[0] / after[0], chosen)
@@ -176,7 +177,7 @@ def _largest(values: ArrayLike) -> float:
 
 def _known(name: str, unit: str, units: Mapping[str, float]) -> str:
     if unit not in units:
-        raise ValueError(f"{name} must be one of {', '.join(units)}, got {unit!r}.")
+        raise ValueError(f"{name} must be one of {', '.join(units)}, got {quoted(unit)}.")
     return unit
 
 

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.chaos import ChaosIndicators
 from poinsot.errors import array_of, real_array
-from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import BLUE, COLOURS, GREY, time_unit_of
 from poinsot.plot.panels import Pair, count_degrees, dress, one_panel, panels, plot
+from poinsot.printable import described
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import Function, checked
-from poinsot.mechanics.parameters import described
+from poinsot.errors import array_of
+from poinsot.printable import described
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,7 +87,7 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
     found = (
         [given]
         if count == 1
-        else list(np.ravel(np.asarray(given, dtype=object)))
+        else list(array_of("axes", given).flat)
         if isinstance(given, Sequence | np.ndarray)
         else []
     )

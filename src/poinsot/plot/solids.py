@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.polhodes import TURN
 from poinsot.errors import real_array
-from poinsot.mechanics.parameters import described
 from poinsot.plot.labels import GREY
+from poinsot.printable import described
 
 __all__ = [
     "Ellipsoid",

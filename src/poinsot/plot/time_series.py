@@ -13,6 +13,7 @@ from poinsot.plot.comparison import median_attitude
 from poinsot.plot.curves import Layout, against_time, reached
 from poinsot.plot.labels import bracketed, momentum_label, one_rotation, rate_unit_of, unit_of
 from poinsot.plot.panels import Pair, plot
+from poinsot.printable import quoted
 from poinsot.propagation.dataset import components
 from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.trajectory import Trajectory
@@ -195,7 +196,7 @@ def part_variables(
     if not own:
         raise ValueError("motion must be of a body with a part that has variables, got one without.")
     if part not in own:
-        raise ValueError(f"part must be one of {', '.join(own)}, got {part or 'none'}.")
+        raise ValueError(f"part must be one of {', '.join(own)}, got {quoted(part) if part else 'none'}.")
     names, values = components(own[part]), np.moveaxis(motion.own[part], -1, 0)
     momenta = set(own[part].momenta) == set(own[part].variables)
     label = f"variables of {part}" + (momentum_label(motion.system.units) if momenta else "")

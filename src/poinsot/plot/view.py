@@ -16,6 +16,7 @@ from typing import Any, overload
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.plot.page_content import content_of, others_of
+from poinsot.printable import quoted
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["View", "view"]
@@ -121,7 +122,7 @@ def view(
         return View(_page(motion, beside))
     path = Path(path)
     if path.suffix != ".html":
-        raise ValueError(f"path must end in .html, got {path.name!r}.")
+        raise ValueError(f"path must end in .html, got {quoted(path.name)}.")
     return write_text(path, _page(motion, beside), overwrite)
 
 

@@ -18,6 +18,7 @@ from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 
 __all__ = [
     "broadcast_members",
@@ -79,8 +80,8 @@ def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> 
         outside = values[(values < first) | (values > last)]
         if outside.size:
             raise ValueError(
-                f"{name} must lie within the span of orbits, fields and tables, [{first!r}, {last!r}], got "
-                f"{float(outside[0])!r}.{hint}"
+                f"{name} must lie within the span of orbits, fields and tables, [{quoted(first)}, {quoted(last)}], got "
+                f"{quoted(float(outside[0]))}.{hint}"
             )
 
 
@@ -102,7 +103,7 @@ def check_bodies(system: System, state: State) -> None:
     """
     if not system.moves_alone:
         raise ValueError(
-            f"system must be that of both bodies, got {system!r} as one of two, which does not move alone. Take "
+            f"system must be that of both bodies, got {quoted(system)} as one of two, which does not move alone. Take "
             "motion.system of the pair."
         )
     needed, given = len(system.body_names), len(state.body_names)
@@ -110,6 +111,7 @@ def check_bodies(system: System, state: State) -> None:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
         words = {1: "one body", 2: "two bodies"}
         raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
+    system.check_variables({name: np.shape(values)[-1] for name, values in state.own.items()})
     if needed > 1 and all(isinstance(force, PotentialOn | TorqueOn) for force in system.forces):
         warnings.warn(
             f"system should have a force between its two bodies, got {', '.join(map(repr, system.forces)) or 'none'}. "
@@ -139,14 +141,14 @@ def checked_threads(threads: int | None) -> int:
     if threads is None:
         return allowed_threads()
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
-        raise ValueError(f"threads must be a positive whole number, got {threads!r}.")
+        raise ValueError(f"threads must be a positive whole number, got {quoted(threads)}.")
     return threads
 
 
 def checked_device(device: str) -> str:
     """Return where an ensemble is integrated."""
     if device not in ("cpu", "cuda"):
-        raise ValueError(f"device must be 'cpu' or 'cuda', got {device!r}.")
+        raise ValueError(f"device must be 'cpu' or 'cuda', got {quoted(device)}.")
     return device
 
 
@@ -157,11 +159,15 @@ def checked_formulation(formulation: str | Formulation | None) -> Formulation:
     if isinstance(formulation, Formulation):
         if FORMULATIONS.get(formulation.name, formulation) is not formulation:
             kind = type(formulation).__name__
-            raise ValueError(f"formulation must have a name of its own, got {kind} with the name {formulation.name!r}.")
+            raise ValueError(
+                f"formulation must have a name of its own, got {kind} with the name {quoted(formulation.name)}."
+            )
         return formulation
     known = formulations()
     if not isinstance(formulation, str) or formulation not in known:
-        raise ValueError(f"formulation must be one of {', '.join(FORMULATIONS)} or a Formulation, got {formulation!r}.")
+        raise ValueError(
+            f"formulation must be one of {', '.join(FORMULATIONS)} or a Formulation, got {quoted(formulation)}."
+        )
     return known[formulation]
 
 
@@ -172,9 +178,11 @@ def checked_tolerance(tolerance: float | None, precision: str) -> float:
     energy, even ones add up: e^-40 at orders 18 and 19, which long runs show, e^-44 at order 20.
     """
     if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
-        raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {precision!r}.")
+        raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {quoted(precision)}.")
     if precision != "double" and not kernels.available(precision):
-        raise ValueError(f"precision must be one that the engine has on this machine, got {precision!r}. Use 'double'.")
+        raise ValueError(
+            f"precision must be one that the engine has on this machine, got {quoted(precision)}. Use 'double'."
+        )
     least = ROUNDING[precision]
     if tolerance is None:
         return least

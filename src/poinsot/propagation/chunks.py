@@ -16,6 +16,7 @@ import numpy as np
 from poinsot.atomic_write import new_folder
 from poinsot.engine.progress import Progress, bar
 from poinsot.errors import PropagationInterrupted
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.ensemble_store import (
     EnsembleStore,
     Frame,
@@ -29,6 +30,7 @@ from poinsot.propagation.lease import lease
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.reductions import concatenated, reduced, reduction
 from poinsot.propagation.run_record import versions
+from poinsot.propagation.selection import refuse_other_names
 from poinsot.propagation.workers import check_client, on_workers
 from poinsot.propagation.zarr_group import GROUP, StoreError, plain
 
@@ -97,9 +99,9 @@ class Kept:
 
     def __post_init__(self) -> None:
         if self.dtype not in ("float64", "float32"):
-            raise ValueError(f"dtype must be 'float64' or 'float32', got {self.dtype!r}.")
+            raise ValueError(f"dtype must be 'float64' or 'float32', got {quoted(self.dtype)}.")
         if type(self.every) is bool or not isinstance(self.every, int | np.integer) or self.every < 1:
-            raise ValueError(f"every must be a positive whole number, got {self.every!r}.")
+            raise ValueError(f"every must be a positive whole number, got {quoted(self.every)}.")
         object.__setattr__(self, "every", int(self.every))
 
 
@@ -214,9 +216,9 @@ def plan_of(
             "chunk, variables and client must come with out= or reduce=, got neither. Name a store: out='run.zarr'."
         )
     if out is not None and Path(out).suffix != ".zarr":
-        raise ValueError(f"out must be the name of a store that ends in .zarr, got {Path(out).name!r}.")
+        raise ValueError(f"out must be the name of a store that ends in .zarr, got {quoted(Path(out).name)}.")
     if out is not None and not Path(out).parent.is_dir():
-        raise FileNotFoundError(f"No such folder: {Path(out).parent}")
+        raise FileNotFoundError(f"No such folder: {shortened(Path(out).parent)}")
     if chunk is not None and chunk < 1:
         raise ValueError(f"chunk must be a positive whole number of members, got {chunk}.")
     if client is not None:
@@ -234,7 +236,7 @@ def _kept(variables: Any) -> dict[str, Kept]:
     for name, special in given.items():
         if not isinstance(special, Mapping) or not {*special} <= {"dtype", "every"}:
             raise TypeError(
-                f"variables[{name!r}] must be a mapping with dtype, every or neither, got {special!r:.100}. "
+                f"variables[{quoted(name)}] must be a mapping with dtype, every or neither, got {quoted(special)}. "
                 "An empty one, {}, keeps all of it."
             )
     return {str(name): Kept(**special) for name, special in given.items()}
@@ -337,9 +339,7 @@ def times_every(every: int) -> str:
 
 def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
     """Compute an ensemble chunk by chunk; return the result in the store, or what the reductions have made."""
-    unknown = [name for name in plan.variables if name not in ensemble.names]
-    if unknown:
-        raise ValueError(f"variables must be some of {', '.join(ensemble.names)}, got {unknown[0]!r}.")
+    refuse_other_names("variables", plan.variables, ensemble.names)
     if plan.out is None:
         task = Task(ensemble, plan, chunk_of(ensemble, plan.chunk))
         found: dict[int, Any] = {}
@@ -360,7 +360,8 @@ def in_chunks(ensemble: Ensemble, plan: Plan, shown: bool) -> Any:
         raise OSError(f"{error}{_finished(plan.out)}") from error
     except StoreError as error:
         raise ValueError(
-            f"out must be a whole store, got {plan.out} with parts missing: {error}. Remove it, and the same call "
+            f"out must be a whole store, got {shortened(plan.out)} with parts missing: {error}. Remove it, and the "
+            "same call "
             "computes it anew."
         ) from None
 
@@ -398,7 +399,7 @@ def _writing(out: Path) -> Iterator[None]:
     except OSError as error:
         first = error.__cause__ if isinstance(error.__cause__, OSError) else error
         why = first.strerror or first
-        raise UnwritableError(f"out must be a store that can be written, got {out}: {why}.") from error
+        raise UnwritableError(f"out must be a store that can be written, got {shortened(out)}: {why}.") from error
 
 
 def _finished(out: Path) -> str:
@@ -507,20 +508,24 @@ def _opened(ensemble: Ensemble, plan: Plan, out: Path) -> EnsembleStore:
     with _writing(out):
         there = out.exists()
     if not there and out.is_symlink():
-        raise ValueError(f"out must be a new name or the store of this problem, got {out}, a link to nothing.")
+        raise ValueError(
+            f"out must be a new name or the store of this problem, got {shortened(out)}, a link to nothing."
+        )
     if not there:
         _make(ensemble, plan, out, problem)
     try:
         store = EnsembleStore(out)
     except StoreError as error:
-        raise ValueError(f"out must be a new name or the store of this problem, got {out}: {error}.") from None
+        raise ValueError(
+            f"out must be a new name or the store of this problem, got {shortened(out)}: {error}."
+        ) from None
     said = store.attributes["store"].get("problem") or {}
     other = [_told(name, said, problem) for name in {**problem, **said} if problem.get(name) != said.get(name)]
     if not other and plan.chunk not in (None, store.chunk) and store.chunk < ensemble.members:
         other = [f"chunks, of {store.chunk} members"]
     if other:
         raise ValueError(
-            f"out must be a new name or the store of this problem, got {out}, which differs in its "
+            f"out must be a new name or the store of this problem, got {shortened(out)}, which differs in its "
             f"{' and '.join(other)}. Give another name."
         )
     return store

@@ -14,6 +14,7 @@ from poinsot.mechanics.part import Jump, Part
 from poinsot.mechanics.state import RIGID, State, named
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
+from poinsot.printable import quoted
 
 if TYPE_CHECKING:
     import xarray
@@ -193,7 +194,7 @@ def read_parts(said: str, jumps: str = "{}") -> tuple[StoredPart, ...]:
     for part in parts:
         counts = part.variables.values()
         if not part.name.isidentifier() or part.name in RIGID or any(type(n) is not int or n < 1 for n in counts):
-            raise ValueError(f"parts must have names and numbers of scalars, got {part.name!r}.")
+            raise ValueError(f"parts must have names and numbers of scalars, got {quoted(part.name)}.")
     return parts
 
 

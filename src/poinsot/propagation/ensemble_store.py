@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.zarr_group import (
     BLOCK,
@@ -232,7 +233,7 @@ class EnsembleStore:
         """Return what a whole chunk has aside, and what is said of it."""
         folder = self._folder_of(number)
         if folder.is_symlink() or folder.parent.is_symlink():
-            raise StoreError(f"{folder.name} is a link")
+            raise StoreError(f"{shortened(folder.name)} is a link")
         described, attributes = read_group(folder)
         none = np.zeros(0, dtype=bool)
         arrays = {name: StoredArray(folder / name, about, none) for name, about in described.items()}
@@ -360,7 +361,7 @@ def plain_variable(
     if values.dtype == np.uint64 and np.max(values, initial=0) >= 2**63:
         raise ValueError(f"whole numbers of a store must be less than 2**63, got {name} up to {np.max(values)}.")
     if kind is None or not name.isidentifier():
-        raise TypeError(f"variables of a store must be real numbers with names, got {name!r} of {values.dtype}.")
+        raise TypeError(f"variables of a store must be real numbers with names, got {quoted(name)} of {values.dtype}.")
     return dims, values.astype(kind, copy=False), dict(attributes)
 
 

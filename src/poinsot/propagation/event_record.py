@@ -14,11 +14,12 @@ from poinsot.checked import checked
 from poinsot.engine.event_detection import Recorded
 from poinsot.engine.state_vector import StateVector
 from poinsot.functions import Scalar
-from poinsot.html_text import Summarized, rounded, shown, told
+from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.printable import printable
 from poinsot.propagation.selection import Chosen, numbers_of_members
 
 __all__ = ["EventRecord", "EventSource", "EventsOfMembers", "KnownEvents", "StoredEvent", "crossings"]
@@ -109,7 +110,7 @@ class StoredEvent(Event):
 
     @override
     def __repr__(self) -> str:
-        return shown(self.said, kept="\n")
+        return printable(self.said, kept="\n")
 
     @property
     @override

@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
+from poinsot.printable import shortened
+
 __all__ = ["LEASE", "Lease", "lease"]
 
 NAME = "lock"
@@ -118,7 +120,9 @@ class Lease:
 
     def _refuse(self, owner: dict[str, Any]) -> NoReturn:
         who = f"process {owner.get('process', '?')} on {str(owner.get('host', '?'))[:60]}"
-        raise ValueError(f"out must be a store that no other run writes, got {self._path.parent}, which {who} writes.")
+        raise ValueError(
+            f"out must be a store that no other run writes, got {shortened(self._path.parent)}, which {who} writes."
+        )
 
 
 def _said(content: bytes) -> dict[str, Any]:

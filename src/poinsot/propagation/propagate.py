@@ -14,6 +14,7 @@ from poinsot.engine.problem import Problem
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 from poinsot.propagation.arguments import (
     broadcast_members,
     check_bodies,
@@ -138,5 +139,5 @@ def propagate(
 
 def _check_single(dense: bool, precision: str) -> None:
     if dense or precision != "double":
-        what = "dense=True" if dense else f"precision={precision!r}"
+        what = "dense=True" if dense else f"precision={quoted(precision)}"
         raise ValueError(f"an ensemble must be propagated without {what}, got it. Propagate members one by one.")

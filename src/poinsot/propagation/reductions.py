@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from poinsot.mechanics.parameters import described
+from poinsot.printable import described, quoted
 from poinsot.propagation.ensemble_store import EnsembleStore, dataset_of_arrays
 from poinsot.propagation.zarr_group import plain_attributes
 
@@ -62,7 +62,7 @@ def _joined(name: Any, each: Sequence[Any], coordinate: bool) -> xarray.Variable
 
     if any(one is None or one.dims != each[0].dims or _shape(one) != _shape(each[0]) for one in each):
         raise ValueError(
-            f"reduce must return the same variables and dimensions for each chunk, got others of {str(name)!r}. "
+            f"reduce must return the same variables and dimensions for each chunk, got others of {quoted(str(name))}. "
             "Let what differs lie along member, or pad it."
         )
     plain = [xarray.DataArray(one.values, dims=one.dims, attrs=each[0].attrs) for one in each]

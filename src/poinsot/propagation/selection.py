@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import array_of
-from poinsot.mechanics.parameters import described, kinds_of, of_each
+from poinsot.mechanics.parameters import kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.printable import described, quoted
 from poinsot.propagation.zarr_group import JoinedArrays, StoredArray
 
-__all__ = ["Chosen", "Index", "checked_index", "numbers_of_members", "rows_of", "state_of_members", "system_of_members"]
+__all__ = [
+    "Chosen",
+    "Index",
+    "checked_index",
+    "numbers_of_members",
+    "refuse_other_names",
+    "rows_of",
+    "state_of_members",
+    "system_of_members",
+]
 
 Index = int | slice | ArrayLike
 Chosen = int | NDArray[np.intp]
@@ -39,11 +50,20 @@ def checked_index(name: str, index: Any, count: int) -> Chosen:
     return chosen if chosen.ndim else int(chosen)
 
 
+def refuse_other_names(argument: str, names: Any, known: Collection[str]) -> None:
+    """Raise an error unless `names` is a collection of known names."""
+    if isinstance(names, str) or not isinstance(names, Collection):
+        raise TypeError(f"{argument} must be a list of names, got {described(names)}.")
+    for name in names:
+        if not isinstance(name, str) or name not in known:
+            raise ValueError(f"{argument} must be some of {', '.join(known)}, got {quoted(name)}.")
+
+
 def _of_slice(name: str, index: slice, count: int) -> Chosen:
     try:
         return np.arange(count)[index]
     except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a slice of whole numbers, got {index}.") from None
+        raise TypeError(f"{name} must be a slice of whole numbers, got {quoted(index)}.") from None
 
 
 def rows_of(values: Any, members: Chosen | slice | None, at: Any) -> NDArray[Any]:

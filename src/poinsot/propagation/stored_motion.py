@@ -15,9 +15,9 @@ from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import described
 from poinsot.mechanics.state import RIGID, Phase, State, state_of
 from poinsot.mechanics.system import System
+from poinsot.printable import described
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.event_record import EventRecord, StoredEvent
 from poinsot.propagation.pair_trajectory import trajectory_class

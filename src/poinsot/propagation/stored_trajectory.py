@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.html_text import shown
 from poinsot.immutable import Immutable
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
+from poinsot.printable import printable
 from poinsot.propagation.dataset import StoredPart
 from poinsot.propagation.event_record import EventsOfMembers
 from poinsot.propagation.pair_trajectory import PairTrajectory
@@ -77,7 +77,7 @@ class StoredSystem(Immutable):
         self.units, self.rigid_bodies = self._free.units, self._free.rigid_bodies
 
     def __repr__(self) -> str:
-        return shown(self._written, kept="\n")
+        return printable(self._written, kept="\n")
 
     @property
     def pair(self) -> Any:

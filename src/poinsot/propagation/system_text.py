@@ -17,6 +17,7 @@ from poinsot.mechanics.parameters import Parametric, records_in
 from poinsot.mechanics.state import named
 from poinsot.mechanics.system import System
 from poinsot.orbits.restricted_three_body import CirclingPair
+from poinsot.printable import quoted
 from poinsot.propagation.run_record import Method
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.shapes.assembly import Assembly
@@ -169,7 +170,9 @@ def _options(motion: Trajectory) -> dict[str, Any]:
     if run.method is Method.CLOSED_FORM:
         return {"method": "closed form"}
     if run.formulation not in known:
-        raise ValueError(f"the formulation of a scenario must be one of {', '.join(known)}, got {run.formulation!r}.")
+        raise ValueError(
+            f"the formulation of a scenario must be one of {', '.join(known)}, got {quoted(run.formulation)}."
+        )
     options = {"formulation": run.formulation, "tolerance": run.tolerance, "precision": run.precision}
     return options | ({"dense": True} if motion.has_dense_output else {})
 

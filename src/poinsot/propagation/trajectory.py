@@ -34,7 +34,15 @@ from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, EventsOfMembers, EventSource, KnownEvents, StoredEvent
 from poinsot.propagation.relative_motion import RelativeMotion
 from poinsot.propagation.run_record import Run, told_kernel
-from poinsot.propagation.selection import Chosen, Index, checked_index, rows_of, state_of_members, system_of_members
+from poinsot.propagation.selection import (
+    Chosen,
+    Index,
+    checked_index,
+    refuse_other_names,
+    rows_of,
+    state_of_members,
+    system_of_members,
+)
 from poinsot.quantities import Times
 
 if TYPE_CHECKING:
@@ -580,7 +588,14 @@ class Trajectory(Summarized):
         return (*rigid, *of_two, *(f"own_{part.name}" for part in self.system.parts if part.size))
 
     def variables(self, names: Collection[str]) -> xarray.Dataset:
-        """Return some variables of the dataset, with the start and the body."""
+        """Return some variables of the dataset, with the initial state and the body.
+
+        Parameters
+        ----------
+        names : list of str
+            Some of `variable_names`.
+        """
+        refuse_other_names("names", names, (*self.variable_names, "carried"))
         frame, provenance = self.reference_frame, self.provenance
         columns = along_times(self, [name for name in names if name != "carried"])
         return dataset_of(

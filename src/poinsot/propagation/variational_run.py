@@ -18,6 +18,7 @@ from poinsot.engine.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 from poinsot.propagation.arguments import (
     broadcast_members,
     check_bodies,
@@ -87,7 +88,7 @@ class VariationalRun:
         chosen = checked_formulation(formulation)
         if not chosen.tangent:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
-            raise ValueError(f"formulation must be one of {able} for variational equations, got {chosen.name!r}.")
+            raise ValueError(f"formulation must be one of {able} for variational equations, got {quoted(chosen.name)}.")
         self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
         self._progress = sys.stderr.isatty() if progress is None else progress
         check_bodies(system, state)

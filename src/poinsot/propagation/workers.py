@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
-from poinsot.html_text import said
+from poinsot.printable import kind_of, message_of, quoted
 from poinsot.propagation.run_record import versions
 
 __all__ = ["check_client", "on_workers"]
@@ -33,7 +33,7 @@ class Task(Protocol[Done]):
 def check_client(client: Any) -> None:
     """Refuse what is no client of dask, one without a scheduler, and one without workers."""
     if not callable(getattr(client, "submit", None)) or not callable(getattr(client, "nthreads", None)):
-        raise TypeError(f"client must be a dask.distributed Client, got {type(client).__name__}.")
+        raise TypeError(f"client must be a dask.distributed Client, got {kind_of(client)}.")
     if client.status != RUNNING:
         raise ValueError(f"client must be connected to its scheduler, got one that is {client.status}.")
     if not client.nthreads():
@@ -74,7 +74,8 @@ def _packed(task: Task[Any]) -> bytes:
         packed: bytes = cloudpickle.dumps(task)
     except Exception as error:
         raise TypeError(
-            f"system, events and reduce must travel to the workers, got one that does not: {said(error)}. Let them "
+            f"system, events and reduce must travel to the workers, got one that does not: {message_of(error)}. Let "
+            "them "
             "hold numbers, and no open files, locks or connections."
         ) from error
     return packed
@@ -90,7 +91,8 @@ def _unpacked(packed: bytes, known: dict[str, str]) -> Task[Any]:
         task: Task[Any] = pickle.loads(packed)  # noqa: S301, of the client, to which the worker belongs
     except ModuleNotFoundError as error:
         raise RuntimeError(
-            f"workers must have the modules of the system, got none with the name {error.name!r}. Install it there, "
+            f"workers must have the modules of the system, got none with the name {quoted(error.name)}. Install it "
+            "there, "
             "or define the class in the script."
         ) from error
     return task

@@ -24,6 +24,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.printable import quoted, shortened
+
 __all__ = [
     "GROUP",
     "Described",
@@ -151,7 +153,7 @@ class Described:
         except (KeyError, IndexError, TypeError, ValueError, ZeroDivisionError, AttributeError):
             same = False
         if not same or not name.isidentifier():
-            raise StoreError(f"{name!r} is described in another way")
+            raise StoreError(f"{quoted(name)} is described in another way")
         return found
 
     # ------------------------------------------------------------------ numbers
@@ -265,7 +267,8 @@ class StoredArray:
             content = memoryview(stream.read(size + SIZE_OF_CHECKSUM))
         if _checksum(content[:size]) != content[size:]:
             raise StoreError(
-                f"{self._folder} has other numbers than were written, a checksum differs; the call that made the store "
+                f"{shortened(self._folder)} has other numbers than were written, a checksum differs; the call that "
+                "made the store "
                 "computes them again"
             )
         return content[:size]
@@ -278,15 +281,17 @@ class StoredArray:
         path = self._folder / self.about.key(number)
         members = self._members_of(number)
         if self._folder.is_symlink():
-            raise StoreError(f"{self._folder.name} is a link")
+            raise StoreError(f"{shortened(self._folder.name)} is a link")
         try:
             stream = open(path, "rb", opener=_plain_file)  # noqa: SIM115 - the caller closes it
         except OSError as error:
-            raise StoreError(f"{path.parent.name}/{path.name}: {error.strerror}") from None
+            raise StoreError(f"{shortened(path.parent.name)}/{shortened(path.name)}: {error.strerror}") from None
         found, announced = os.fstat(stream.fileno()).st_size, self.about.size_of(members)
         if found != announced:
             stream.close()
-            raise StoreError(f"{path.parent.name}/{path.name} must have {announced} bytes and has {found}")
+            raise StoreError(
+                f"{shortened(path.parent.name)}/{shortened(path.name)} must have {announced} bytes and has {found}"
+            )
         return stream
 
     def check_file(self, number: int = 0) -> None:
@@ -298,7 +303,9 @@ class StoredArray:
                 index = self.about.index(self._members_of(number))
                 stream.seek(-len(index), os.SEEK_END)
                 if stream.read() != index:
-                    raise StoreError(f"{self._folder.name} has its blocks in other places: the index differs")
+                    raise StoreError(
+                        f"{shortened(self._folder.name)} has its blocks in other places: the index differs"
+                    )
 
     def check_content(self, number: int = 0) -> None:
         """Refuse a shard, or a whole array, with other numbers than were written; all of it is read."""
@@ -403,7 +410,7 @@ def _json_in(folder: Path) -> Any:
             raise StoreError(f"{GROUP} is longer than {MOST_OF_JSON} bytes")
         return json.loads(content)
     except OSError as error:
-        raise StoreError(f"{folder.name}/{GROUP}: {error.strerror}") from None
+        raise StoreError(f"{shortened(folder.name)}/{GROUP}: {error.strerror}") from None
     except (ValueError, RecursionError) as error:
         raise error if isinstance(error, StoreError) else StoreError(f"{GROUP} is no description of a group") from None
 
@@ -451,7 +458,7 @@ def _plain_file(path: str, flags: int) -> int:
     number = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
     if not stat.S_ISREG(os.fstat(number).st_mode):
         os.close(number)
-        raise StoreError(f"{Path(path).name} is no file")
+        raise StoreError(f"{shortened(Path(path).name)} is no file")
     return number
 
 

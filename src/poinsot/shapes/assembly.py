@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.mechanics.body import inertia_of_spread
-from poinsot.mechanics.parameters import described
+from poinsot.printable import described
 from poinsot.shapes.shape import Shape
 
 __all__ = ["Assembly"]

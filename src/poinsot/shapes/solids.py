@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.mechanics.body import Body
 from poinsot.shapes import cubature
 from poinsot.shapes.shape import Shape, ShapeVector, mass_of
@@ -25,6 +25,7 @@ class Solid(Shape):
     """A homogeneous solid about a centre of symmetry, which `moved` carries along with its axes."""
 
     def __init__(self, volume: float, mass: float | None, density: float | None) -> None:
+        refuse_nonpositive("volume", real_numbers("volume", volume))
         self.volume = volume
         self._mass = mass_of(volume, mass, density)
         self._center, self._axes = np.zeros(3), np.eye(3)
@@ -95,7 +96,9 @@ class Ellipsoid(Solid):
         self.semiaxes = real_array("semiaxes", semiaxes, (3,))
         refuse_nonpositive("semiaxes", self.semiaxes)
         self.semiaxes.flags.writeable = False
-        super().__init__(4 / 3 * np.pi * float(np.prod(self.semiaxes)), mass, density)
+        with np.errstate(over="ignore"):
+            volume = 4 / 3 * np.pi * float(np.prod(self.semiaxes))
+        super().__init__(volume, mass, density)
 
     def __repr__(self) -> str:
         return f"Ellipsoid({self.semiaxes.tolist()}, mass={self.mass:g})"
@@ -202,7 +205,9 @@ class Cylinder(Solid):
         self.radius, self.height = float(real_array("radius", radius, ())), float(real_array("height", height, ()))
         refuse_nonpositive("radius", self.radius)
         refuse_nonpositive("height", self.height)
-        super().__init__(np.pi * self.radius**2 * self.height, mass, density)
+        with np.errstate(over="ignore"):
+            volume = float(np.pi * np.square(self.radius) * self.height)
+        super().__init__(volume, mass, density)
 
     def __repr__(self) -> str:
         return f"Cylinder({self.radius:g}, {self.height:g}, mass={self.mass:g})"

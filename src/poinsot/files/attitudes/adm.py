@@ -19,6 +19,7 @@ from poinsot.files.rows import Rows
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import omega_body
 from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.printable import quoted
 
 Array = NDArray[np.float64]
 
@@ -118,7 +119,7 @@ def _sequence_of(rows: Rows) -> str:
     text = rows.says.get("EULER_ROT_SEQ", "")
     sequence = text.upper().translate(str.maketrans("XYZ", "123"))
     if sequence not in euler.SEQUENCES:
-        raise ValueError(f"{rows.name} must have a sequence of three axes in EULER_ROT_SEQ, got {text[:20]!r}.")
+        raise ValueError(f"{rows.name} must have a sequence of three axes in EULER_ROT_SEQ, got {quoted(text)}.")
     return sequence
 
 

@@ -21,6 +21,7 @@ from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.calendar import Calendar
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_aem", "write_aem"]
@@ -92,7 +93,7 @@ def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar
       times: 9, 0 ... 2 s
       ...
     """
-    text, name = read_text(path), str(path)
+    text, name = read_text(path), shortened(path)
     version, segments = ccsds.segments_of(text, name, "AEM", "12", NEEDED, METADATA, _columns)
     parts, tables = ccsds.chosen(segments, segment, name), list[AttitudeTable]()
     for part in parts:
@@ -106,7 +107,7 @@ def _columns(segment: Rows, version: str, in_xml: bool) -> tuple[str, ...]:
     kind = segment.says["ATTITUDE_TYPE"].upper().replace(" ", "_")
     if kind not in adm.COLUMNS:
         known = ", ".join(adm.COLUMNS)
-        raise ValueError(f"ATTITUDE_TYPE in {segment.name} must be one of {known}, got {kind[:40]!r}.")
+        raise ValueError(f"ATTITUDE_TYPE in {segment.name} must be one of {known}, got {quoted(kind)}.")
     segment.says["ATTITUDE_TYPE"] = kind
     if in_xml or not kind.startswith("QUATERNION"):
         return adm.COLUMNS[kind]
@@ -117,7 +118,7 @@ def _said(segment: Rows, key: str, known: tuple[str, str], version: str) -> str:
     """Return one of two words; version 2 knows only the first and need not say it."""
     said = segment.says.get(key, "" if version < "2" else known[0]).upper()
     if said not in known:
-        raise ValueError(f"{key} in {segment.name} must be {' or '.join(known)}, got {said[:20]!r}.")
+        raise ValueError(f"{key} in {segment.name} must be {' or '.join(known)}, got {quoted(said)}.")
     return said
 
 
@@ -141,7 +142,7 @@ def _rate_in_a(segment: Rows, first: str, second: str) -> bool:
     along = ccsds.axes_name(segment.says.get(said.upper(), said))
     if along not in (ccsds.axes_name(first), ccsds.axes_name(second)):
         raise ValueError(
-            f"ANGVEL_FRAME in {segment.name} must be one of the frames {first}, {second}, got {said[:40]!r}."
+            f"ANGVEL_FRAME in {segment.name} must be one of the frames {first}, {second}, got {quoted(said)}."
         )
     return along != ccsds.axes_name(second)
 

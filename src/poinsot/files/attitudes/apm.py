@@ -26,6 +26,7 @@ from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.state import State
+from poinsot.printable import quoted, shortened
 
 __all__ = ["read_apm", "write_apm"]
 
@@ -165,7 +166,7 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     >>> body, table.state(body).time
     (Body(moments=[1.25, 1.0, 0.75]), array(0.))
     """
-    text, name = read_text(path), str(path)
+    text, name = read_text(path), shortened(path)
     version, header, blocks = _of_xml(text, name) if ccsds.is_xml(text) else _of_kvn(text, name)
     epoch = _Block("", header, name)
     epoch.text("EPOCH")
@@ -250,13 +251,13 @@ def _angular_velocity(block: _Block, table: AttitudeTable) -> Array | None:
     if body != table.body_frame:
         axes = f"{table.body_frame} in axes that do not rotate"
         _warn(
-            f"{block.place} should be about {axes}, got {pair[0][:40]!r} and {pair[1][:40]!r}. Its rates are ignored."
+            f"{block.place} should be about {axes}, got {quoted(pair[0])} and {quoted(pair[1])}. Its rates are ignored."
         )
         return None
     along = ccsds.axes_name(block.text("ANGVEL_FRAME"))
     if along not in (body, reference) or (along == reference != table.reference_frame):
         allowed = " or ".join(pair if reference == table.reference_frame else (body,))
-        raise ValueError(f"{block.place} must have ANGVEL_FRAME {allowed}, got {along[:40]!r}.")
+        raise ValueError(f"{block.place} must have ANGVEL_FRAME {allowed}, got {quoted(along)}.")
     degrees = np.array([[block.number(key) for key in adm.ANGVEL]])
     omega = np.pi / 180 * (degrees if body_is_b else -degrees)
     omega = omega if along == body else quat.rotate(quat.conjugate(table.quaternion), omega)
@@ -348,7 +349,7 @@ def _from_v1(block: _Block, entries: list[Entry]) -> _Block:
         key = "Q_DIR" if kind == "QUAT" else f"{kind}_DIR"
         direction = block.text(key).upper()
         if direction not in ("A2B", "B2A"):
-            raise ValueError(f"{said[key].place} must have {key} A2B or B2A, got {direction[:20]!r}.")
+            raise ValueError(f"{said[key].place} must have {key} A2B or B2A, got {quoted(direction)}.")
         if direction == "B2A":
             said["REF_FRAME_A"], said["REF_FRAME_B"] = (
                 Entry(other, block.text(other), block.place) for other in ("REF_FRAME_B", "REF_FRAME_A")
@@ -362,7 +363,7 @@ def _number_angles(block: _Block, entries: list[Entry]) -> None:
     sequence = block.text("EULER_ROT_SEQ").upper().translate(TO_DIGITS)
     axes = "".join(entry.key[0] for entry in given).translate(TO_DIGITS)
     if given and axes != sequence:
-        raise ValueError(f"{block.place} must have its angles in the order {sequence[:20]!r}, got {axes[:20]!r}.")
+        raise ValueError(f"{block.place} must have its angles in the order {quoted(sequence)}, got {quoted(axes)}.")
     block.said.update({f"ANGLE_{i}": entry for i, entry in enumerate(given, start=1)})
     if any(entry.key in AXIS_RATES for entry in entries):
         adm.warn_of_undefined(block.place, "RATE")

@@ -20,6 +20,7 @@ from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted
 from poinsot.propagation.run_record import Method, Run, versions
 from poinsot.propagation.trajectory import Trajectory
 
@@ -153,7 +154,7 @@ class AttitudeTable(Summarized):
             If the argument is no motion of one body, is along other axes, or has neither the times of the table nor
             dense output.
         """
-        _refuse_ensemble(motion)
+        _refuse_several(motion)
         times, unit = self._times_of(motion.system, motion.calendar)
         slack = SAME_TIME / (unit * (SECONDS[self.calendar.unit] if self.calendar else 1))
         same = times.shape == motion.times.shape and np.all(np.abs(times - motion.times) <= slack)
@@ -199,7 +200,7 @@ def table_of(
     """Return what a writer writes of a motion or a table, with rising times; dated, it has a calendar and a frame."""
     own: AttitudeTable = motion
     if isinstance(motion, Trajectory):
-        _refuse_ensemble(motion)
+        _refuse_several(motion)
         order = np.argsort(motion.times)
         q, omega = motion.quaternion[order], motion.omega_body[order]
         own = AttitudeTable(motion.times[order], q, omega, motion.calendar, motion.reference_frame)
@@ -208,7 +209,9 @@ def table_of(
     calendar = calendar or own.calendar
     unit = motion.system.units["time"] if isinstance(motion, Trajectory) else "1"
     if calendar is not None and unit not in ("1", calendar.unit):
-        raise ValueError(f"calendar must count {unit!r} as the system does, got one that counts {calendar.unit!r}.")
+        raise ValueError(
+            f"calendar must count {quoted(unit)} as the system does, got one that counts {quoted(calendar.unit)}."
+        )
     frame = _named(own.reference_frame, reference_frame, dated)
     table = dataclasses.replace(own, calendar=calendar, reference_frame=frame, body_frame=body_frame or own.body_frame)
     if dated:
@@ -240,23 +243,25 @@ def dated_calendar(date: str, scale: str, unit: str, name: str, example: str, gi
         calendar.date(0.0)
         return calendar
     except ValueError:
-        raise ValueError(f"{name} must be a date such as {example}, got {given[:60]!r}.") from None
+        raise ValueError(f"{name} must be a date such as {example}, got {quoted(given)}.") from None
 
 
 def _named(own: str, given: str | None, dated: bool) -> str:
     """Return the name of the reference frame, as given if it is the one of the motion."""
     if given is not None and own != SPACE_AXES_UNNAMED and FRAMES.get(given, given) != FRAMES.get(own, own):
-        raise ValueError(f"reference_frame must be that of the motion, {own!r}, got {given!r}.")
+        raise ValueError(f"reference_frame must be that of the motion, {quoted(own)}, got {quoted(given)}.")
     if dated and given is None and own == SPACE_AXES_UNNAMED:
         raise ValueError(
             "reference_frame must be given for a motion whose space axes have no name, got none. "
             "reference_frame='ICRF' says that they are the ICRF."
         )
     if dated and (given or own) not in FRAMES:
-        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {given or own!r}.")
+        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {quoted(given or own)}.")
     return given or own
 
 
-def _refuse_ensemble(motion: Trajectory) -> None:
+def _refuse_several(motion: Trajectory) -> None:
+    if len(motion.of_bodies) > 1:
+        raise ValueError("motion must be of one body, got two. Take motion.primary or motion.secondary.")
     if motion.quaternion.ndim == 3:
         raise ValueError(f"motion must be of one body, got an ensemble of {len(motion.quaternion)} members.")

@@ -24,6 +24,7 @@ from poinsot.files.ccsds import FRAMES, body_and_reference
 from poinsot.files.spice import ET, Kernels, loaded
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 
@@ -187,11 +188,11 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     """
     path = Path(path)
     if not path.is_file():
-        raise FileNotFoundError(f"No such file: {path}")
+        raise FileNotFoundError(f"No such file: {shortened(path)}")
     kernels = [path, path.with_suffix(".tsc"), path.with_suffix(".tf")]
     for kernel in kernels[1:]:
         if not kernel.is_file():
-            rule = f"{path} must have the kernels of its clock and its frame beside it, got no {kernel.name}."
+            rule = f"{shortened(path)} must have the kernels of its clock and its frame beside it, got no {shortened(kernel.name)}."
             raise FileNotFoundError(f"{rule} spice_attitude reads it with any kernels.")
     with loaded(kernels) as spice:
         (frame, reference), (ets,) = spice.ask("instants", str(path), OWN)
@@ -270,12 +271,12 @@ def write_ck(
 
 def _check_arguments(table: AttitudeTable, frame: str, path: Path, spacecraft: int) -> None:
     if path.suffix != ".bc":
-        raise ValueError(f"path must end in .bc, got {path.name!r}.")
+        raise ValueError(f"path must end in .bc, got {quoted(path.name)}.")
     if FRAMES[table.reference_frame] != "ICRF":
         raise ValueError(f"reference_frame must be the ICRF for a C-kernel, got {table.reference_frame}.")
     body_and_reference(table.reference_frame, frame, "reference_frame and body_frame")
     if not re.fullmatch(r"[A-Z]\w{0,25}", frame, re.ASCII):
-        raise ValueError(f"body_frame must be up to 26 letters, digits and underscores, got {frame!r}.")
+        raise ValueError(f"body_frame must be up to 26 letters, digits and underscores, got {quoted(frame)}.")
     if not -2_000_000 < spacecraft < 0:
         raise ValueError(f"spacecraft must be a negative number above -2000000, got {spacecraft}.")
     if table.times.size < 2:

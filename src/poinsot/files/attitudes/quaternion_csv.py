@@ -19,6 +19,7 @@ from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_quaternion_csv", "write_quaternion_csv"]
@@ -70,7 +71,7 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     >>> pt.files.read_quaternion_csv("m.csv").omega_body.shape
     (9, 3)
     """
-    name = str(path)
+    name = shortened(path)
     rows = _parsed(read_text(path), name)
     own, (times,) = None, rows.stacked("t").T
     if "time" in rows.says:
@@ -122,7 +123,7 @@ def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[st
     """Return the columns by their names in this package, and check the statements of the file about them."""
     for key, known in (("order", ORDERS), ("direction", DIRECTIONS)):
         if says.get(key) not in known:
-            given = repr(says[key][:40]) if key in says else "none"
+            given = quoted(says[key]) if key in says else "none"
             raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, got {given}. Write {EXAMPLE}.")
     if "Hamilton" not in says.get("convention", CONVENTION):
         raise ValueError(f"{name} must have the convention {CONVENTION!r}, got {says['convention'][:60]!r}.")
@@ -130,14 +131,14 @@ def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[st
     shape = "".join(column[:1] for column in names)
     if shape not in ("tqqqq", "tqqqqooo"):
         example = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
-        raise ValueError(f"{place} must name the columns, such as {example}, got {line[:80]!r}.")
+        raise ValueError(f"{place} must name the columns, such as {example}, got {quoted(line)}.")
     ends = [column[-1:] for column in names]
     vector = ends[2:5] if says["order"] == "scalar first" else ends[1:4]
     for what, three in (("quaternion", vector), ("angular velocity", ends[5:])):
         if three and not _are_ordered("".join(three)):
             raise ValueError(
                 f"{place} must name the components of the {what} in the order 1, 2, 3 or x, y, z, {says['order']}, "
-                f"got {line[:80]!r}."
+                f"got {quoted(line)}."
             )
     rates = OMEGA if len(shape) == 8 else ()
     if rates and says.get("rate") != RATE:

@@ -24,6 +24,7 @@ from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["read_stk_attitude", "write_stk_attitude"]
@@ -89,10 +90,10 @@ def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> 
     >>> pt.files.read_stk_attitude("m.a").quaternion.shape
     (9, 4)
     """
-    rows, kind = _parsed(read_text(path), str(path))
+    rows, kind = _parsed(read_text(path), shortened(path))
     axes = rows.word("CoordinateAxes")
     if axes.upper() not in AXES:
-        raise ValueError(f"CoordinateAxes in {rows.name} must be one of {', '.join(AXES)}, got {axes[:40]!r}.")
+        raise ValueError(f"CoordinateAxes in {rows.name} must be one of {', '.join(AXES)}, got {quoted(axes)}.")
     if kind.startswith("EULER"):
         rows.says["EULER_ROT_SEQ"] = rows.word("Sequence")
     own = _calendar(rows.word("ScenarioEpoch"), rows.name)
@@ -108,7 +109,7 @@ def _parsed(text: str, name: str) -> tuple[Rows, str]:
     lines = ((count, line) for count, line in numbered if line and not line.startswith("#"))
     _, opening = next(lines, (0, ""))
     if not re.fullmatch(r"stk\.v\.\d+(\.\d+)*", opening, re.IGNORECASE):
-        raise ValueError(f"{name} must begin with stk.v. and a version, got {opening[:60]!r}.")
+        raise ValueError(f"{name} must begin with stk.v. and a version, got {quoted(opening)}.")
     rows, data_format, entries = Rows(name), "", list[Entry]()
     for count, line in lines:
         key, _, value = line.partition(" ")
@@ -116,14 +117,14 @@ def _parsed(text: str, name: str) -> tuple[Rows, str]:
             data_format = key
             break
         if not re.fullmatch(r"\w+", key) or re.fullmatch(r"END\s+\w+", line, re.IGNORECASE):
-            raise ValueError(f"{name}, line {count} must be a keyword and its value, got {line[:60]!r}.")
+            raise ValueError(f"{name}, line {count} must be a keyword and its value, got {quoted(line)}.")
         entries.append(Entry(key.upper(), value.strip("\"' "), f"{name}, line {count}"))
     rows.says |= {entry.key: entry.value for entry in entries}
     if rows.says.get("BEGIN", "").upper() != "ATTITUDE":
         raise ValueError(f"{name} must have a block BEGIN Attitude, got none.")
     if data_format.upper() not in FORMATS:
         known = "AttitudeTimeQuaternions, -QuatScalarFirst, -QuatAngVels or -EulerAngles"
-        raise ValueError(f"{name} must hold {known}, got {repr(data_format[:40]) if data_format else 'none'}.")
+        raise ValueError(f"{name} must hold {known}, got {quoted(data_format) if data_format else 'none'}.")
     _check_keywords(rows, entries)
     kind, columns = FORMATS[data_format.upper()]
     rows.columns = ("time", *columns)
@@ -154,7 +155,7 @@ def _read_rows(rows: Rows, lines: Iterator[tuple[int, str]]) -> None:
         raise ValueError(f"{rows.name} must have rows, got none.")
     said, found = rows.says.get("NUMBEROFATTITUDEPOINTS"), len(rows.numbers)
     if said != str(found) and not (said is None and whole):
-        end = "END Attitude" if said is None else f"NumberOfAttitudePoints rows, {said[:20]!r}"
+        end = "END Attitude" if said is None else f"NumberOfAttitudePoints rows, {quoted(said)}"
         raise ValueError(f"{rows.name} must have {end}, got the end after {found} rows. The file is not whole.")
 
 

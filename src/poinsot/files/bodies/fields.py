@@ -15,6 +15,7 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.files.keys import Entry, Keys
 from poinsot.files.untrusted import MOST_BYTES, lazy_lines, read_text
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
+from poinsot.printable import quoted, shortened
 from poinsot.shapes.shape import HIGHEST_DEGREE
 
 __all__ = ["read_field"]
@@ -88,7 +89,7 @@ def read_field(
             return GravityField.from_normalized(mass, radius, C, S, size)
         return GravityField(last, mass, radius, C, S, size)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(f"{shortened(path)}: {error}") from None
 
 
 def _shadr(text: str) -> _Table:
@@ -120,7 +121,7 @@ def _icgem(text: str) -> _Table:
             raise ValueError(f"the header must have {name}, got none.")
     norm = known.get("norm", "fully_normalized")
     if norm not in ("fully_normalized", "unnormalized"):
-        raise ValueError(f"norm must be fully_normalized or unnormalized, got {norm[:40]!r}.")
+        raise ValueError(f"norm must be fully_normalized or unnormalized, got {quoted(norm)}.")
     degree = _whole(0, known["max_degree"])
     return _Table(_number(0, known["radius"]), degree, degree, norm == "fully_normalized", _static(head, body))
 
@@ -132,7 +133,9 @@ def _static(head: str, body: str) -> Iterator[tuple[int, list[str]]]:
         if not words:
             continue
         if words[0] != "gfc":
-            raise ValueError(f"the field must be static, lines of gfc, got {words[0][:40]!r} in line {before + k - 1}.")
+            raise ValueError(
+                f"the field must be static, lines of gfc, got {quoted(words[0])} in line {before + k - 1}."
+            )
         yield before + k - 1, words[1:]
 
 
@@ -177,12 +180,12 @@ def _number(line: int, field: str) -> float:
     except ValueError:
         number = math.nan
     if not abs(number) < LARGEST:
-        raise ValueError(f"a number must be finite and below 1e100, got {field[:40]!r} in {_place(line)}.")
+        raise ValueError(f"a number must be finite and below 1e100, got {quoted(field)} in {_place(line)}.")
     return number
 
 
 def _whole(line: int, field: str) -> int:
     number: Any = _number(line, field)
     if number != int(number) or "_" in field:
-        raise ValueError(f"degrees and orders must be whole numbers, got {field[:40]!r} in {_place(line)}.")
+        raise ValueError(f"degrees and orders must be whole numbers, got {quoted(field)} in {_place(line)}.")
     return int(number)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.files.untrusted import read_bytes
+from poinsot.printable import shortened
 from poinsot.shapes.mesh import Mesh
 
 __all__ = ["read_mesh"]
@@ -83,7 +84,7 @@ def read_mesh(
     path = Path(path)
     kind = KINDS.get(path.suffix.lower())
     if kind is None:
-        raise ValueError(f"path must end in {', '.join(KINDS)}, got {path.name}.")
+        raise ValueError(f"path must end in {', '.join(KINDS)}, got {shortened(path.name)}.")
     factor = float(real_array("unit", unit, ()))
     refuse_nonpositive("unit", factor)
     content = read_bytes(path, MOST_BYTES)
@@ -96,7 +97,7 @@ def read_mesh(
         vertices, faces = _joined(*found)
         return Mesh(factor * vertices, faces, mass=mass, density=density, repair=repair)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{path}: {error}") from None
+        raise ValueError(f"{shortened(path)}: {error}") from None
 
 
 def _refuse_many(faces: int) -> None:

@@ -19,6 +19,7 @@ from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar, checked_calendar
 from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.printable import quoted, shortened
 
 __all__ = ["read_oem"]
 
@@ -75,7 +76,7 @@ def read_oem(
     >>> pt.files.read_oem("m.oem").span  # s
     (0.0, 120.0)
     """
-    text, name = read_text(path), str(path)
+    text, name = read_text(path), shortened(path)
     _, segments = ccsds.segments_of(text, name, "OEM", "123", NEEDED, METADATA, lambda *_: COMPONENTS, ACCELERATION)
     rows = _joined(ccsds.chosen(segments, segment, name))
     if rows.says.get("REF_FRAME_EPOCH") and ccsds.axes_name(rows.says["REF_FRAME"]) != "ICRF":
@@ -87,7 +88,7 @@ def read_oem(
     center, frame = rows.says["CENTER_NAME"], rows.says["REF_FRAME"].upper().replace(" ", "")
     if frame not in ccsds.FRAMES:
         rule = "a frame that does not rotate" if ccsds.ROTATING.match(frame) else f"one of {', '.join(ccsds.FRAMES)}"
-        raise ValueError(f"REF_FRAME in {name} must be {rule}, got {frame[:40]!r}.")
+        raise ValueError(f"REF_FRAME in {name} must be {rule}, got {quoted(frame)}.")
     mu = attractor_mu(center, mu)
     table = rows.stacked(*COMPONENTS)
     wrong = np.flatnonzero((np.abs(table) >= [MOST_DISTANCE] * 3 + [MOST_SPEED] * 3).any(axis=1))

@@ -13,6 +13,7 @@ from poinsot.files.spice import ET, Kernels, loaded
 from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.printable import quoted
 from poinsot.quantities import Date
 
 __all__ = ["spice_orbit"]
@@ -75,11 +76,11 @@ def spice_orbit(
     with loaded(kernels) as spice:
         target_id, center_id = _body(spice, "target", target), _body(spice, "center", center)
         if target_id == center_id:
-            raise ValueError(f"target and center must be two bodies, got {target!r} twice.")
+            raise ValueError(f"target and center must be two bodies, got {quoted(target)} twice.")
         spice.ask("check_inertial", frame)
         origin, own_mu = spice.ask("name_and_mu", center_id)[0]
         mu = attractor_mu(origin, own_mu if mu is None else mu)
-        rule = f"kernels must cover {target!r} from {center!r} at all times from start to stop"
+        rule = f"kernels must cover {quoted(target)} from {quoted(center)} at all times from start to stop"
 
         left = MOST_TIMES + spice.size
 
@@ -111,4 +112,4 @@ def spice_orbit(
 
 
 def _body(spice: Kernels, name: str, body: str | int) -> int:
-    return int(spice.ask("number", f"{name} must be a body that SPICE knows, got {body!r}.", str(body))[0])
+    return int(spice.ask("number", f"{name} must be a body that SPICE knows, got {quoted(body)}.", str(body))[0])

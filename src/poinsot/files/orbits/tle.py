@@ -16,14 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import level_of_user, optional, real_array
+from poinsot.errors import DATES, level_of_user, optional, real_array
 from poinsot.files import ccsds
 from poinsot.files.keys import Entry, Keys
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import Calendar, span_of
-from poinsot.mechanics.parameters import described
 from poinsot.orbits.attractors import attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.printable import described, quoted
 from poinsot.quantities import Date
 
 __all__ = ["omm_orbit", "tle_orbit"]
@@ -229,7 +229,7 @@ def _orbit(
     calendar: Calendar | None,
 ) -> Ephemeris:
     if reference_frame not in FRAMES:
-        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {reference_frame!r}.")
+        raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {quoted(reference_frame)}.")
     calendar = epoch if calendar is None else calendar
     first, last = span_of(calendar, start, stop)
     ages, most = epoch.converted(np.array([first, last]), calendar) / 86400, float(real_array("max_age", max_age, ()))
@@ -330,7 +330,7 @@ def _checked_line(line: str, index: int) -> str:
     """Return the number of the satellite."""
     match = LINES[index].fullmatch(line)
     if match is None:
-        raise ValueError(f"line {index + 1} must have the 69 columns of line {index + 1} of a set, got {line[:80]!r}.")
+        raise ValueError(f"line {index + 1} must have the 69 columns of line {index + 1} of a set, got {quoted(line)}.")
     checksum = sum(int(c) if c.isdigit() else c == "-" for c in line[:68]) % 10
     if checksum != int(line[68]):
         raise ValueError(f"line {index + 1} must end in its checksum {checksum}, got {line[68]}.")
@@ -354,6 +354,10 @@ def _epoch_of(line: str) -> Calendar:
 
 def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     if isinstance(message, Mapping):
+        for item in message.items():
+            for value in item:
+                if not isinstance(value, str | int | float | DATES | None):
+                    raise TypeError(f"message must be a mapping of texts and numbers, got {described(value)} in it.")
         found = [_entries_of_fields(message.items())]
     elif len(message) > MOST_CHARACTERS:
         raise ValueError(f"message must be about one satellite, got {len(message)} characters.")
@@ -416,10 +420,10 @@ def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
         with contextlib.suppress(ValueError):
             if low <= float(fields[name]) <= high:
                 continue
-        raise ValueError(f"{name} must be a number from {low} to {high}, got {fields[name][:40]!r}.")
+        raise ValueError(f"{name} must be a number from {low} to {high}, got {quoted(fields[name])}.")
     for name, allowed in ONLY.items():
         if fields.get(name) and fields[name].upper() not in allowed:
-            raise ValueError(f"{name} must be {' or '.join(allowed)} for SGP4, got {fields[name][:40]!r}.")
+            raise ValueError(f"{name} must be {' or '.join(allowed)} for SGP4, got {quoted(fields[name])}.")
     _check_theory(fields)
     return UNUSED | {name: fields[name] for name in ("EPOCH", *ELEMENTS)}
 
@@ -450,5 +454,5 @@ def _epoch_of_message(text: str) -> str:
     """Return the date, with six digits of the second as the package sgp4 needs them."""
     date, _, fraction = Calendar(text.removesuffix("Z"), "UTC").zero.partition(".")
     if len(fraction) > 6 and fraction[6:].strip("0"):
-        raise ValueError(f"EPOCH must have at most six digits of a second, got {text[:40]!r}.")
+        raise ValueError(f"EPOCH must have at most six digits of a second, got {quoted(text)}.")
     return f"{date}.{fraction[:6].ljust(6, '0')}"

@@ -31,6 +31,7 @@ from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.printable import quoted
 from poinsot.propagation.arguments import (
     check_span,
     checked_times,
@@ -159,7 +160,7 @@ class Parts:
         """Return rotation vectors of turns in any direction by any angle, each attitude as likely as another."""
         if spread["of"] not in self._turnings:
             rule = f"must be {' or '.join(self._turnings)} if it is isotropic"
-            raise self._errors.at((*place, "of"), f"{rule}, got {spread['of']!r}.")
+            raise self._errors.at((*place, "of"), f"{rule}, got {quoted(spread['of'])}.")
         if spread.get("size") is not None:
             raise self._errors.at((*place, "size"), "must not be beside isotropic, got both.")
         return np.asarray(Rotation.from_quat(random.standard_normal((members, 4))).as_rotvec())
@@ -499,7 +500,7 @@ def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:
     try:
         dt.datetime.fromisoformat(re.sub(r":60(\..*)?$", ":59", calendar.zero))
     except ValueError:
-        raise ValueError(f"zero must be a date that exists, got {zero!r}.") from None
+        raise ValueError(f"zero must be a date that exists, got {quoted(zero)}.") from None
     return calendar
 
 

@@ -13,7 +13,7 @@ from poinsot.files.keys import nearest
 from poinsot.files.scenarios.registry import Group, Maker, default_of, makers
 from poinsot.files.scenarios.schema import scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, lines_of
-from poinsot.html_text import said
+from poinsot.printable import message_of
 
 __all__ = ["MISSING", "Errors", "has", "maker_at"]
 
@@ -85,7 +85,7 @@ class Errors:
             with np.errstate(all="ignore"):  # what is not finite then is refused
                 return call(*arguments, **keywords)
         except (TypeError, ValueError, ImportError, OverflowError) as error:
-            sentence = said(error)
+            sentence = message_of(error)
             key = re.split(r"\W", sentence, maxsplit=1)[0]
             if key in keywords:
                 raise self.prefixed((*place, key), sentence) from None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path, PurePosixPath
 
+from poinsot.printable import quoted
+
 __all__ = ["Folder"]
 
 
@@ -20,7 +22,7 @@ class Folder:
         """Return the path of a file; a ValueError has the second half of a sentence, if the name leads elsewhere."""
         if self._path is None:
             raise ValueError("must not be in a text without a folder, got the name of a file.")
-        given = repr(name) if len(name) <= 60 else repr(name[:57] + "...")
+        given = quoted(name)
         parts = PurePosixPath(name).parts
         if not parts or name.startswith(("/", "~")) or ".." in parts or any(mark in name for mark in "\\:\0\n"):
             raise ValueError(f"must be a path from the folder of the scenario to a file in it or below, got {given}.")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from poinsot.mechanics.calendar import SECONDS
+from poinsot.printable import quoted
 from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
 
 __all__ = ["quantity"]
@@ -30,7 +31,7 @@ def quantity(text: str, kind: str, time_unit: str | None) -> float:
     time_unit : {"s", "min", "h", "d"}, optional
         What the numbers without a unit are counted in.
     """
-    given = repr(text) if len(text) <= 40 else repr(text[:37] + "...")
+    given = quoted(text)
     found = _QUANTITY.fullmatch(text) if len(text) < 100 else None
     if found is None:
         raise ValueError(f"must be a number, alone or with a unit such as {EXAMPLES[kind]}, got {given}.")

@@ -18,6 +18,7 @@ from poinsot.files.untrusted import read_text
 from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.printable import quoted, shortened
 from poinsot.propagation.chunks import Chunking
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
@@ -121,9 +122,9 @@ def read_scenario(path: str | Path) -> Scenario:
     """
     path = Path(path)
     if path.suffix != ".toml":
-        raise ValueError(f"path must end in .toml, got {path.name!r}.")
+        raise ValueError(f"path must end in .toml, got {quoted(path.name)}.")
     text = read_text(path, 4 * MOST_CHARACTERS)
-    return parsed_scenario(text.replace("\r\n", "\n"), str(path), path.parent)
+    return parsed_scenario(text.replace("\r\n", "\n"), shortened(path), path.parent)
 
 
 def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenario:

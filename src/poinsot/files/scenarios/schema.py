@@ -32,6 +32,7 @@ from poinsot.files.scenarios.registry import Group, Key, Maker, default_of, keys
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
+from poinsot.printable import quoted
 
 __all__ = ["MOST_TIMES", "STARTS", "STATE", "converted", "scenario_model", "schema", "short"]
 
@@ -322,5 +323,4 @@ def short(value: Any) -> str:
         return named[type(value)]
     if isinstance(value, dt.date | dt.time):
         return f"the date {value}"
-    text = repr(value) if not isinstance(value, int) or abs(value) < 2**64 else "a large number"
-    return text if len(text) <= 40 else text[:37] + "..."
+    return quoted(value) if not isinstance(value, int) or abs(value) < 2**64 else "a large number"
