@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -116,43 +116,55 @@ def secular_evolution(
     >>> found.values["obliquity"].round(4)
     array([1.    , 0.8614])
     """
-    from scipy.integrate import DOP853
-
     names, values = list(start), [float(real_array(_checked_name(name), value, ())) for name, value in start.items()]
-    at = real_array("times", times, (None,))
-    if len(at) < 2 or np.any(np.diff(at) <= 0):
-        raise ValueError(f"times must be two at least and ascend, got {told(at) or 'none'}.")
+    at = _ascending(times)
 
     def state_of(values: Array) -> dict[str, float]:
         return dict(zip(names, map(float, values), strict=True))
 
-    def slope(_: float, values: Array) -> list[float]:
-        return _summed(effects, state_of(values))
+    def slope(_: float, values: Array) -> Array:
+        return np.array(_summed(effects, state_of(values)))
 
     def reached(values: Array) -> float:
         return float(real_array("what until returns", until(state_of(values)), ())) if until else 1.0
 
-    y, rows, step = np.array(values), [values], None
-    tolerances = {"rtol": TOLERANCE, "atol": LEAST * np.where(y, np.abs(y), 1.0)}
-    longest, before = LONGEST_STEP * (at[-1] - at[0]), reached(y)
+    rows, before = [np.array(values)], reached(np.array(values))
     stopped = None if before else float(at[0])
+    for solver in _steps(slope, at, rows[0]) if before else ():
+        if until:
+            stopped, before = _zero_in_step(reached, solver, before)
+        if solver.t == solver.t_bound and stopped in (None, solver.t):
+            rows.append(solver.y)
+        if stopped is not None:
+            break
+    return SecularEvolution(at[: len(rows)], dict(zip(names, np.transpose(rows), strict=True)), stopped)
+
+
+def _ascending(times: Times) -> Array:
+    """Return two or more ascending times."""
+    at = real_array("times", times, (None,))
+    if len(at) < 2 or np.any(np.diff(at) <= 0):
+        raise ValueError(f"times must be two at least and ascend, got {told(at) or 'none'}.")
+    return at
+
+
+def _steps(slope: Callable[[float, Array], Array], at: Array, y: Array) -> Iterator[Any]:
+    """Yield the integrator after each step; steps end at all times."""
+    from scipy.integrate import DOP853
+
+    least = LEAST * np.where(y, np.abs(y), 1.0)
+    longest, step = LONGEST_STEP * (at[-1] - at[0]), np.inf
     for begin, end in itertools.pairwise(at):
-        first_step = None if step is None else min(STRETCH * step, end - begin)
-        solver, step = DOP853(slope, begin, y, end, max_step=longest, first_step=first_step, **tolerances), 0.0
-        while solver.status == "running" and stopped is None:
+        first_step = min(STRETCH * step, end - begin) if step < np.inf else None
+        solver: Any = DOP853(slope, begin, y, end, longest, TOLERANCE, least, first_step=first_step)
+        step = 0.0
+        while solver.status == "running":
             message = solver.step()
             if solver.status == "failed":
                 raise ValueError(f"effects must have finite rates of change, got others at t = {solver.t:g}: {message}")
             step = max(step, solver.step_size)
-            if until:
-                stopped, before = _zero_in_step(reached, solver, before)
-        if stopped is not None and stopped < end:
-            break
+            yield solver
         y = solver.y
-        rows.append(y)
-        if stopped is not None:
-            break
-    return SecularEvolution(at[: len(rows)], dict(zip(names, np.transpose(rows), strict=True)), stopped)
 
 
 def _zero_in_step(reached: Callable[[Array], float], solver: Any, before: float) -> tuple[float | None, float]:
@@ -163,15 +175,17 @@ def _zero_in_step(reached: Callable[[Array], float], solver: Any, before: float)
     from scipy.optimize import brentq
 
     between, start = solver.dense_output(), solver.t_old
+
+    def value(t: float) -> float:
+        return reached(solver.y if t == solver.t else between(t))
+
     for k in range(1, SAMPLES + 1):
         end = solver.t if k == SAMPLES else solver.t_old + k * solver.step_size / SAMPLES
-        now = reached(solver.y if k == SAMPLES else between(end))
+        now = value(end)
         if now == 0:
             return float(end), now
         if (now > 0) != (before > 0):
-            return float(
-                brentq(lambda t: reached(between(t)), start, end, xtol=ROUNDING * solver.step_size, rtol=ROUNDING)
-            ), now
+            return float(brentq(value, start, end, xtol=ROUNDING * solver.step_size, rtol=ROUNDING)), now
         start, before = end, now
     return None, before
 

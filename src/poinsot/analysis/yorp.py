@@ -238,8 +238,8 @@ def _lost_to_shadows(
     """Return the means of the torques that faces in shadow lose, and the estimated error.
 
     A mean over the orbit is a mean over equidistant longitudes of the Sun, with as many latitudes. Corners of shadows
-    make it converge as slowly as the power -3/2 of the number. Every fourth latitude gives one of four sums; the error
-    of each is about 8 times larger than the error of their mean, so half of the largest deviation contains a margin of 4.
+    make it converge as slowly as the power -3/2 of the number. Every fourth latitude gives one of four sums, whose
+    errors are about 8 times larger than the error of their mean: half of the largest deviation leaves a margin of 4.
     """
     shadows, accepted = DailyShadows(light, turned, turns), ACCURACY * np.linalg.norm(turns, axis=1).sum()
     folded, back = np.unique(np.minimum(obliquities, np.pi - obliquities).round(14), return_inverse=True)

@@ -129,11 +129,11 @@ class DailyShadows:
         mean, first = self._light_until(face, sines[place], phase[at])
         share = change[change != 0] / TURN
         t, n = self._torques[face], len(sines)
-        across = share * first * (t[:, 0] + 1j * t[:, 1])
-        return (
-            np.bincount(place, share * mean * t[:, 2], n),
-            np.bincount(place, across.real, n) + 1j * np.bincount(place, across.imag, n),
-        )
+        lost = share * first * (t[:, 0] + 1j * t[:, 1])
+        along, across = np.zeros(n), np.zeros(n, dtype=complex)
+        np.add.at(along, place, share * mean * t[:, 2])
+        np.add.at(across, place, lost)
+        return along, across
 
     def _light_until(self, face: Integers, sine: Array, phase: Array) -> tuple[Array, Complex]:
         """Return antiderivatives of the light on faces without shadows, and of the light times exp(-i phase)."""
