@@ -185,8 +185,10 @@ def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     kernels = [path, path.with_suffix(".tsc"), path.with_suffix(".tf")]
     for kernel in kernels[1:]:
         if not kernel.is_file():
-            rule = f"{shortened(path)} must have the kernels of its clock and its frame beside it, got no {shortened(kernel.name)}."
-            raise FileNotFoundError(f"{rule} spice_attitude reads it with any kernels.")
+            raise FileNotFoundError(
+                f"{shortened(path)} must have the kernels of its clock and its frame in its folder, got no "
+                f"{shortened(kernel.name)}. spice_attitude reads it with any kernels."
+            )
     with loaded(kernels) as spice:
         (frame, reference), (ets,) = spice.ask("instants", str(path), OWN)
         return _table(spice, frame, reference, np.asarray(calendar.converted(ets, ET)), calendar, False)
