@@ -14,7 +14,7 @@ from __future__ import annotations
 import builtins
 import operator
 import sys
-from collections.abc import Callable, Iterable, Sequence, Sized
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -182,13 +182,11 @@ def _elementary(name: str) -> Callable[..., Scalar]:
             return np.frompyfunc(function, len(scalars), 1)(*scalars)
         try:
             return getattr(_engine(*scalars), name)(*scalars)
-        except (TypeError, AttributeError):
-            other = next((x for x in scalars if _is_no_number(x)), None)
-            if other is None:
-                raise
-            raise TypeError(
-                f"{name} must have numbers or arrays of them, got {kind_of(other)} {quoted(other)}."
-            ) from None
+        except (TypeError, ValueError, AttributeError):
+            for other in filter(_is_no_number, scalars):
+                given = f"{kind_of(other)} {quoted(other)}"
+                raise TypeError(f"{name} must have numbers or arrays of them, got {given}.") from None
+            raise
 
     function.__name__ = name
     function.__doc__ = f"Return `{name}` of a float, array, heyoka or SymPy expression, or mpmath number."
@@ -272,10 +270,11 @@ def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
     """Return the sum of the products of the components."""
     a, b, _ = _opened(a, b)
     try:
-        (first, other), *pairs = zip(a, b, strict=True)
+        first, *others = (x * y for x, y in zip(a, b, strict=True))
     except (TypeError, ValueError):
-        raise _not_two_vectors("dot", "of equally many scalars, at least one", a, b) from None
-    return sum((x * y for x, y in pairs), start=first * other)
+        _check_vectors("dot", "of equally many scalars, at least one", range(1, sys.maxsize), a, b)
+        raise
+    return sum(others, start=first)
 
 
 def cross(a: Iterable[Scalar], b: Iterable[Scalar]) -> Vector:
@@ -283,9 +282,10 @@ def cross(a: Iterable[Scalar], b: Iterable[Scalar]) -> Vector:
     a, b, kind = _opened(a, b)
     try:
         (a1, a2, a3), (b1, b2, b3) = a, b
+        return kind((a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1))
     except (TypeError, ValueError):
-        raise _not_two_vectors("cross", "of three scalars", a, b) from None
-    return kind((a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1))
+        _check_vectors("cross", "of three scalars", range(3, 4), a, b)
+        raise
 
 
 def _opened(a: Iterable[Scalar], b: Iterable[Scalar]) -> tuple[Iterable[Scalar], Iterable[Scalar], type[Vector]]:
@@ -294,13 +294,14 @@ def _opened(a: Iterable[Scalar], b: Iterable[Scalar]) -> tuple[Iterable[Scalar],
     return a, b, Vector
 
 
-def _not_two_vectors(name: str, rule: str, *vectors: Any) -> TypeError | ValueError:
-    """Return the error of a function of two vectors that got others."""
+def _check_vectors(name: str, rule: str, counts: range, *vectors: Any) -> None:
+    """Raise an error that names what is no vector, or the numbers of scalars if they are others."""
     for vector in vectors:
         if not isinstance(vector, Iterable) or isinstance(vector, str | bytes):
-            return TypeError(f"{name} must have two vectors {rule}, got {described(vector)}.")
-    counts = [len(vector) if isinstance(vector, Sized) else "an iterator" for vector in vectors]
-    return ValueError(f"{name} must have two vectors {rule}, got {counts[0]} and {counts[1]}.")
+            raise TypeError(f"{name} must have two vectors {rule}, got {described(vector)}.")
+    first, second = (len(tuple(vector)) for vector in vectors)
+    if first != second or first not in counts:
+        raise ValueError(f"{name} must have two vectors {rule}, got {first} and {second}.")
 
 
 def _is_no_number(value: Any) -> bool:

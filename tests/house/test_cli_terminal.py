@@ -309,6 +309,38 @@ def test_output_that_cannot_be_written_is_a_sentence():
         assert done.stderr.count("\n") == 1
 
 
+CLOSED = {
+    "run >&-": (0, "", ""),
+    "run 2>&-": (0, "top.nc\n", ""),
+    "run >&- 2>&-": (0, "", ""),
+    "info >&-": (
+        2,
+        "",
+        "poinsot: the standard output must be a file that can be used, but the system says: Bad file descriptor.\n",
+    ),
+    "info >&- 2>&-": (2, "", ""),
+    "missing 2>&-": (2, "", ""),
+}
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_closed_streams_lose_messages_and_no_result(name, tmp_path):
+    command, _, closed = name.partition(" ")
+    (tmp_path / "top.toml").write_text(EXACT)
+    arguments = {"run": "run top.toml", "info": "info top.toml", "missing": "info missing.nc"}[command]
+    program = f"{shlex.quote(sys.executable)} -c 'from poinsot.cli import app; app()' {arguments} {closed}"
+    done = subprocess.run(["/bin/sh", "-c", program], capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == CLOSED[name]
+    assert (tmp_path / "top.nc").exists() == (command == "run")
+
+
+def test_a_reader_that_has_read_enough_is_no_error(tmp_path):
+    program = f"{shlex.quote(sys.executable)} -c 'from poinsot.cli import app; app()' --help"
+    command = f"{{ {program}; echo $? >status; }} | head -1"
+    done = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, cwd=tmp_path)
+    assert (done.stderr, (tmp_path / "status").read_text()) == ("", "0\n")
+
+
 def screen(written):
     """The lines that a terminal shows in the end: what was erased or written over is not there."""
     lines, row, column = [""], 0, 0

@@ -930,3 +930,28 @@ def test_files_and_pictures_are_of_trajectories(tmp_path):
     }
     for name in cases:
         check(cases, name)
+
+
+RETURNED = {"text": "abc", "complex": 1j, "mapping": {}, "flag": object()}
+
+
+@pytest.mark.parametrize("name", RETURNED)
+def test_formulas_return_real_scalars(name):
+    kind = type(RETURNED[name]).__name__
+    with pytest.raises(TypeError, match=rf"^the energy of Formula must be one scalar, got {kind}\.$"):
+        pt.System(BODY, potential(lambda *_: RETURNED[name]))
+    rule = "the torque of Formula must be three components along the body axes"
+    with pytest.raises(TypeError, match=rf"^{rule}, got one that is {kind}\.$"):
+        pt.System(BODY, torque(lambda *_: (RETURNED[name], 0.0, 0.0)))
+
+
+class BytesPath:
+    def __fspath__(self):
+        return b"x.apm"
+
+
+@pytest.mark.parametrize("path", [BytesPath(), "a\ud800.nc", "a" * 256, b"x.apm", "a\0b"], ids=range(5))
+@pytest.mark.parametrize("call", [pt.load, pt.files.read_apm, pt.files.read_aem, pt.files.read_scenario])
+def test_a_path_is_a_text_that_the_system_can_encode(call, path):
+    with pytest.raises(TypeError, match=r"^path must be (a path|a str or a Path), got (BytesPath|str '|bytes b')"):
+        call(path)

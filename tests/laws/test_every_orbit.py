@@ -261,3 +261,11 @@ def test_the_text_of_a_system_makes_the_orbit_again(orbit):
     again = rebuilt_system(text_of(motion).text, "it")
     assert [float(x).hex() for x in again.numbers] == [float(x).hex() for x in motion.system.numbers]
     assert again.structure == motion.system.structure
+
+
+@pytest.mark.parametrize("time", [np.nan, np.inf, np.float64("nan"), np.array([0.5, np.nan]), "2026-11-21"])
+@pytest.mark.parametrize("formula", ["position_at", "velocity_at", "inverse_distance_at"])
+@each_orbit
+def test_times_must_be_finite_numbers(orbit, formula, time):
+    with pytest.raises((ValueError, TypeError), match=r"^time must be (finite, got time|real numbers, got str)"):
+        getattr(orbit, formula)(time)

@@ -439,3 +439,41 @@ def test_eccentric_anomaly_of_heyoka_expressions_up_to_full_turns(eccentricity, 
 def test_eccentric_anomaly_of_a_sympy_symbol_is_refused():
     with pytest.raises(TypeError, match=r"^eccentric_anomaly must have numbers, got a SymPy expression\.$"):
         functions.eccentric_anomaly(0.1, S)
+
+
+NOT_VECTORS = {
+    "cross of two": (lambda: functions.cross((1, 2), (1, 2, 3)), ValueError, "cross", "of three scalars, got 2 and 3."),
+    "cross of a number": (lambda: functions.cross(1.0, (1, 2, 3)), TypeError, "cross", "of three scalars, got float."),
+    "cross of a text": (lambda: functions.cross("abc", (1, 2, 3)), TypeError, "cross", "of three scalars, got str."),
+    "dot of others": (
+        lambda: functions.dot((1, 2), (1, 2, 3)),
+        ValueError,
+        "dot",
+        "of equally many scalars, at least one, got 2 and 3.",
+    ),
+    "dot of nothing": (
+        lambda: functions.dot((), ()),
+        ValueError,
+        "dot",
+        "of equally many scalars, at least one, got 0 and 0.",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", NOT_VECTORS)
+def test_products_are_of_two_vectors(name):
+    call, kind, function, got = NOT_VECTORS[name]
+    with pytest.raises(kind, match=f"^{function} must have two vectors {got}$"):
+        call()
+
+
+def test_a_length_is_of_a_vector():
+    with pytest.raises(TypeError, match=r"^norm must have a vector of scalars, got float\.$"):
+        functions.norm(1.0)
+
+
+@pytest.mark.parametrize("value", [None, "x", {}, [[1.0], [1.0, 2.0]]], ids=repr)
+@pytest.mark.parametrize("name", ONE_ARGUMENT)
+def test_elementary_functions_are_of_numbers(name, value):
+    with pytest.raises((TypeError, ValueError), match=rf"^{name} must have numbers or arrays of them, got "):
+        getattr(functions, name)(value)

@@ -27,7 +27,7 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.parameters import Points, Positive, Table, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import Radius, check_surface, shown
-from poinsot.printable import described, kind_of, message_of, quoted, shortened
+from poinsot.printable import described, message_of, quoted, shortened
 from poinsot.quantities import Real, Time, Times
 
 __all__ = ["Ephemeris", "EphemerisFrame", "in_metres"]
@@ -174,10 +174,10 @@ class Ephemeris(Orbit):
         def positions(times: Array) -> Array:
             try:
                 found = position(times)
-            except Exception as error:
+            except TypeError as error:
                 raise TypeError(
                     "position must be a function of times, shape (n,), but on such an array it raised "
-                    f"{kind_of(error)}: {shortened(message_of(error))}."
+                    f"a TypeError: {shortened(message_of(error))}."
                 ) from error
             return real_array("position(times)", found, (times.size, 3))
 

@@ -448,3 +448,11 @@ def test_state_relative_to_a_frame(kind, name):
     assert (expected.inv() * state.attitude).magnitude() < 1e-15
     inertial = expected.apply(OMEGA) + np.array([0.3, -0.2, 0.5])
     assert np.allclose(expected.apply(body.omega(state.angular_momentum_body)), inertial, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("coefficient", ["C21", "S21", "C22", "S22"])
+@pytest.mark.parametrize("value", [-1e308, 1e308])
+def test_coefficients_at_the_end_of_the_numbers_are_refused(coefficient, value):
+    given = {"C20": -0.05, "C22": 0.01, "polar_moment_factor": 0.4, coefficient: value}
+    with pytest.raises(ValueError, match=r"^(moments|tensor) must be (positive|finite), got |^moments must satisfy"):
+        pt.Body.from_stokes(**given)

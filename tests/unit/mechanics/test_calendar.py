@@ -232,3 +232,25 @@ def test_numbers_need_no_astropy_and_dates_say_how_to_get_it():
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert said == "astropy must be installed for dates, got none. `pip install 'poinsot[sky]'` brings it.\n"
+
+
+def itself():
+    inner = []
+    inner.append(inner)
+    return inner
+
+
+@pytest.mark.filterwarnings("ignore:the matrix subclass:PendingDeprecationWarning")
+def test_times_in_a_matrix_keep_its_shape():
+    assert Calendar("2026-11-21T00:00:00", "TAI").time(np.asmatrix([[1.0, 2.0]])).tolist() == [[1.0, 2.0]]
+
+
+@pytest.mark.filterwarnings("ignore:the matrix subclass:PendingDeprecationWarning")
+def test_dates_in_a_matrix_are_dates():
+    dates = np.asmatrix([["2026-11-21T00:00:01 TAI", "2026-11-21T00:00:02 TAI"]])
+    assert Calendar("2026-11-21T00:00:00", "TAI").time(dates).tolist() == [[1.0, 2.0]]
+
+
+def test_a_list_that_contains_itself_is_no_list_of_dates():
+    with pytest.raises(TypeError, match=r"^epoch must be real numbers, got list \[\[\[\.\.\.\]\]\]\.$"):
+        Calendar("2026-11-21T00:00:00", "TAI").time(itself())

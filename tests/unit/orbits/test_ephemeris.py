@@ -489,3 +489,9 @@ def test_functions_that_take_something_else_are_refused(function, given):
     rule = "position must be a function of one value"
     with pytest.raises(TypeError, match=rf"^{re.escape(f'{rule}, got function {given}.')}$"):
         pt.orbits.Ephemeris.from_function(1.0, position=function, start=0.0, stop=1.0)
+
+
+def test_a_function_that_takes_no_arrays_is_named():
+    message = r"position must be a function of times, shape \(n,\), but on such an array it raised a TypeError: "
+    with pytest.raises(TypeError, match=f"^{message}"):
+        pt.orbits.Ephemeris.from_function(2.0, position=int, start=0.0, stop=3.0)

@@ -403,3 +403,27 @@ def test_numbers_of_other_packages_are_refused(name):
     given = {"mu": 1.0, "position": (1.0, 0, 0), "velocity": (0, 1.0, 0)}
     with pytest.raises(TypeError, match=rf"^{name} must be real numbers, got Decimal Decimal\('sNaN'\)\.$"):
         pt.orbits.osculating_elements(**{**given, name: Decimal("sNaN")})
+
+
+PLACES = np.array([[1.0, 0.2, 0.1], [np.nan] * 3, [1.0, 0.0, 0.3]])
+SPEEDS = np.array([[0.0, 0.3, 1.0], [np.nan] * 3, [0.1, 1.0, 0.0]])
+
+
+def test_rows_of_nan_alone_have_elements_of_nan():
+    found = pt.orbits.osculating_elements(2.0, position=PLACES, velocity=SPEEDS)
+    assert np.isnan(found.eccentricity).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+@pytest.mark.parametrize("name", ["mu", "position", "velocity"])
+def test_other_numbers_of_a_row_must_be_finite(name, number):
+    given = {"mu": np.full(3, 2.0), "position": PLACES.copy(), "velocity": SPEEDS.copy()}
+    given[name].flat[0] = number
+    place = "0" if name == "mu" else "0, 0"
+    with pytest.raises(ValueError, match=rf"^{name} must be finite, got {name}\[{place}\] = {number}\.$"):
+        pt.orbits.osculating_elements(**given)
+
+
+def test_a_row_without_a_position_alone_is_refused():
+    with pytest.raises(ValueError, match=r"^position must be finite, got position\[1, 0\] = nan\.$"):
+        pt.orbits.osculating_elements(2.0, position=PLACES, velocity=np.ones((3, 3)))

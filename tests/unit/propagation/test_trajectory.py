@@ -379,3 +379,19 @@ def test_drifts_are_relative_to_energy_and_to_momentum(starts):
         expected = (values - values[..., :1]) / largest
         assert np.max(np.abs(expected)) > 1e-12
         np.testing.assert_allclose(drift[name], expected, rtol=0, atol=8 * np.finfo(float).eps)  # of values near 1
+
+
+@pytest.mark.parametrize(
+    ("names", "kind", "got"),
+    [
+        (["x"], ValueError, r"names must be some of quaternion, .*, got 'x'\."),
+        (["quaternion", 1], ValueError, r"names must be some of quaternion, .*, got 1\."),
+        ("quaternion", TypeError, r"names must be a list of names, got str\."),
+        (1.0, TypeError, r"names must be a list of names, got float\."),
+    ],
+)
+def test_variables_must_be_names_of_variables(names, kind, got):
+    body = pt.Body((1.25, 1.0, 0.75))
+    motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
+    with pytest.raises(kind, match=f"^{got}$"):
+        motion.variables(names)

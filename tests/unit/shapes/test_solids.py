@@ -95,3 +95,14 @@ def test_bad_solids_are_refused():
         pt.shapes.Assembly([])
     with pytest.raises(TypeError, match="parts must be a list, each a Shape, got list"):
         pt.shapes.Assembly([pt.Body((1, 2, 3))])
+
+
+@pytest.mark.parametrize("given", [{"mass": 1.0}, {"density": 1.0}], ids=["mass", "density"])
+@pytest.mark.parametrize("size", [1e-200, 1e-120, 1e120, 1e200])
+def test_sizes_whose_volume_overflows_or_vanishes_are_refused(size, given):
+    cylinder, ellipsoid = pt.shapes.Cylinder, pt.shapes.Ellipsoid
+    rule = r"^volume must be (finite, got volume = inf|positive, got 0\.0)\.$"
+    with pytest.raises(ValueError, match=rule):
+        cylinder(size, size, **given)
+    with pytest.raises(ValueError, match=rule):
+        ellipsoid((size, size, size), **given)

@@ -354,10 +354,9 @@ def _epoch_of(line: str) -> Calendar:
 
 def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
     if isinstance(message, Mapping):
-        for item in message.items():
-            for value in item:
-                if not isinstance(value, str | int | float | DATES | None):
-                    raise TypeError(f"message must be a mapping of texts and numbers, got {described(value)} in it.")
+        wrong = [x for item in message.items() for x in item if not isinstance(x, str | int | float | DATES | None)]
+        if wrong:
+            raise TypeError(f"message must be a mapping of texts and numbers, got {described(wrong[0])} in it.")
         found = [_entries_of_fields(message.items())]
     elif len(message) > MOST_CHARACTERS:
         raise ValueError(f"message must be about one satellite, got {len(message)} characters.")

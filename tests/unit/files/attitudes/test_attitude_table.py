@@ -1,6 +1,7 @@
 """Attitude tables as motions to compare with."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -110,3 +111,33 @@ def test_bad_systems_and_motions():
         table().trajectory(many)
     with pytest.raises(TypeError, match=r"^motion must be a Trajectory"):
         table().angle_to(START)
+
+
+def pair_motion():
+    bodies = (pt.Body.from_ellipsoid(50.0, (1.0, 0.9, 0.7)), pt.Body.from_ellipsoid(2.0, (0.5, 0.4, 0.3)))
+    pair = pt.TwoBodies(*bodies, G=1.0)
+    system = pt.System(pair, pt.forces.MutualGravity())
+    return pt.propagate(system, pair.synchronous(distance=4.0, primary_rate=2.0), [0.0, 1.0])
+
+
+WRITERS = {
+    "aem": lambda motion: pt.files.write_aem(
+        motion, "a.aem", calendar=pt.Calendar("2026-11-21T00:00:00", "TAI"), reference_frame="ICRF"
+    ),
+    "ck": lambda motion: pt.files.write_ck(
+        motion, "a.bc", calendar=pt.Calendar("2026-11-21T00:00:00", "TDB"), reference_frame="ICRF", spacecraft=-1
+    ),
+    "quaternion csv": lambda motion: pt.files.write_quaternion_csv(motion, "a.csv"),
+    "stk attitude": lambda motion: pt.files.write_stk_attitude(
+        motion, "a.a", calendar=pt.Calendar("2026-11-21T00:00:00", "UTC"), reference_frame="ICRF"
+    ),
+}
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+def test_a_motion_of_two_bodies_is_refused(writer, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    message = "motion must be of one body, got two. Take motion.primary or motion.secondary."
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        WRITERS[writer](pair_motion())
+    assert not list(tmp_path.iterdir())
