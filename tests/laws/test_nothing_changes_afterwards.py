@@ -20,6 +20,7 @@ OTHERS = {
     "body": lambda: pt.Body((1.25, 1.0, 0.75), mass=2.0),
     "body off its axes": lambda: BODY,
     "body of a shape": lambda: pt.Body.from_shape(pt.shapes.Ellipsoid((3, 2, 1), mass=1.0)),
+    "homogeneous ellipsoid": lambda: pt.Body.from_ellipsoid(1.0, np.array([3.0, 2.0, 1.0])),
     "ellipsoid": lambda: pt.shapes.Ellipsoid((3, 2, 1), mass=1.0),
     "mesh": lambda: pt.shapes.Mesh.from_box((1, 2, 3), density=2.0),
     "mascons": lambda: pt.shapes.Mascons([1.0, 2.0, 1.5], [(1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0)]),

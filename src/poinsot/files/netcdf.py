@@ -447,7 +447,7 @@ class _Reading:
         except (ValueError, TypeError, ImportError) as error:
             return self._recorded(str(error))
         for body, one in zip(self.bodies, system.rigid_bodies, strict=True):
-            object.__setattr__(one, "shape", self._shape(body) or one.shape)
+            one._complete(shape=self._shape(body) or one.shape)
         phase, times = self._phase(), self._array(self.time)
         initial, run = self._initial(), self._run()
         if self.store is not None and (motion := motion_in(self.store, system, initial, run)):
@@ -490,7 +490,7 @@ class _Reading:
         mass = self._array(named(name, "mass")) if named(name, "mass") in self.data.variables else None
         is_plain = np.array_equal(axes, np.eye(3))
         body = Body(moments, mass=mass) if is_plain else ObliqueBody(moments, axes, mass=mass)
-        object.__setattr__(body, "shape", self._shape(name))
+        body._complete(shape=self._shape(name))
         return body
 
     def _recorded(self, reason: str) -> StoredTrajectory:

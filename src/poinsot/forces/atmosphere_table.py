@@ -11,7 +11,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra.program import number
 from poinsot.checked import checked
-from poinsot.errors import optional, real_array, refuse_nonpositive
+from poinsot.errors import optional, real_array, real_numbers, refuse_nonpositive
 from poinsot.forces.atmosphere import Atmosphere
 from poinsot.functions import Scalar
 from poinsot.mechanics.calendar import Calendar, leap_second_gone
@@ -47,20 +47,22 @@ class _Piece(Atmosphere):
 
 
 class _Rows(Table):
-    """What a table is made of: cubic splines of the logarithm."""
+    """The rows of a table, and cubic splines of the logarithm of the density."""
+
+    title = "table of densities"
 
     def __init__(self, times: Array, densities: Array) -> None:
         from scipy.interpolate import CubicSpline
 
-        self.times, self.densities = times, densities
+        self.knots, self.densities = times, densities
         self.coefficients = np.asarray(CubicSpline(times, np.log(densities)).c[::-1].T)
 
 
 class TabulatedAtmosphere(Atmosphere):
     """Air whose density along one orbit is a table of the time; `TabulatedAtmosphere.from_table` makes it.
 
-    Between its rows the logarithm is a cubic spline, and the integrator stops at each row. A run beyond the table is
-    refused.
+    Between its rows the logarithm is a cubic spline, and the integrator stops at each row. A time outside of the
+    table raises a ValueError.
 
     Parameters
     ----------
@@ -162,32 +164,34 @@ class TabulatedAtmosphere(Atmosphere):
     @property
     @override
     def definition(self) -> tuple[str, dict[str, Any]]:
-        fields = {"times": self.rows.times, "densities": self.rows.densities, "omega_space": self.omega_space}
+        fields = {"times": self.rows.knots, "densities": self.rows.densities, "omega_space": self.omega_space}
         return "TabulatedAtmosphere.from_table", fields
 
     @property
     def knots(self) -> Array:
         """The times of its rows."""
-        return self.rows.times
+        return self.rows.knots
 
     @property
     def span(self) -> tuple[float, float]:
         """The first and the last time of the table."""
-        return float(self.knots[0]), float(self.knots[-1])
+        return self.rows.span
 
     def between_knots(self, time: ArrayLike) -> _Piece:  # type: ignore[override]
         """Return the air between the rows around a time; of an array of times, all of theirs side by side."""
-        i = np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
-        rows, coefficients = self.rows, self.rows.coefficients[i]
-        own = {"omega_space": self.omega_space, "start": rows.times[i], "coefficients": coefficients}
+        return self._piece(self.rows.pieces_around(time))
+
+    def _piece(self, i: NDArray[np.int_]) -> _Piece:
+        coefficients = self.rows.coefficients[i]
+        own = {"omega_space": self.omega_space, "start": self.rows.knots[i], "coefficients": coefficients}
         return _Piece.unchecked(**own, terms=coefficients.shape[-1])
 
     @override
     def density(self, instant: Instant, orbit: Orbit) -> Scalar:
-        """Return the density at the time of the instant; before and behind the table that of its ends."""
-        inside = np.clip(np.asarray(number(instant.time), dtype=float), *self.span)
-        piece = self.between_knots(inside)
-        powers = (inside - piece.start)[..., None] ** np.arange(piece.terms)
+        """Return the density at the time of the instant, or raise a ValueError for a time outside of the table."""
+        known = real_numbers("time", number(instant.time))
+        piece = self._piece(self.rows.pieces_at(known))
+        powers = (known - piece.start)[..., None] ** np.arange(piece.terms)
         return np.exp(np.sum(piece.coefficients * powers, axis=-1))
 
 

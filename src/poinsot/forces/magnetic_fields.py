@@ -15,7 +15,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra.program import Graph, number, tangents
 from poinsot.algebra.solid_harmonics import SolidHarmonics, exterior_field
-from poinsot.errors import optional
+from poinsot.errors import optional, real_numbers
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Dated, Orbit
@@ -268,15 +268,13 @@ class SecularHarmonics(MagneticHarmonics):
 class _Epochs(Table):
     """The coefficients of the IGRF, tesla, at its epochs, which are times of a calendar."""
 
+    title = "IGRF"
+
     def __init__(self, calendar: Calendar) -> None:
         years, g, h = _coefficients()
         self.knots = np.array([calendar.time(f"{year}-01-01T00:00:00 TT") for year in years.tolist()])
         self.calendar, self.values = calendar, np.stack([g, h])
         self.rates = np.diff(self.values, axis=1) / np.diff(self.knots)[:, None, None]
-
-    def piece(self, time: Array) -> NDArray[np.int_]:
-        """Return the numbers of the pieces in which times are."""
-        return np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
 
 
 @functools.lru_cache(16)
@@ -321,8 +319,8 @@ class IGRF(_OfSources):
     Raises
     ------
     ValueError
-        If the degree is another, the orbit is beyond 50 radii, or neither rotation nor orbit has a calendar; by
-        `propagate`, for times before 1900 or after 2030.
+        If the degree is another, the orbit is beyond 50 radii, or neither rotation nor orbit has a calendar; for
+        times before 1900 or after 2030.
     ImportError
         If ppigrf is missing.
 
@@ -364,7 +362,7 @@ class IGRF(_OfSources):
     @property
     @override
     def span(self) -> tuple[float, float]:
-        return float(self.knots[0]), float(self.knots[-1])
+        return self.epochs.span
 
     @property
     @override
@@ -378,8 +376,10 @@ class IGRF(_OfSources):
 
     @override
     def between_knots(self, time: ArrayLike) -> SecularHarmonics:  # type: ignore[override]
+        return self._piece(self.epochs.pieces_around(time), time)
+
+    def _piece(self, piece: NDArray[np.int_], time: ArrayLike) -> SecularHarmonics:
         table, kept = self.epochs, slice(self.degree + 1)
-        piece = table.piece(np.asarray(time))
         (g, h), (g_rate, h_rate) = (array[:, piece, kept, kept] for array in (table.values, table.rates))
         return SecularHarmonics.unchecked(
             orbit=self.orbit.between_knots(time),
@@ -395,7 +395,8 @@ class IGRF(_OfSources):
 
     @override
     def at(self, position: Vector, time: Scalar) -> Vector:
-        here = self.between_knots(number(time))
+        known = real_numbers("time", number(time))
+        here = self._piece(self.epochs.pieces_at(known), known)
         return here.with_numbers(here.numbers).at(position, time)
 
 

@@ -206,8 +206,7 @@ class Body(Parametric):
         inertia = shape.inertia
         negligible = np.abs(inertia) <= EQUAL_MOMENTS * np.max(np.diag(inertia))
         body = Body.from_inertia(np.where(negligible & ~np.eye(3, dtype=bool), 0, inertia), shape.mass)
-        object.__setattr__(body, "shape", shape)
-        object.__setattr__(body, "semiaxes", shape.ellipsoid_along_axes)
+        body._complete(shape=shape, semiaxes=shape.ellipsoid_along_axes)
         return body
 
     @staticmethod
@@ -284,7 +283,7 @@ class Body(Parametric):
         axes = _positive("semiaxes", semiaxes, (3,))
         a, b, c = axes**2
         body = Body(_positive("mass", mass) / 5 * np.array([b + c, a + c, a + b]), mass=mass)
-        object.__setattr__(body, "semiaxes", axes)
+        body._complete(semiaxes=axes)
         return body
 
     @staticmethod

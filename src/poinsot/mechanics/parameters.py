@@ -86,6 +86,32 @@ Matrix = Annotated[ArrayLike, ("n", "n")]
 class Table(Immutable):
     """Base of data that no formula sees as a whole, such as an ephemeris; two of them are equal if they are one."""
 
+    title: ClassVar[str]
+    """The name of the table in an error message."""
+    knots: NDArray[np.float64]
+    """The times at which one polynomial follows another, ascending, with the ends of the span."""
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """The first and the last time of the table."""
+        return float(self.knots[0]), float(self.knots[-1])
+
+    def pieces_around(self, time: ArrayLike) -> NDArray[np.int_]:
+        """Return the numbers of the polynomials around times; before and after the table the first and the last."""
+        found = np.searchsorted(self.knots, time, side="right") - 1
+        return np.asarray(np.clip(found, 0, len(self.knots) - 2))
+
+    def pieces_at(self, time: NDArray[np.float64]) -> NDArray[np.int_]:
+        """Return the numbers of the polynomials at times, or raise a ValueError for a time outside of the table."""
+        first, last = self.span
+        outside = time[(time < first) | (time > last)]
+        if outside.size:
+            raise ValueError(
+                f"time must lie within the span of the {self.title}, [{first!r}, {last!r}], got "
+                f"{float(outside.flat[0])!r}."
+            )
+        return self.pieces_around(time)
+
 
 def _stays(record: Parametric, name: str, value: Any) -> None:  # noqa: ARG001
     """Refuse to change a record, also in an `__init__` of the user."""

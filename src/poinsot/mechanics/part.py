@@ -206,7 +206,8 @@ class CompositeBody(Body):
     @classmethod
     def of(cls, body: Body, parts: Sequence[Part], values: Mapping[str, Vector], time: Scalar) -> CompositeBody:
         """Return a body with parts whose variables have values, by the name of the part."""
-        return cls.unchecked(moments=body.moments, locked=body, inside=tuple(parts), values=values, time=time)
+        own = {"moments": body.moments, "semiaxes": body.semiaxes, "shape": body.shape}
+        return cls.unchecked(**own, locked=body, inside=tuple(parts), values=values, time=time)
 
     def _each(self) -> Iterator[tuple[Part, Vector]]:
         return ((part, self.values[part.name]) for part in self.inside)

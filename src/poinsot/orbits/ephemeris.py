@@ -77,7 +77,9 @@ SAMPLES = np.linspace(-1, 1, 17)
 
 
 class _Pieces(Table):
-    """What an ephemeris is made of."""
+    """The polynomials of an ephemeris."""
+
+    title = "ephemeris"
 
     def __init__(self, knots: Array, coefficients: Array, error: float, labels: tuple[Any, Any, Any]) -> None:
         self.knots, self.coefficients, self.error = knots, coefficients, error
@@ -313,7 +315,7 @@ class Ephemeris(Orbit):
     @property
     @override
     def span(self) -> tuple[float, float]:
-        return float(self.knots[0]), float(self.knots[-1])
+        return self.pieces.span
 
     @property
     def frame(self) -> EphemerisFrame:
@@ -327,7 +329,7 @@ class Ephemeris(Orbit):
 
     def between_knots(self, time: ArrayLike) -> PolynomialArc:  # type: ignore[override]
         """Return the piece around a time; of an array of times, all of theirs side by side."""
-        table, i = self.pieces, self._piece(np.clip(time, *self.span))
+        table, i = self.pieces, self.pieces.pieces_around(time)
         coefficients = pieces.powers(table.coefficients[i])
         fields = {"mu": self.mu, "middle": table.middles[i], "half_length": table.half_lengths[i]}
         return PolynomialArc.unchecked(terms=coefficients.shape[-1], **fields, coefficients=coefficients)
@@ -351,20 +353,10 @@ class Ephemeris(Orbit):
 
     def _derivative(self, time: Any, order: int) -> functions.Vector:
         t, table = real_numbers("time", time), self.pieces
-        i = self._piece(t)
+        i = table.pieces_at(t)
         s = (t - table.middles[i]) / table.half_lengths[i]
         values = pieces.values(table.coefficients[i], table.half_lengths[i], s, order)
         return functions.Vector(np.moveaxis(values, -1, 0))
-
-    def _piece(self, time: Array) -> NDArray[np.int_]:
-        first, last = self.span
-        outside = time[(time < first) | (time > last)]
-        if outside.size:
-            raise ValueError(
-                f"time must lie within the span of the ephemeris, [{quoted(first)}, {quoted(last)}], got "
-                f"{quoted(float(outside.flat[0]))}."
-            )
-        return np.clip(np.searchsorted(self.knots, time, side="right") - 1, 0, len(self.knots) - 2)
 
 
 @checked
