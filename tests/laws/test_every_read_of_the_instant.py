@@ -40,10 +40,13 @@ RATES = {
     "angular_momentum_body": lambda i: i.angular_momentum_body[0],
     "scaled_momentum": lambda i: i.scaled_momentum[0],
 }
-OF_THE_FIELD = {"scaled_kinetics", "scale"}
-"""What turns momenta into rates, for equations of motion: a formula has `body.omega` and `body.angular_momentum`."""
-OF_CLOSED_RULES = {"at_rest", "seen_from", "turn"}
-"""How one body is turned relative to another, for the closed derivatives of mutual gravity."""
+OF_THE_FIELD = {"scaled_kinetics", "scale", "shape"}
+"""The kinetics and the scale of momenta, for equations of motion, and the shape of the scalars, for those of members.
+
+A formula reads `body.omega` and `body.angular_momentum`.
+"""
+OF_CLOSED_RULES = {"at_rest", "components", "seen_from", "turn"}
+"""The turn of one body relative to another, for the closed derivatives of mutual gravity, and the scalars of both."""
 each_turning = pytest.mark.parametrize("name", TURNING)
 
 
