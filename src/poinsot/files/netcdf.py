@@ -19,6 +19,7 @@ from poinsot.checked import checked
 from poinsot.engine import kernels
 from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
+from poinsot.files.netcdf_writer import write_netcdf
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.mechanics.body import Body, ObliqueBody
@@ -158,11 +159,9 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     if path.suffix == ".nc":
         data.attrs["digest"] = _digest(data)
         with new_file(path, overwrite) as part:
-            floats = [name for name, array in data.variables.items() if array.dtype.kind == "f"]
-            no_fill_values = {str(name): {"_FillValue": None} for name in floats}  # missing numbers to others
             try:
-                data.to_netcdf(part, engine="netcdf4", encoding=no_fill_values)
-            except (OSError, RuntimeError) as error:  # which does not say why
+                write_netcdf(data, part)
+            except (OSError, RuntimeError) as error:  # the library does not name the cause
                 said = f"netCDF says: {getattr(error, 'strerror', None) or error}"
                 raise OSError(f"{unwritable(path, said)} Is the disk full?") from error
     else:
