@@ -39,7 +39,7 @@ SHARED = {
     "parts": "",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* distribution.Q* *.different_orbits *.is_constant *.median_attitude",
-    "shapes": "cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
+    "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
 

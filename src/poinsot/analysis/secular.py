@@ -152,7 +152,7 @@ def _steps(slope: Callable[[float, Array], Array], at: Array, y: Array) -> Itera
     """Yield the integrator after each step; steps end at all times."""
     from scipy.integrate import DOP853
 
-    least = LEAST * np.where(y, np.abs(y), 1.0)
+    least: Any = LEAST * np.where(y, np.abs(y), 1.0)
     longest, step = LONGEST_STEP * (at[-1] - at[0]), np.inf
     for begin, end in itertools.pairwise(at):
         first_step = min(STRETCH * step, end - begin) if step < np.inf else None
