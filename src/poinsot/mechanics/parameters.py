@@ -107,7 +107,7 @@ class Table(Immutable):
         outside = time[(time < first) | (time > last)]
         if outside.size:
             raise ValueError(
-                f"time must lie within the span of the {self.title}, [{first!r}, {last!r}], got "
+                f"time must lie within the span of the {self.title}, [{quoted(first)}, {quoted(last)}], got "
                 f"{float(outside.flat[0])!r}."
             )
         return self.pieces_around(time)
