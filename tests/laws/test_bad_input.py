@@ -517,18 +517,16 @@ CHOICES = {
     ),
     "singular_angles": (
         lambda: pt.State.from_euler((1, 0, 0), (1, 2, 3)),
-        "the second angle of sequence 313 must stay away from its singularity, but |sin| = 0 there. "
-        "Use another sequence.",
+        "the second angle of sequence 313 must stay away from its singularity, but |sin| = 0 there. Use sequence 123.",
     ),
     "singular_attitude": (
         lambda: pt.State(ONE, (0, 1, 0, 0)).euler("212"),
-        "the second angle of sequence 212 must stay away from its singularity, but |sin| = 0 there. "
-        "Use another sequence.",
+        "the second angle of sequence 212 must stay away from its singularity, but |sin| = 0 there. Use sequence 123.",
     ),
     "singular_angles_of_three_axes": (
         lambda: pt.State.from_euler((1, np.pi / 2, 0), (1, 2, 3), "123"),
         "the second angle of sequence 123 must stay away from its singularity, but |cos| = 6.1e-17 there. "
-        "Use another sequence.",
+        "Use sequence 121.",
     ),
     "nothing_given": (lambda: BODY.state(ONE), f"state must have exactly one of {FOUR}, got none."),
     "two_given": (

@@ -99,8 +99,8 @@ def expected_of_wheels(motion):
     rows = dict[str, int]()
     for kind, at in zip(("torque", "speed"), of_wheels(motion), strict=True):
         for wheel in range(4):
-            rows[f"reaction_wheels_{wheel}_at_{kind}_limit"] = np.count_nonzero(at[..., wheel])
-    rows["quaternion_feedback_at_limit"] = np.count_nonzero(np.any(np.abs(feedback(motion)) >= 0.05, axis=-1))
+            rows[f"reaction_wheels_{wheel}_at_{kind}_limit"] = int(np.count_nonzero(at[..., wheel]))
+    rows["quaternion_feedback_at_limit"] = int(np.count_nonzero(np.any(np.abs(feedback(motion)) >= 0.05, axis=-1)))
     return {name: count for name, count in rows.items() if count}
 
 

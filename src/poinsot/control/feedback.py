@@ -36,24 +36,26 @@ def _refuse_other_norm(name: str, value: Any, _: str) -> None:
 UnitQuaternion = Annotated[Any, (4,), Rule(_refuse_other_norm)]
 
 
-class _Limited(Torque):
-    """A torque with each component within limits."""
+class _Limited:
+    """The limit of each component of a torque."""
 
     if TYPE_CHECKING:
-        limit: Positive
+        limit: Scalar
+
+        def torque(self, instant: Instant) -> Vector: ...
 
     def within(self, torque: Iterable[Scalar]) -> Vector:
         """Return a torque with each component within the limit."""
         return Vector(functions.clip(component, -self.limit, self.limit) for component in torque)
 
-    @override
     def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:
+        """Return whether a component of the torque is at the limit."""
         given = self.torque(instant) if torque is None else torque
         largest = functools.reduce(functions.maximum, map(abs, given))
         return {f"{default_name(type(self))}_at_limit": largest >= self.limit}
 
 
-class _Feedback(_Limited):
+class _Feedback(_Limited, Torque):
     """A torque against errors of attitude and rate: u_i = clip(-kp q_i - kd w_i, -limit, limit)."""
 
     formula = "N = clip(-(kp*epsilon) - kd*nu, -limit, limit)"
@@ -147,7 +149,7 @@ class OrbitPointing(_Feedback):
         return _shorter(quat.product(quat.conjugate(Vector(self.target)), q)), instant.omega_body - rate
 
 
-class RateDamping(_Limited):
+class RateDamping(_Limited, Torque):
     """A torque against the inertial rate within limits: u_i = clip(-gain w_i, -limit, limit) along the body axes.
 
     Parameters

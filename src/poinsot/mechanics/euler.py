@@ -51,8 +51,37 @@ def angles_from_quaternion(q: ArrayLike, sequence: str = "313") -> NDArray[np.fl
     ValueError
         At the singular angle, where only the sum or the difference of the outer angles is defined.
     """
-    i, j, k = axes_of(sequence)
     q = np.asarray(q, dtype=float)
+    _refuse_singular(sine_of_attitudes(q, sequence), sequence, q)
+    near, far, symmetric, parity = _split(q, sequence)
+    half_sum, half_difference = np.arctan2(near[1], near[0]), np.arctan2(parity * far[1], far[0])
+    middle = 2 * np.arctan2(np.hypot(*far), np.hypot(*near))
+    first, third = half_sum + half_difference, half_sum - half_difference
+    if not symmetric:
+        middle, third = middle - np.pi / 2, -parity * third
+    third, turns = _reduced(third, 2 * np.pi)
+    return np.stack([_reduced(first - 2 * np.pi * turns, 4 * np.pi)[0], middle, third], axis=-1)
+
+
+def sine_of_attitudes(q: Array, sequence: str) -> NDArray[np.float64]:
+    """Return the sine of the angle between the outer axes of a sequence at unit quaternions, not negative."""
+    first, second, *_ = _split(q, sequence)
+    near, far = np.hypot(*first), np.hypot(*second)
+    sine: NDArray[np.float64] = 2 * near * far / (near**2 + far**2)
+    return sine
+
+
+def most_regular(q: Array) -> str:
+    """Return the sequence whose smallest sine at unit quaternions (..., 4) is the largest."""
+    return max(SEQUENCES, key=lambda sequence: float(np.nanmin(sine_of_attitudes(q, sequence), initial=1.0)))
+
+
+def _split(q: Array, sequence: str) -> tuple[tuple[Array, Array], tuple[Array, Array], bool, int]:
+    """Return components of q about the sum and the difference of the outer angles, and whether the outer axes agree.
+
+    The last value is the parity of the axes.
+    """
+    i, j, k = axes_of(sequence)
     symmetric = i == k
     if symmetric:
         k = 3 - i - j
@@ -60,17 +89,7 @@ def angles_from_quaternion(q: ArrayLike, sequence: str = "313") -> NDArray[np.fl
         quarter = np.zeros(4)
         quarter[[0, j + 1]] = 1.0
         q = quat.product(q, quarter)
-    parity = _parity(i, j, k)
-    half_sum = np.arctan2(q[..., i + 1], q[..., 0])
-    half_difference = np.arctan2(parity * q[..., k + 1], q[..., j + 1])
-    near, far = np.hypot(q[..., 0], q[..., i + 1]), np.hypot(q[..., j + 1], q[..., k + 1])
-    _refuse_singular(2 * near * far / (near**2 + far**2), sequence)
-    middle = 2 * np.arctan2(far, near)
-    first, third = half_sum + half_difference, half_sum - half_difference
-    if not symmetric:
-        middle, third = middle - np.pi / 2, -parity * third
-    third, turns = _reduced(third, 2 * np.pi)
-    return np.stack([_reduced(first - 2 * np.pi * turns, 4 * np.pi)[0], middle, third], axis=-1)
+    return (q[..., 0], q[..., i + 1]), (q[..., j + 1], q[..., k + 1]), symmetric, _parity(i, j, k)
 
 
 def rotation_matrix_from_angles(angles: Vector, sequence: str = "313") -> Array:
@@ -127,17 +146,28 @@ def outer_cosine_and_sine(middle: Scalar, sequence: str) -> tuple[Scalar, Scalar
 
 def refuse_singular_angles(angles: NDArray[np.float64], sequence: str) -> None:
     """Raise a ValueError where the outer axes are parallel."""
-    _refuse_singular(np.abs(outer_cosine_and_sine(angles[..., 1], sequence)[1]), sequence)
+    sine = np.abs(outer_cosine_and_sine(angles[..., 1], sequence)[1])
+    _refuse_singular(sine, sequence, quaternion_from_angles(angles, sequence))
 
 
-def _refuse_singular(sine: Any, sequence: str) -> None:
-    smallest = float(np.min(sine))
-    if smallest < SINGULAR_SINE:
-        i, _, k = axes_of(sequence)
-        raise ValueError(
-            f"the second angle of sequence {sequence} must stay away from its singularity, but "
-            f"|{'sin' if i == k else 'cos'}| = {smallest:.2g} there. Use another sequence."
-        )
+def singularity(sine: NDArray[np.float64], sequence: str, q: Array) -> str:
+    """Return a sentence about singular attitudes of a sequence, which names a regular one, or nothing."""
+    smallest = float(np.nanmin(sine, initial=1.0))
+    if smallest >= SINGULAR_SINE:
+        return ""
+    i, _, k = axes_of(sequence)
+    regular = most_regular(q)
+    least = float(np.nanmin(sine_of_attitudes(q, regular), initial=1.0))
+    hint = f"Use sequence {regular}." if least >= SINGULAR_SINE else "No sequence is regular at all these attitudes."
+    return (
+        f"the second angle of sequence {sequence} must stay away from its singularity, but "
+        f"|{'sin' if i == k else 'cos'}| = {smallest:.2g} there. {hint}"
+    )
+
+
+def _refuse_singular(sine: NDArray[np.float64], sequence: str, q: Array) -> None:
+    if sentence := singularity(sine, sequence, q):
+        raise ValueError(sentence)
 
 
 def _about(axis: int, angle: Scalar) -> Vector:

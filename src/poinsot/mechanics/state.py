@@ -136,6 +136,11 @@ class State(Summarized):
 
         The first angle is in [0, 4 pi), which keeps the sign of q; the third in [0, 2 pi); the second in (0, pi), or in
         (-pi/2, pi/2) for a sequence of three different axes. Paper, eqs. (13), (15) with the exact lift of erratum E6.
+
+        Raises
+        ------
+        ValueError
+            At a singular attitude of the sequence. The error message names a regular sequence.
         """
         angles = euler.angles_from_quaternion(self.quaternion, sequence)
         return angles, euler.momenta_from_angular_momentum(angles, self.angular_momentum_body, sequence)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import warnings
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, ClassVar, overload
@@ -17,10 +18,11 @@ from poinsot.checked import checked
 from poinsot.engine import kernels
 from poinsot.engine.formulations import formulation_of
 from poinsot.engine.problem import Problem
-from poinsot.errors import real_numbers
+from poinsot.errors import level_of_user, real_numbers
 from poinsot.html_text import Summarized, curves, rounded, told, told_times
 from poinsot.immutable import ReadOnlyDict, owned
 from poinsot.lazy import cached_property
+from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
@@ -259,8 +261,23 @@ class Trajectory(Summarized):
 
     @checked
     def euler(self, sequence: str = "313") -> tuple[Array, Array]:
-        """Return Euler angles and their canonical momenta, each (n, 3), as `State.euler` does."""
-        return self._state.euler(sequence)
+        """Return Euler angles and their canonical momenta, each (n, 3), as `State.euler` does.
+
+        NaN at singular attitudes, where `State.euler` raises an error; one warning names a regular sequence.
+        """
+        q = self.quaternion
+        sine = euler.sine_of_attitudes(q, sequence)
+        if sentence := euler.singularity(sine, sequence, q):
+            warnings.warn(sentence, stacklevel=level_of_user())
+        regular = sine >= euler.SINGULAR_SINE
+        if np.all(regular):
+            return self._state.euler(sequence)
+        angles, momenta = np.full((2, *q.shape[:-1], 3), np.nan)
+        angles[regular] = euler.angles_from_quaternion(q[regular], sequence)
+        momenta[regular] = euler.momenta_from_angular_momentum(
+            angles[regular], self.angular_momentum_body[regular], sequence
+        )
+        return angles, momenta
 
     @checked
     def relative_to(self, frame: Frame) -> RelativeMotion:

@@ -3,6 +3,7 @@
 import copy
 import itertools
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -125,6 +126,31 @@ def test_euler_variables_come_back_with_the_sign(sequence):
         angles, back = pt.State.from_euler(given, momenta, sequence).euler(sequence)
         assert np.allclose(angles, given, rtol=0, atol=5e-15)
         assert np.allclose(back, momenta, rtol=0, atol=5e-15)
+
+
+def singular_attitude(sequence, angle=0.3):
+    """An attitude with parallel outer axes, composed by SciPy."""
+    middle = 0.0 if sequence[0] == sequence[2] else np.pi / 2
+    return Rotation.from_euler(sequence.translate(str.maketrans("123", "XYZ")), (angle, middle, 0.0))
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+def test_a_singular_attitude_is_refused_with_a_regular_sequence(sequence):
+    state = pt.Body((2.0, 2.5, 3.5)).state(singular_attitude(sequence), omega_body=(0.1, 0.2, 0.3))
+    with pytest.raises(ValueError, match=rf"^the second angle of sequence {sequence} must stay") as caught:
+        state.euler(sequence)
+    regular = re.search(r"there\. Use sequence (\d{3})\.$", str(caught.value))
+    assert regular
+    angles, _ = state.euler(regular[1])
+    letters = regular[1].translate(str.maketrans("123", "XYZ"))
+    assert (Rotation.from_euler(letters, angles).inv() * state.attitude).magnitude() < 1e-14
+
+
+def test_attitudes_at_which_no_sequence_is_regular():
+    attitudes = Rotation.concatenate([singular_attitude(sequence, angle=0.0) for sequence in SEQUENCES])
+    states = pt.Body((2.0, 2.5, 3.5)).state(attitudes, omega_body=(0.1, 0.2, 0.3))
+    with pytest.raises(ValueError, match=r"there\. No sequence is regular at all these attitudes\.$"):
+        states.euler("321")
 
 
 def test_default_sequence_is_313():

@@ -20,7 +20,7 @@ def _closed():
 
 def spectrum(nu, amplitudes, errors, residual):
     resolved = np.ones(len(nu), bool)
-    return pt.analysis.LineSpectrum(*(np.array(x) for x in (nu, amplitudes, errors)), resolved, residual=residual)
+    return pt.analysis.LineSpectrum(np.array(nu), np.array(amplitudes), np.array(errors), resolved, residual)
 
 
 def test_stems_residual_and_units():

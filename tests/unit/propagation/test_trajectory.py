@@ -1,5 +1,7 @@
 """What is read from a motion."""
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -7,6 +9,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from in_order import in_order
 
+SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]
 TIMES = np.linspace(-1, 9, 21)
 MOMENTS = np.array([1.25, 1.0, 0.75])
 
@@ -79,6 +82,35 @@ def test_euler_variables_along_the_way(motion):
     assert np.allclose(angles, [a for a, _ in states], rtol=0, atol=1e-14)
     assert np.allclose(momenta, [p for _, p in states], rtol=0, atol=1e-14)
     assert motion.euler("321")[0].shape == (21, 3)
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+@pytest.mark.parametrize("members", [0, 3])
+def test_angles_at_singular_attitudes_are_nan_with_one_warning(sequence, members):
+    """Turns about the second axis, which pass the singular attitudes at the times 0 and pi, or pi/2 and 3 pi/2."""
+    body, axis = pt.Body((2.0, 2.0, 2.0)), np.eye(3)[int(sequence[1]) - 1]
+    times = np.arange(9) * np.pi / 4
+    rates = np.multiply.outer(np.arange(1, members + 1), axis) if members else axis
+    start = np.broadcast_to((1.0, 0, 0, 0), (members, 4)) if members else (1.0, 0, 0, 0)
+    motion = pt.propagate(pt.System(body), body.state(start, omega_body=rates), times, progress=False)
+    middle = np.multiply.outer(np.arange(1, members + 1), times) if members else times
+    sine = np.sin(middle) if sequence[0] == sequence[2] else np.cos(middle)
+    with pytest.warns(UserWarning, match=rf"^the second angle of sequence {sequence} must stay away") as caught:
+        angles, momenta = motion.euler(sequence)
+    assert len(caught) == 1
+    assert angles.shape == momenta.shape == motion.omega_body.shape
+    singular = np.abs(sine) < 1e-9
+    assert np.any(singular)
+    assert not np.all(singular)
+    np.testing.assert_array_equal(np.isnan(angles), np.broadcast_to(singular[..., None], angles.shape))
+    np.testing.assert_array_equal(np.isnan(momenta), np.isnan(angles))
+    letters = sequence.translate(str.maketrans("123", "XYZ"))
+    expected = Rotation.from_euler(letters, angles[~singular])
+    seen = Rotation.from_quat(motion.quaternion[~singular], scalar_first=True)
+    assert np.max((expected.inv() * seen).magnitude()) < 1e-13
+    regular = str(caught[0].message)[-4:-1]
+    if regular in SEQUENCES:
+        assert np.all(np.isfinite(motion.euler(regular)[0]))
 
 
 def test_third_space_component_is_the_first_momentum_of_313(motion):
