@@ -57,5 +57,6 @@ def message_of(error: BaseException) -> str:
 
 
 def _beginning(value: Any) -> Any:
-    """Return as many items of a long text or list as can be repeated."""
-    return value[: MAX_CHARACTERS + 1] if type(value) in (str, bytes, list, tuple) else value
+    """Return as many items of a long text or list as can be repeated; another value unchanged."""
+    is_long = type(value) in (str, bytes, list, tuple) and len(value) > MAX_CHARACTERS
+    return value[: MAX_CHARACTERS + 1] if is_long else value

@@ -201,7 +201,7 @@ class Body(Parametric):
         ValueError
             If a moment is zero, as those of points along a line.
         """
-        if not hasattr(shape, "circumscribing_radius"):
+        if isinstance(shape, type) or not hasattr(shape, "circumscribing_radius"):
             raise TypeError(f"shape must be a shape, such as a Mesh, got {described(shape)}.")
         inertia = shape.inertia
         negligible = np.abs(inertia) <= EQUAL_MOMENTS * np.max(np.diag(inertia))
@@ -387,7 +387,7 @@ def started(
     """Return the quaternion of a start, and the name and the body components of the one vector that is given."""
     from poinsot.mechanics.frame import axes_at, checked_frame
 
-    time = real_numbers("time", time)
+    time = member_array("time", time, ())
     q = unit_quaternion(attitude)
     name, value = exactly_one("state", given)
     if frame is not None and not name.startswith("omega"):

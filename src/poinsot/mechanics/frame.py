@@ -79,7 +79,7 @@ class Frame(Immutable):
 
     def attitude(self, time: Times) -> Rotation:
         """Return the scipy rotation frame -> space."""
-        return rotation(self.quaternion(time))
+        return rotation(real_numbers("quaternion(time)", self.quaternion(time)))
 
 
 def checked_frame(frame: Any) -> Frame:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.analysis.transition_matrix import StateTransition
+from poinsot.errors import real_array
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.curves import Layout, against_time
@@ -64,7 +65,7 @@ def uncertainty(
     if not coordinates[0].endswith("theta_1"):
         raise ValueError(f"transition must be in space, from theta_1 on, got {coordinates[0]}. Leave formulation out.")
     motion = one_member(transition.motion, "transition.motion")
-    covariance = transition.covariance(initial, of_parameters)
+    covariance = transition.covariance(real_array("initial", initial, (None, None)), of_parameters)
     deviations = dict(zip(coordinates, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1)).T, strict=True))
     turned = [each for name, each in deviations.items() if name.endswith(("theta_1", "theta_2", "theta_3"))]
     angle, units = angle_unit_of(angle_unit, turned), motion.system.units
