@@ -464,6 +464,16 @@ def test_states_of_members_at_times_of_their_own_are_the_states_of_each(name):
         np.testing.assert_allclose(*found, rtol=0, atol=WITHIN * np.max(np.abs(alone.angular_momentum_body)))
 
 
+def test_the_quaternion_of_a_table_does_not_jump_for_members():
+    """Two revolutions, each of which changes the sign of a continuous quaternion."""
+    circle = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.5)
+    table = {"position": lambda t: np.stack(list(circle.position_at(t)), -1), "start": 0.0, "stop": 13.0}
+    many, one = (pt.orbits.Ephemeris.from_function(mu, **table).frame for mu in ([1.0, 2.0], 1.0))
+    times = np.linspace(0.0, 13.0, 60)
+    assert np.array_equal(many.quaternion(times), np.stack([one.quaternion(times)] * 2))
+    assert np.all(np.sum(one.quaternion(times)[1:] * one.quaternion(times)[:-1], axis=-1) > 0.9)
+
+
 def test_an_override_without_annotations_has_the_kinds_of_the_base():
     class Brake(pt.parts.ReactionWheel):
         def torque_at(self, slip):
