@@ -164,7 +164,7 @@ def _is_of_other_bodies(error: BaseException) -> bool:
     """Whether a formula of one body asks for what two bodies have, or the other way round."""
     if not isinstance(error, AttributeError):
         return False
-    return "of two bodies" in str(error) or (isinstance(error.obj, Instant) and hasattr(PairInstant, error.name))
+    return "of two bodies" in str(error) or (isinstance(error.obj, Instant) and hasattr(PairInstant, str(error.name)))
 
 
 class WrongSizeError(TypeError):

@@ -371,7 +371,7 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
 def _check_kind(name: str, value: Any, kind: type) -> None:
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
-    if kind is int and abs(value) >= 2**63:
+    if isinstance(value, int) and abs(value) >= 2**63:
         raise ValueError(f"{name} must be an int of at most 63 bits, got one of {value.bit_length()} bits.")
 
 

@@ -104,7 +104,7 @@ def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -
     for name, vectors in rows.items():
         if vectors.shape[-1:] != (3,):
             raise ValueError(f"{name} must have shape (..., 3), got shape {vectors.shape}.")
-    is_absent = np.isnan(place).all(axis=-1) & np.isnan(speed).all(axis=-1)
+    is_absent = np.asarray(np.isnan(place).all(axis=-1) & np.isnan(speed).all(axis=-1))
     for name, vectors in rows.items():
         real_numbers(name, np.where(is_absent[..., None], 0.0, vectors))
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -2,6 +2,7 @@
 
 import math
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from poinsot.functions import Vector
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 RATE = (0.1, 0.2, 0.3)
+FUNCTIONS: Any = pt.functions
 START = BODY.state((1, 0, 0, 0), omega_body=RATE)
 
 
@@ -164,7 +166,10 @@ def test_a_mistyped_parameter_is_named_with_the_nearest_one(name):
 MISTYPED = {
     "instant": (lambda instant: instant.omega_bdy[0], "'omega_bdy' of Instant. Did you mean 'omega_body'?"),
     "attitude": (lambda instant: instant.attitude.to_bdy(RATE)[0], "'to_bdy' of Attitude. Did you mean 'to_body'?"),
-    "functions": (lambda instant: pt.functions.sinn(instant.time), "'sinn' of poinsot.functions. Did you mean 'sin'?"),
+    "functions": (
+        lambda instant: FUNCTIONS.sinn(instant.time),
+        "'sinn' of poinsot.functions. Did you mean 'sin'?",
+    ),
     "nothing near": (lambda instant: instant.zzz, "'zzz' of Instant."),
 }
 
