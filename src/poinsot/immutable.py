@@ -10,11 +10,14 @@ import dataclasses
 import inspect
 import operator
 from abc import ABCMeta
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
 
 import numpy as np
 
 __all__ = ["Immutable", "ReadOnlyDict", "copied", "owned", "read_only"]
+
+Kind = TypeVar("Kind")
 
 OPEN = "_under_construction"
 """The entry of an object's dictionary while its `__init__` runs."""
@@ -26,7 +29,7 @@ class ReadOnlyDict(dict[Any, Any]):
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise TypeError("a dictionary must stay as it was made, got a change. Change a copy, dict(...).")
 
-    __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse  # type: ignore[assignment]
+    __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 
     def __reduce__(self) -> tuple[Any, ...]:
         return read_only, (dict(self),)
@@ -36,22 +39,24 @@ CONTAINERS = frozenset((np.ndarray, dict, tuple, list))
 """Classes of values that contain numbers which somebody could write."""
 
 
-def read_only(value: Any) -> Any:
+def read_only(value: Kind) -> Kind:
     """Return a value with its arrays made read-only in place; a dictionary becomes a `ReadOnlyDict`."""
-    return _each(_locked, value)
+    return _each(_locked, value)  # type: ignore[no-any-return]
 
 
-def owned(value: Any) -> Any:
+def owned(value: Kind) -> Kind:
     """Return a value whose arrays nobody else can write: a writable array is copied, the user's stays writable."""
-    return _each(_unshared, value)
+    return _each(_unshared, value)  # type: ignore[no-any-return]
 
 
-def copied(value: Any) -> Any:
+def copied(value: Kind) -> Kind:
     """Return a value with copies of its arrays: SciPy's `Rotation.apply` and others refuse read-only vectors."""
-    return value.copy() if value.__class__ is np.ndarray else _each(np.copy, value)
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    return _each(np.copy, value)  # type: ignore[no-any-return]
 
 
-def _each(change: Any, value: Any) -> Any:
+def _each(change: Callable[[Any], Any], value: Any) -> Any:
     """Return a value with its arrays changed, in dictionaries, tuples and lists too."""
     kind = value.__class__
     if kind is np.ndarray:
@@ -84,32 +89,36 @@ def _seal(attributes: dict[str, Any], change: Any) -> None:
             attributes[name] = change(value)
 
 
-class Construction(ABCMeta):
-    """The class of immutable classes: it opens an object for its `__init__`, and closes the object afterwards."""
+if TYPE_CHECKING:
+    from abc import ABCMeta as Construction
+else:
 
-    _seals: bool
+    class Construction(ABCMeta):
+        """The class of immutable classes: it opens an object for its `__init__`, and closes the object afterwards."""
 
-    def __call__(cls, *arguments: Any, **named: Any) -> Any:
-        if not cls._seals:
-            return super().__call__(*arguments, **named)
-        made = cls.__new__(cls, *arguments, **named)
-        attributes = made.__dict__
-        attributes[OPEN] = True
-        made.__init__(*arguments, **named)
-        del attributes[OPEN]
-        _seal(attributes, owned)
-        return made
+        _seals: bool
 
-    @property
-    def __signature__(cls) -> inspect.Signature:
-        """The arguments of `__init__`, for `inspect.signature`."""
-        if cls.__init__ is object.__init__:  # type: ignore[misc]
-            return inspect.Signature()
-        signature = inspect.signature(cls.__init__)  # type: ignore[misc]
-        return signature.replace(parameters=list(signature.parameters.values())[1:])
+        def __call__(cls, *arguments: Any, **named: Any) -> Any:
+            if not cls._seals:
+                return super().__call__(*arguments, **named)
+            made = cls.__new__(cls, *arguments, **named)
+            attributes = made.__dict__
+            attributes[OPEN] = True
+            made.__init__(*arguments, **named)
+            del attributes[OPEN]
+            _seal(attributes, owned)
+            return made
+
+        @property
+        def __signature__(cls) -> inspect.Signature:
+            """The arguments of `__init__`, for `inspect.signature`."""
+            if cls.__init__ is object.__init__:
+                return inspect.Signature()
+            signature = inspect.signature(cls.__init__)
+            return signature.replace(parameters=list(signature.parameters.values())[1:])
 
 
-class Immutable(metaclass=ABCMeta if TYPE_CHECKING else Construction):
+class Immutable(metaclass=Construction):
     """Base of objects that stay as they were made.
 
     `__init__` may assign attributes. After it public attributes refuse assignment, arrays refuse writing, and

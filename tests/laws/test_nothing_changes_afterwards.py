@@ -148,10 +148,10 @@ def test_a_refused_assignment_names_the_attribute():
         del system.body
     with pytest.raises(dataclasses.FrozenInstanceError):
         system.forces_of_another_name = ()
-    with pytest.raises(TypeError) as caught:
+    with pytest.raises(TypeError) as refused:
         system.units["time"] = "h"
     message = "a dictionary must stay as it was made, got a change. Change a copy, dict(...)."
-    assert str(caught.value) == message
+    assert str(refused.value) == message
 
 
 def test_the_first_moments_are_integrated_after_a_refused_write():

@@ -1,5 +1,7 @@
 """Force and torque on each of two bodies made of points of mass, against a sum over all pairs of points."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -25,7 +27,7 @@ def summed(r, first, second):
     return pull.sum((0, 1)), np.cross(x, -pull.sum(1)).sum(0), np.cross(y, pull.sum(0)).sum(0)
 
 
-def pair():
+def pair() -> Any:
     bodies = [pt.Body.from_point_masses(*masses) for masses in (FIRST, SECOND)]
     gravity = pt.forces.MutualMascons(*centred(*FIRST), *centred(*SECOND))
     return pt.System(pt.TwoBodies(*bodies, G=G), gravity, pt.forces.LinearDamping(0.1).on("secondary"))
@@ -39,8 +41,8 @@ def test_loads_are_those_of_the_points(name, rng):
     system, times = pair(), np.array([0.0, 0.3, 0.7])
     spins = [(0.1, 0.2, 0.3), (0.3, -0.2, 0.1)]
     attitudes = [turn.as_quat(scalar_first=True) for turn in turns]
-    state = system.state(r, np.broadcast_to((0.1, 0.3, -0.2), r.shape), attitudes, omega_body=spins)
-    motion = pt.propagate(system, state, times)
+    state: Any = system.state(r, np.broadcast_to((0.1, 0.3, -0.2), r.shape), attitudes, omega_body=spins)
+    motion: Any = pt.propagate(system, state, times)
     bodies = {"primary": motion.primary, "secondary": motion.secondary}
     for index in np.ndindex(*shape, times.size):
         turned = [Rotation.from_quat(one.quaternion[index], scalar_first=True) for one in bodies.values()]
@@ -60,10 +62,10 @@ def test_loads_are_those_of_the_points(name, rng):
 def test_forces_are_opposite_and_torques_balance(name, rng):
     """F1 + F2 = 0 and r x F2 + tau1 + tau2 = 0 for forces between the two bodies, at a state and along a motion."""
     shape = MEMBERS[name]
-    system = pt.System(pair().pair, pair().forces[0])
+    system: Any = pt.System(pair().pair, pair().forces[0])
     attitudes = [Rotation.random(*shape, rng=rng).as_quat(scalar_first=True) for _ in range(2)]
     r = np.array([4.0, -1.0, 2.0]) + rng.uniform(-0.5, 0.5, (*shape, 3))
-    state = system.state(r, np.zeros(r.shape), attitudes, omega_body=[(0.1, 0.2, 0.3), (0.3, -0.2, 0.1)])
+    state: Any = system.state(r, np.zeros(r.shape), attitudes, omega_body=[(0.1, 0.2, 0.3), (0.3, -0.2, 0.1)])
     forces = [system.force_space(state, body=body) for body in ("primary", "secondary")]
     assert np.array_equal(forces[0], -forces[1])
     torques = [
@@ -77,8 +79,10 @@ def test_forces_are_opposite_and_torques_balance(name, rng):
 def test_selected_times_and_members_have_their_own_loads(rng):
     system = pair()
     attitudes = [Rotation.random(4, rng=rng).as_quat(scalar_first=True) for _ in range(2)]
-    state = system.state((4.0, -1.0, 2.0), (0.1, 0.3, -0.2), attitudes, omega_body=[(0.1, 0.2, 0.3), (0.3, -0.2, 0.1)])
-    motion = pt.propagate(system, state, [0.0, 0.3, 0.7])
+    state: Any = system.state(
+        (4.0, -1.0, 2.0), (0.1, 0.3, -0.2), attitudes, omega_body=[(0.1, 0.2, 0.3), (0.3, -0.2, 0.1)]
+    )
+    motion: Any = pt.propagate(system, state, [0.0, 0.3, 0.7])
     whole = motion.secondary.torques_body["MutualMascons"]
     assert np.array_equal(motion.secondary.isel(time=[0, 2]).torques_body["MutualMascons"], whole[:, [0, 2]])
     assert np.array_equal(motion.member(1).secondary.torques_body["MutualMascons"], whole[1])
@@ -88,7 +92,7 @@ def test_selected_times_and_members_have_their_own_loads(rng):
 @pytest.mark.parametrize("name", ["omega_body", "torque_body", "torques_body", "force_space", "forces_space"])
 def test_a_load_needs_the_name_of_the_body(name):
     system = pair()
-    state = system.state((4.0, -1.0, 2.0), (0, 0, 0), ((1, 0, 0, 0),) * 2, omega_body=[(0.1, 0.2, 0.3)] * 2)
+    state: Any = system.state((4.0, -1.0, 2.0), (0, 0, 0), ((1, 0, 0, 0),) * 2, omega_body=[(0.1, 0.2, 0.3)] * 2)
     for wrong in ({}, {"body": "third"}):
         with pytest.raises(ValueError, match=r"^body must be 'primary' or 'secondary', got ") as caught:
             getattr(system, name)(state, **wrong)
@@ -109,9 +113,9 @@ class Drag(pt.PairLoad):
 def test_a_file_gives_the_loads_of_forces_that_it_contains(tmp_path, known):
     system = pair() if known else pt.System(pair().pair, *pair().forces, Drag(0.1))
     start = system.state((4.0, -1, 2), (0, 0, 0.1), ((1, 0, 0, 0),) * 2, omega_body=[(0, 0, 1)] * 2)
-    motion = pt.propagate(system, start, [0.0, 1.0])
+    motion: Any = pt.propagate(system, start, [0.0, 1.0])
     pt.save(motion, tmp_path / "pair.nc")
-    back = pt.load(tmp_path / "pair.nc")
+    back: Any = pt.load(tmp_path / "pair.nc")
     for name in ("torques_body", "forces_space"):
         expected = getattr(motion.primary, name) if known else {}
         found = getattr(back.primary, name)

@@ -29,6 +29,8 @@ class Problem(Collection):
     events : sequence of Event
     """
 
+    system: System
+    events: tuple[Event, ...]
     _seals: ClassVar[bool] = False
 
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:

@@ -317,7 +317,7 @@ NO_KNOTS = np.empty(0)
 
 def kinds_of(cls: type[Parametric]) -> dict[str, Any]:
     """Return the kind of each field by name: the shape of a real parameter, `Several`, or the class of another."""
-    kinds: dict[str, Any] = _fields(cls)[0]  # type: ignore[arg-type]
+    kinds: dict[str, Any] = _fields(cls)[0]
     return kinds
 
 

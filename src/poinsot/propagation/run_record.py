@@ -85,7 +85,7 @@ def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
     packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
     packages |= {"llvmlite": metadata.version("llvmlite")} if find_spec("llvmlite") else {}
-    return read_only({**packages, "python": platform.python_version()})  # type: ignore[no-any-return]
+    return read_only({**packages, "python": platform.python_version()})
 
 
 def told_kernel(kernel: str, lanes: int) -> str:

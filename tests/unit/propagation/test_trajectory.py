@@ -1,6 +1,7 @@
 """What is read from a motion."""
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -136,7 +137,7 @@ def test_errors_of_a_pair_in_si_units_are_relative():
     pair = pt.TwoBodies(primary, pt.Body.from_ellipsoid(4e9, (90.0, 70.0, 60.0)), G=6.6743e-11)
     system = pt.System(pair, pt.forces.MutualGravity(), units={"time": "s", "inertia": "kg m2"})
     start = pair.state((1200.0, 0, 0), (0, 0.17, 0), ((1, 0, 0, 0),) * 2, omega_body=[(0, 0, 7e-4), (1e-5, 0, 1.4e-4)])
-    motion = pt.propagate(system, start, np.linspace(0, 86400, 5))
+    motion: Any = pt.propagate(system, start, np.linspace(0, 86400, 5))
     for one in (motion.primary, motion.secondary):
         q, momenta = one.quaternion, one.conjugate_momenta
         expected = np.sum(q * momenta, axis=-1) / np.sqrt(np.sum(momenta**2, axis=-1))
