@@ -6,6 +6,7 @@ import resource
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -172,8 +173,196 @@ def test_a_store_that_cannot_take_its_name_leaves_the_old_one(tmp_path, monkeypa
             raise OSError("no")
         return rename(self, target)
 
+    monkeypatch.setattr(writing, "_exchanged", lambda *_: False)
     monkeypatch.setattr(Path, "rename", failing)
     with pytest.raises(OSError, match="no"):
         pt.save(pt.free_motion(BODY, MOTION.initial, [0.0]), path, overwrite=True)
     assert content(path) == before
     assert not parts(tmp_path)
+
+
+# ---------------------------------------------------------------------- killed at every instant
+
+CALLS = ("fsync", "link", "mkdir", "open", "rename", "replace", "rmdir", "unlink")
+
+
+def make(path, text, overwrite):
+    """Write a folder as a store is written, with a file that marks it."""
+    with writing.new_folder(path, overwrite, "mark") as part:
+        part.mkdir()
+        (part / "text").write_text(text)
+        (part / "mark").write_text("")
+
+
+def text_of(path):
+    """The text in a file, or in a folder that is whole."""
+    if path.is_dir():
+        assert (path / "mark").is_file()
+        return (path / "text").read_text()
+    return path.read_text()
+
+
+def killed_at(instant, call):
+    """Call a function in a process; return whether it was killed, before or after a call of the system."""
+    child = os.fork()
+    if child:
+        return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+    passed = 0
+
+    def here():
+        nonlocal passed
+        passed += 1
+        if passed == instant:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def watched(function):
+        def called(*arguments, **named):
+            here()
+            try:
+                return function(*arguments, **named)
+            finally:
+                here()
+
+        return called
+
+    for name in CALLS:
+        setattr(os, name, watched(getattr(os, name)))
+    writing._exchanged = watched(writing._exchanged)
+    try:
+        call()
+    finally:
+        os._exit(0)
+
+
+@pytest.mark.parametrize("write", [make, writing.write_text], ids=["folder", "file"])
+@pytest.mark.parametrize("exchange", [True, False], ids=["exchange", "two renames"])
+def test_a_kill_at_any_instant_of_a_replacement_leaves_the_old_result_or_the_new_one(
+    write, exchange, tmp_path, monkeypatch
+):
+    if not exchange:
+        monkeypatch.setattr(writing, "_exchanged", lambda *_: False)
+    seen, killed = [], True
+    while killed:
+        folder = tmp_path / str(len(seen))
+        folder.mkdir()
+        path = folder / "it"
+        write(path, "old", overwrite=False)
+        killed = killed_at(len(seen) + 1, lambda path=path: write(path, "new", overwrite=True))
+        if exchange:
+            assert path.exists()
+        assert writing.exists(path)
+        seen.append(text_of(path))
+        for left in parts(folder):
+            aged(left)
+        write(folder / "other", "other", overwrite=False)
+        assert text_of(path) == seen[-1]
+        assert not parts(folder)
+        write(path, "newest", overwrite=True)
+        assert text_of(path) == "newest"
+    assert seen[0] == "old"
+    assert seen[-1] == "new"
+    assert seen == sorted(seen, reverse=True)  # first old, then new
+
+
+def test_a_store_whose_replacement_was_killed_between_two_renames_is_loaded(tmp_path):
+    path, short = pt.save(MOTION, tmp_path / "it.zarr"), pt.free_motion(BODY, MOTION.initial, [0.0])
+    (hidden := tmp_path / ".poinsot-0123.part").mkdir()
+    (hidden / "lock").touch()
+    path.rename(hidden / "before")
+    pt.save(short, hidden / "it.zarr")
+    assert not path.exists()
+    assert np.array_equal(pt.load(path).quaternion, short.quaternion)
+    assert not parts(tmp_path)
+
+
+def test_an_old_and_a_new_folder_whose_name_was_taken_meanwhile_stay(tmp_path):
+    """The replacement cannot be finished, and neither folder can be the one that was superseded."""
+    path, hidden = tmp_path / "it", tmp_path / ".poinsot-0123.part"
+    hidden.mkdir()
+    (hidden / "lock").touch()
+    make(path, "old", overwrite=False)
+    path.rename(hidden / "before")
+    make(hidden / "it", "new", overwrite=False)
+    path.write_text("of another program")
+    writing.write_text(tmp_path / "other", "other", overwrite=False)
+    assert (text_of(path), text_of(hidden / "before"), text_of(hidden / "it")) == ("of another program", "old", "new")
+
+
+# ---------------------------------------------------------------------- names that appear meanwhile
+
+
+def link_to_nothing(path):
+    path.symlink_to(path.with_name("nothing"))
+
+
+def not_permitted(*_):
+    raise PermissionError(1, "Operation not permitted")
+
+
+def a_file(path):
+    path.write_text("of another process")
+
+
+def a_folder(path):
+    path.mkdir()
+    (path / "text").write_text("of another process")
+
+
+@pytest.mark.parametrize("links", [True, False], ids=["hard links", "none"])
+@pytest.mark.parametrize("kind", ["file", "folder"])
+@pytest.mark.parametrize("meanwhile", [link_to_nothing, a_file, a_folder])
+def test_a_name_that_appears_while_a_result_is_written_stays(meanwhile, kind, links, tmp_path, monkeypatch):
+    path = tmp_path / "it"
+    if not links:
+        monkeypatch.setattr(os, "link", not_permitted)
+    new = writing.new_file(path, False) if kind == "file" else writing.new_folder(path, False, "mark")
+    with pytest.raises(FileExistsError) as caught, new as part:  # noqa: PT012 - the name appears meanwhile
+        part.write_text("mine") if kind == "file" else part.mkdir()
+        meanwhile(path)
+    assert str(caught.value) == f"{path} already exists; overwrite=True replaces it."
+    assert not parts(tmp_path)
+    if meanwhile is link_to_nothing:
+        assert path.is_symlink()
+        assert not path.exists()
+    else:
+        assert (path if path.is_file() else path / "text").read_text() == "of another process"
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_link_to_nothing_is_not_replaced(name, tmp_path):
+    path = tmp_path / name
+    link_to_nothing(path)
+    with pytest.raises(FileExistsError) as caught:
+        WRITERS[name](MOTION, path)
+    assert str(caught.value) == f"{path} already exists; overwrite=True replaces it."
+    assert path.is_symlink()
+
+
+def test_a_file_system_without_hard_links(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "link", not_permitted)
+    path = writing.write_text(tmp_path / "it", "mine", overwrite=False)
+    assert path.read_text() == "mine"
+
+
+def test_one_of_many_writers_of_a_name_succeeds(tmp_path):
+    """Each other one raises an error and writes nothing."""
+    begin, wrong, done = threading.Barrier(8), [], []
+
+    def write(number):
+        for turn in range(20):
+            begin.wait()
+            try:
+                (make if turn % 2 else writing.write_text)(tmp_path / str(turn), str(number), overwrite=False)
+                done.append((turn, str(number)))
+            except FileExistsError as error:
+                wrong.append(str(error))
+
+    threads = [threading.Thread(target=write, args=(number,)) for number in range(8)]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join()
+    assert sorted(turn for turn, _ in done) == list(range(20))
+    assert {(turn, text_of(tmp_path / str(turn))) for turn in range(20)} == set(done)
+    assert len(wrong) == 7 * 20
+    assert all(each.endswith(" already exists; overwrite=True replaces it.") for each in wrong)

@@ -345,7 +345,9 @@ def _option(keyword: re.Match[str]) -> str:
 
 def check_there(path: Path) -> None:
     """Refuse a name under which there is nothing."""
-    if not path.exists():
+    from poinsot.atomic_write import exists
+
+    if not exists(path):
         raise FileNotFoundError(f"No such file: {path}")
 
 

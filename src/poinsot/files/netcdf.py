@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.atomic_write import new_file, new_folder, unwritable
+from poinsot.atomic_write import exists, new_file, new_folder, unwritable
 from poinsot.checked import checked
 from poinsot.engine import kernels
 from poinsot.engine.formulations import formulation_of
@@ -245,7 +245,7 @@ def _happened(motion: Trajectory) -> dict[str, Any]:
 
 def _in_store(path: Path) -> Trajectory:
     """Return what is in a store: a motion, or a dataset where there are no whole states."""
-    if not path.exists():
+    if not exists(path):
         raise FileNotFoundError(f"No such file: {shortened(path)}")
     if not (path / GROUP).is_file():
         raise ValueError(f"{shortened(path)} must be a Zarr store, got none: it has no {GROUP}.")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
 
 import numpy as np
 
-from poinsot.atomic_write import new_folder
+from poinsot.atomic_write import exists, new_folder
 from poinsot.engine.progress import Progress, bar
 from poinsot.errors import PropagationInterrupted
 from poinsot.printable import quoted, shortened
@@ -506,7 +506,7 @@ def _opened(ensemble: Ensemble, plan: Plan, out: Path) -> EnsembleStore:
     """Return the store of a problem, which is made if it is not there; refuse that of another one."""
     problem = _problem(ensemble, plan)
     with _writing(out):
-        there = out.exists()
+        there = exists(out)
     if not there and out.is_symlink():
         raise ValueError(
             f"out must be a new name or the store of this problem, got {shortened(out)}, a link to nothing."

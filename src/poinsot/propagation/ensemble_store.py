@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.atomic_write import synced
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.zarr_group import (
@@ -32,7 +33,6 @@ from poinsot.propagation.zarr_group import (
     plain_attributes,
     read_group,
     side_by_side,
-    synced,
     write_group,
 )
 

@@ -24,6 +24,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.atomic_write import synced
 from poinsot.printable import quoted, shortened
 
 __all__ = [
@@ -39,7 +40,6 @@ __all__ = [
     "plain_attributes",
     "read_group",
     "side_by_side",
-    "synced",
     "write_group",
 ]
 
@@ -440,17 +440,6 @@ def _write_json(path: Path, told: Any) -> None:
 def _part_of(path: Path) -> Path:
     """Return the name of a file until it is whole, which no other process, thread or machine has."""
     return path.with_name(f"{path.name}.{secrets.token_hex(8)}.part")
-
-
-def synced(folder: Path) -> None:
-    """Let the names in a folder survive a power cut, where the file system can."""
-    number = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(number)
-    except OSError:
-        return
-    finally:
-        os.close(number)
 
 
 def _plain_file(path: str, flags: int) -> int:
