@@ -225,7 +225,9 @@ def turned_world(record, turn):
         pole = {"right_ascension": first - np.pi / 2, "declination": np.pi / 2 - middle}
         return dataclasses.replace(record, **pole, prime_meridian=last, epoch=TIME)
     axes = said_of(type(record), Along)
-    directions = {name: turn.apply(getattr(record, name)) for name, along in axes.items() if along.axes == "space axes"}
+    directions = {
+        name: turn.apply(np.array(getattr(record, name))) for name, along in axes.items() if along.axes == "space axes"
+    }
     return with_each_part(dataclasses.replace(record, **directions), lambda part: turned_world(part, turn))
 
 
@@ -255,7 +257,7 @@ def turned_rotation(axes, turn):
 
 def turned_orbit(orbit, turn):
     if isinstance(orbit, pt.orbits.FixedPosition):
-        return pt.orbits.FixedPosition(orbit.mu, position=turn.apply(orbit.position))
+        return pt.orbits.FixedPosition(orbit.mu, position=turn.apply(np.array(orbit.position)))
     r, v = (turn.apply(np.array(x)) for x in (orbit.position_at(orbit.epoch), orbit.velocity_at(orbit.epoch)))
     return pt.KeplerOrbit.from_vectors(orbit.mu, position=r, velocity=v, epoch=orbit.epoch)
 

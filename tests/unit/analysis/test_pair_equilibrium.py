@@ -90,7 +90,7 @@ def matrix_by_differences(pair, equilibrium, spins=((0, 0, 0), (0, 0, 0))):
 def spun(found, pair):
     """How fast the bodies spin against the turning axes, along their own."""
     each = zip(pair.bodies.values(), found.state.of_bodies.values(), strict=True)
-    return [body.omega(s.angular_momentum_body) - s.attitude.inv().apply(found.rate.copy()) for body, s in each]
+    return [body.omega(s.angular_momentum_body) - s.attitude.inv().apply(np.array(found.rate)) for body, s in each]
 
 
 BALL = pt.Body((0.4, 0.4, 0.4), mass=1.0)

@@ -160,8 +160,8 @@ def test_steps_that_lead_nowhere_are_given_up(monkeypatch):
     monkeypatch.setattr(looped_kernel, "BUDGET", 500)
     start = BODY.state(ATTITUDES[:2], omega_body=[(1e14, 2e14, 1e14), (0.1, 0.2, 0.3)])
     motion = pt.propagate(TOP, start, [1.0], device="cuda")
-    assert "it would not end. The body turns too fast." in motion.failures.pop(0)
-    assert not motion.failures
+    assert motion.failures.keys() == {0}
+    assert "it would not end. The body turns too fast." in motion.failures[0]
     np.testing.assert_array_equal(np.isnan(motion.quaternion[:, 0, 0]), [True, False])
 
 
