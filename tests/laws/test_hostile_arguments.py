@@ -6,6 +6,7 @@ import random
 import unicodedata
 import warnings
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -58,7 +59,7 @@ def refusing_array():
 
 LONG_NAME = type("N" * 100_000, (), {})
 
-HOSTILE = {
+HOSTILE: dict[str, Any] = {
     "nested lists": nested,
     "number of 5001 digits": lambda: 10**5000,
     "object that refuses": Refusing,
