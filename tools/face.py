@@ -53,7 +53,6 @@ def face() -> dict[Path, str]:
     names = {space: public_names(space) for space in spaces}
     stubs = {SOURCE / space / "__init__.pyi": stub(space, found) for space, found in names.items()}
     tables = {
-        ROOT / "README.md": ("names", names_table(names)),
         ROOT / "docs" / "files.md": ("formats", formats_table()),
         ROOT / "docs" / "commands.md": ("reference", command_reference()),
     }
@@ -90,12 +89,6 @@ def stub(space: str, found: dict[str, str]) -> str:
     listed = [f'    "{name}",' for name in sorted(found)]
     noqa = "  # noqa: RUF022" * any(name.isupper() for name in found)  # a class in capitals is no constant
     return "\n".join([*lines, "", f"__all__ = [{noqa}", *listed, "]", ""])
-
-
-def names_table(names: dict[str, dict[str, str]]) -> str:
-    """Return the public names of the namespaces."""
-    rows = (f"| `poinsot.{space}` | {', '.join(f'`{x}`' for x in sorted(found))} |" for space, found in names.items())
-    return "\n".join(["| namespace | names |", "|---|---|", *rows])
 
 
 def formats_table() -> str:

@@ -106,7 +106,7 @@ class Visit:
 VISITED = [
     "index",
     "install",
-    "guide",
+    "howto",
     "forces",
     "worlds",
     "tutorials/satellite",
