@@ -80,7 +80,7 @@ def _unshared(array: Any) -> Any:
 def _seal(attributes: dict[str, Any], change: Any) -> None:
     for name, value in attributes.items():
         kind = value.__class__
-        if kind in CONTAINERS and (kind is np.ndarray or (name[0] != "_" and value)):  # a private one may be a cache
+        if kind in CONTAINERS and (kind is np.ndarray or name[0] != "_"):  # a private one may be a cache
             attributes[name] = change(value)
 
 
