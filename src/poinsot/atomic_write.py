@@ -40,7 +40,10 @@ def new_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
         raise FileExistsError(f"{shortened(path)} must be the name of a file, got a device, a pipe or a socket.")
     with _part(path, overwrite) as part:
         yield part
-        part.replace(path)
+        if overwrite:
+            part.replace(path)
+        else:
+            _move_to_free_name(part, path)
 
 
 @contextlib.contextmanager
@@ -74,7 +77,7 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
     if not path.parent.is_dir():
         raise FileNotFoundError(f"No such folder: {shortened(path.parent)}")
     if path.exists() and not overwrite:
-        raise FileExistsError(f"{shortened(path)} already exists; overwrite=True replaces it.")
+        raise FileExistsError(_existing(path))
     for folder in path.parent.glob(PART.format("*")):
         if _is_left(folder):
             shutil.rmtree(folder, ignore_errors=True)
@@ -91,6 +94,20 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
         raise type(error)(unwritable(path, f"the system says: {error.strerror}")) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def _move_to_free_name(part: Path, path: Path) -> None:
+    """Rename a file unless another process or thread has made a file of the new name in the meantime."""
+    try:
+        path.hardlink_to(part)
+    except FileExistsError:
+        raise FileExistsError(_existing(path)) from None
+    except OSError:  # the file system has no hard links
+        part.replace(path)
+
+
+def _existing(path: Path) -> str:
+    return f"{shortened(path)} already exists; overwrite=True replaces it."
 
 
 def unwritable(path: Path | str, why: str) -> str:

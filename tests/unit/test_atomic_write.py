@@ -177,3 +177,34 @@ def test_a_store_that_cannot_take_its_name_leaves_the_old_one(tmp_path, monkeypa
         pt.save(pt.free_motion(BODY, MOTION.initial, [0.0]), path, overwrite=True)
     assert content(path) == before
     assert not parts(tmp_path)
+
+
+def test_a_file_that_another_process_makes_in_the_meantime_is_not_replaced(tmp_path):
+    path = tmp_path / "it.csv"
+    message = f"{path} already exists; overwrite=True replaces it."
+
+    def write_second():
+        with writing.new_file(path, False) as part:
+            part.write_text("second")
+            path.write_text("first")
+
+    with pytest.raises(FileExistsError, match=f"^{re.escape(message)}$"):
+        write_second()
+    assert path.read_text() == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_link_to_a_missing_file_is_not_replaced(tmp_path):
+    path = tmp_path / "it.csv"
+    path.symlink_to(tmp_path / "missing.csv")
+    with pytest.raises(FileExistsError, match="already exists"):
+        writing.write_text(path, "text", False)
+    assert path.is_symlink()
+
+
+def test_a_file_takes_its_name_where_the_file_system_has_no_hard_links(tmp_path, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(Path, "hardlink_to", refuse)
+    assert writing.write_text(tmp_path / "it.csv", "text", False).read_text() == "text"
