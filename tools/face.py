@@ -30,8 +30,8 @@ SHARED = {
     "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* netcdf_reader.* netcdf_writer.* reader_process.* spice*.* "
-    "untrusted.* rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar *.attitude_formats "
-    "*.parsed_scenario *.rebuilt_system *.repetition",
+    "untrusted.* rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar "
+    "*.attitude_formats *.parsed_scenario *.rebuilt_system *.repetition",
     "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
     "radiation.[A-Z][A-Z]* radiation.Sunlight facets.ORDINARY_DRAG",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
