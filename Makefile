@@ -42,7 +42,8 @@ docs: .venv/.docs
 	$(BIN)/python -m pip install --quiet --group docs
 	@touch .venv/.docs
 
-# Wheel and source distribution, in dist/; each is tried in an empty environment: make package PYTHON=python3.13
+# Wheel and source distribution, in dist/; each is tried in an empty environment, and the wheel also with the lowest
+# versions that pyproject.toml admits: make package PYTHON=python3.13
 FRESH := .venv-package
 package:
 	$(PYTHON) -m venv --clear $(FRESH)
@@ -53,6 +54,16 @@ package:
 		$(PYTHON) -m venv --clear $(FRESH) && $(FRESH)/bin/python -m pip install --quiet $$made \
 			&& $(FRESH)/bin/poinsot verify || exit 1; \
 	done
+	@echo "== the lowest versions of all dependencies"
+	$(PYTHON) -m venv --clear $(FRESH)
+	$(FRESH)/bin/python -m pip install --quiet uv
+	$(FRESH)/bin/uv pip install --quiet --python $(FRESH)/bin/python --only-binary :all: --resolution lowest-direct \
+		--requirements pyproject.toml --extra all
+	$(FRESH)/bin/python -m pip install --quiet --no-deps dist/*.whl
+	$(FRESH)/bin/poinsot verify | tee $(FRESH)/verify.txt
+	grep --quiet "comparisons hold" $(FRESH)/verify.txt
+	$(FRESH)/bin/python tools/snippets.py README.md
+	cd $(FRESH) && bin/poinsot new top.toml --overwrite && bin/poinsot run top.toml --overwrite
 
 $(READY): pyproject.toml
 	@echo "== setting up .venv (once)"

@@ -1,21 +1,12 @@
-"""Every Python snippet in README and docs runs, in order: in an empty folder, and again where it has left files.
+"""Every Python snippet in README and docs runs, in order: in an empty folder, and again where it has left files."""
 
-A comment behind a `print` has the numbers that it prints.
-"""
-
-import functools
-import io
 import operator
 import re
-import sys
-from collections import defaultdict
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
-import matplotlib.pyplot as plt
-import numpy as np
 import pytest
+from tools.snippets import missing_numbers, run_page
 
 import poinsot as pt
 
@@ -34,44 +25,9 @@ PAGES = [page for page in (ROOT / "README.md", *PAGES_OF_DOCS) if "```python" in
 def test_snippets_of_a_page_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")
-    snippets_of(page)
+    run_page(page)
     if any(path.suffix != ".png" for path in tmp_path.iterdir()):
-        snippets_of(page)
-
-
-def snippets_of(page):
-    names: dict[str, Any] = {"__name__": "snippet"}
-    for number, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)):
-        printed = defaultdict(str)
-        names["print"] = functools.partial(printed_by_line, printed)
-        exec(compile(code, f"{page.name}, snippet {number}", "exec", dont_inherit=True), names)
-        lines = code.splitlines()
-        for line, text in printed.items():
-            assert not missing_numbers(lines[line - 1].rpartition("  # ")[2], text), f"{lines[line - 1]}\n{text}"
-    plt.close("all")
-
-
-def printed_by_line(printed, *values):
-    """Print, and keep what the line of the snippet has printed so far."""
-    text = io.StringIO()
-    print(*values, file=text)
-    print(text.getvalue(), end="")
-    printed[sys._getframe(1).f_lineno] += text.getvalue()
-
-
-DECIMAL = r"(?<![(\d.:\w-])-?\d+\.\d+(?:e-?\d+)?(?![\d:])"
-
-
-def missing_numbers(comment, text):
-    """Return the decimal numbers of a comment that are not in a text, up to a unit of the last digit."""
-    found = np.array([float(x) for x in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)])
-    missing = []
-    for said in re.findall(DECIMAL, comment):
-        digits, _, power = said.partition("e")
-        unit = 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
-        if not np.any(np.abs(found - float(said)) < unit):
-            missing.append(said)
-    return missing
+        run_page(page)
 
 
 def test_numbers_that_are_not_printed_are_noticed():
