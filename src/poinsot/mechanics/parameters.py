@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import inspect
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -122,35 +121,6 @@ def _stays(record: Parametric, name: str, value: Any) -> None:  # noqa: ARG001
     )
 
 
-def _refuse_defaults_without_annotation(cls: Any) -> None:
-    """Refuse a value of a class for a field of its base, which `__init__` would replace by the default of the base."""
-    inherited = {field.name for field in dataclasses.fields(cls)} if dataclasses.is_dataclass(cls) else set()
-    for name in sorted(inherited & vars(cls).keys() - inspect.get_annotations(cls).keys()):
-        if not callable(value := vars(cls)[name]) and not hasattr(value, "__get__"):
-            raise TypeError(
-                f"{cls.__name__}.{name} must have an annotation to be another default of a field, got "
-                f"{quoted(value)}. Repeat the annotation of the base."
-            )
-
-
-class Field:
-    """A field that returns a copy of a vector along axes, since SciPy's `Rotation.apply` refuses read-only vectors."""
-
-    def __init__(self, name: str, default: Any) -> None:
-        self.name, self.default = name, default
-
-    def __get__(self, record: Any, cls: type) -> Any:
-        if record is not None and self.name in (fields := record.__dict__):
-            value = fields[self.name]
-            return value.copy() if value.__class__ is np.ndarray and self.name in said_of(cls, Along) else value
-        if self.default is dataclasses.MISSING:
-            raise AttributeError(f"{cls.__name__!r} object has no attribute {self.name!r}")
-        return self.default
-
-    def __set__(self, record: Any, value: Any) -> None:
-        record.__dict__[self.name] = value
-
-
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(dataclasses.field,))
 class Parametric(Immutable):
     """Base of the frozen records, which makes a dataclass of each subclass by its annotated fields."""
@@ -163,14 +133,11 @@ class Parametric(Immutable):
         for name in cls.__annotations__.keys() - vars(cls).keys():
             if callable(getattr(cls, name, None)):  # a field may have the name of a method, which is not its default
                 setattr(cls, name, dataclasses.field())
-        _refuse_defaults_without_annotation(cls)
         for name in list(vars(cls)):
             if mark := inherited_formula(cls, name):
                 setattr(cls, name, mark(vars(cls)[name]))
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
         cls.__setattr__ = _stays  # type: ignore[assignment]
-        for name in inspect.get_annotations(cls).keys() & {field.name for field in dataclasses.fields(cls)}:
-            setattr(cls, name, Field(name, vars(cls).get(name, dataclasses.MISSING)))
         explain_formulas(cls)
 
     @classmethod

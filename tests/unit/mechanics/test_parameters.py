@@ -1,12 +1,9 @@
 """Records with several records in one field: what holds for a record holds for each."""
 
-import copy
-import pickle
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.files.scenarios.scenario import read_scenario
@@ -187,56 +184,3 @@ def test_a_record_that_is_changed_says_what_to_do_instead():
     with pytest.raises(AttributeError, match=rf"^FixedPosition\.mu must stay as it was made, {hint} arguments\.$"):
         NEAR.mu = 3.0
     assert float(NEAR.mu) == 0.9
-
-
-class Leaning(pt.Torque):
-    """A force of the user's own with a vector."""
-
-    axis: pt.BodyVector = (0.0, 0.0, 1.0)
-
-    def torque(self, instant):  # noqa: ARG002
-        return self.axis
-
-
-VECTORS = {
-    "centre of mass": (lambda: pt.UniformGravity(2.0, (0.1, 0.2, 0.3)), "center_of_mass"),
-    "axis of a wheel": (lambda: pt.parts.ReactionWheel((0.0, 0.6, 0.8), 0.1), "axis"),
-    "axes of members": (lambda: pt.parts.ReactionWheel([(0.0, 0.6, 0.8), (1.0, 0.0, 0.0)], 0.1), "axis"),
-    "position": (lambda: pt.orbits.FixedPosition(1.0, position=(1.0, 2.0, 3.0)), "position"),
-    "direction": (lambda: pt.events.SpinFlip((0.0, 0.6, 0.8)), "axis"),
-    "class of the user": (Leaning, "axis"),
-}
-
-
-@pytest.mark.parametrize("name", VECTORS)
-@pytest.mark.parametrize(
-    "travel", [lambda thing: thing, copy.deepcopy, lambda thing: pickle.loads(pickle.dumps(thing))]
-)
-def test_a_vector_along_axes_is_a_copy_that_scipy_rotates(name, travel):
-    make, field = VECTORS[name]
-    thing = travel(make())
-    vector = getattr(thing, field)
-    turned = Rotation.from_rotvec((0.0, 0.0, np.pi / 2)).apply(vector)
-    x, y, z = vector.T
-    np.testing.assert_allclose(turned, np.transpose([-y, x, z]), rtol=0, atol=1e-15)  # four roundings of at most 3
-    vector *= 2.0
-    assert np.array_equal(getattr(thing, field), vector / 2.0)
-
-
-def test_a_default_without_an_annotation_is_refused():
-    with pytest.raises(TypeError) as caught:
-        type("Braked", (pt.parts.ReactionWheel,), {"friction": 0.3, "__module__": __name__})
-    assert str(caught.value) == (
-        "Braked.friction must have an annotation to be another default of a field, got 0.3. Repeat the annotation of "
-        "the base."
-    )
-
-
-class Braked(pt.parts.ReactionWheel):
-    """A wheel with another default."""
-
-    friction: float = 0.3
-
-
-def test_a_default_with_an_annotation_replaces_the_default_of_the_base():
-    assert Braked((0.0, 0.0, 1.0), 0.1).friction == 0.3
