@@ -44,10 +44,12 @@ class _Limited:
 
         def torque(self, instant: Instant) -> Vector: ...
 
+    @of_scalars
     def within(self, torque: Iterable[Scalar]) -> Vector:
         """Return a torque with each component within the limit."""
         return Vector(functions.clip(component, -self.limit, self.limit) for component in torque)
 
+    @of_scalars
     def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:
         """Return whether a component of the torque is at the limit."""
         given = self.torque(instant) if torque is None else torque

@@ -242,7 +242,7 @@ def _read_xml(
             raise ValueError(f"{row} must have {missing}, got none.")
         if others:
             raise ValueError(
-                f"{row} must have numbers for {', '.join(segment.columns)}, got {min(others)[:40]!r} as well."
+                f"{row} must have numbers for {', '.join(segment.columns)}, got {quoted(min(others))} as well."
             )
         if len(said) < len(entries):
             keys.by_key(entries)
@@ -255,7 +255,7 @@ def check_sequence(element: ET.Element, sequence: str, place: str) -> None:
         axes = "".join((leaf.get("angle") or "")[:1] for leaf in sorted(part, key=local_name)).upper()
         given = sequence.upper().translate(str.maketrans("123", "XYZ"))
         if axes and axes != given:
-            raise ValueError(f"{place} must have its angles in the order {given[:20]!r}, got {axes[:20]!r}.")
+            raise ValueError(f"{place} must have its angles in the order {quoted(given)}, got {quoted(axes)}.")
 
 
 def chosen(segments: list[Rows], index: int | None, name: str) -> list[Rows]:

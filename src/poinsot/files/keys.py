@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable
 from typing import Any, NamedTuple
 
 from poinsot.errors import level_of_user
+from poinsot.printable import quoted, shortened
 
 __all__ = ["Entry", "Keys", "nearest"]
 
@@ -59,8 +60,8 @@ class Keys:
             before = found.get(entry.key)
             if before and entry.key not in self.repeated and not entry.key.startswith(USER_DEFINED):
                 raise ValueError(
-                    f"{entry.place} must not repeat {entry.key[:40]}, got {entry.value[:40]!r} after "
-                    f"{before.value[:40]!r}. Remove one of them."
+                    f"{entry.place} must not repeat {shortened(entry.key)}, got {quoted(entry.value)} after "
+                    f"{quoted(before.value)}. Remove one of them."
                 )
             found[entry.key] = entry
         return found
@@ -71,14 +72,17 @@ class Keys:
             return
         if key in self.elsewhere:
             raise ValueError(
-                f"{place} must have a key of its block and version, got {key!r}. Move it to its block, or remove it."
+                f"{place} must have a key of its block and version, got {quoted(key)}. Move it to its block, or "
+                "remove it."
             )
         given, words = key[:40], sorted({*self.used, *self.elsewhere})
         for word in (given, given.upper()):
             if alike := difflib.get_close_matches(word, words, 1, ALIKE):
-                raise ValueError(f"{place} must have a key of the format, got {given!r}. Did you mean {alike[0]}?")
+                raise ValueError(
+                    f"{place} must have a key of the format, got {quoted(given)}. Did you mean {alike[0]}?"
+                )
         warnings.warn(
-            f"{place} should have a key of the format, got {given!r}, which is ignored."
+            f"{place} should have a key of the format, got {quoted(given)}, which is ignored."
             f"{nearest(given.upper(), sorted({*words, *self.ignored, *self.repeated}))}",
             stacklevel=level_of_user(),
         )

@@ -132,7 +132,7 @@ class EventOn(Event):
 
     @override
     def act(self, body: Any, state: Any) -> State:
-        each = state.of_bodies
+        each = dict(state.of_bodies)
         each[self.body] = self.event.act(body.bodies[self.body], each[self.body])
         return PairState(state.position, state.momentum, **each)
 

@@ -47,6 +47,7 @@ class Force(Parametric, ABC):
         """Return estimates of the relative error of the formula, by the names in `validity` that they cause."""
         return {}
 
+    @of_scalars
     def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return, by name, whether a quantity is at its limit: the summary of a motion counts these times.
 

@@ -158,13 +158,14 @@ def _arguments(method: Any) -> list[inspect.Parameter]:
 
 
 def _marked(method: Method, mark: Any, run: Callable[[Any, Sequence[Any]], Any], always: bool = False) -> Method:
-    names = [argument.name for argument in _arguments(method)]
+    signature = inspect.signature(method)
 
     @functools.wraps(method)
     def called(self: Any, *given: Any, **named: Any) -> Any:
         if not (always or self.member_axis):
             return method(self, *given, **named)
-        return run(self, [*given, *(named[name] for name in names[len(given) :])])
+        arguments = [*signature.bind(self, *given, **named).arguments.values()][1:]
+        return run(self, [argument for argument in arguments if argument is not None])
 
     called.mark = mark  # type: ignore[attr-defined]
     marked: Any = called
@@ -175,11 +176,12 @@ def _on_members(method: Any, kinds: Kinds, record: Any, arguments: Sequence[Any]
     """Return what a formula gives for the numbers of all members, with arguments that broadcast against them."""
     if not record.member_axis:
         return method(record, *arguments)
+    kinds = kinds[: len(arguments)]
     found = [_scalars(value, kind) for kind, value in zip(kinds, arguments, strict=True)]
     others = [len(_shape(value)) for kind, value in zip(kinds, found, strict=True) if kind != "time"]
     if max(others, default=0) != 1:  # else they are states of members, and so are their times
         found = [_common_times(record, x) if kind == "time" else x for kind, x in zip(kinds, found, strict=True)]
-    names = [argument.name for argument in _arguments(method)]
+    names = [argument.name for argument in _arguments(method)][: len(found)]
     shape = _joint_shape(record, dict(zip(names, found, strict=True)))
     result = method(record.with_axes(len(shape)), *(_with_axes(x, len(shape)) for x in found))
     return _each(result, lambda x: np.broadcast_to(x, shape))

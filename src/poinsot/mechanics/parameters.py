@@ -108,7 +108,7 @@ class Table(Immutable):
         if outside.size:
             raise ValueError(
                 f"time must lie within the span of the {self.title}, [{quoted(first)}, {quoted(last)}], got "
-                f"{float(outside.flat[0])!r}."
+                f"{quoted(float(outside.flat[0]))}."
             )
         return self.pieces_around(time)
 

@@ -150,8 +150,8 @@ def _table(
     if np.any(known) and not np.all(known):
         with_rates, without = (str(calendar.date(t[int(np.argmax(one))]).isot) for one in (known, ~known))
         raise ValueError(
-            f"kernels must have rates of {frame!r} at all times or at none, got rates at {with_rates} and none at "
-            f"{without}. Ask for the times with rates and the times without rates in two calls."
+            f"kernels must have rates of {quoted(frame)} at all times or at none, got rates at {with_rates} and none "
+            f"at {without}. Ask for the times with rates and the times without rates in two calls."
         )
     omega = quat.rotate(quat.conjugate(q), rates) * SECONDS[calendar.unit] if np.all(known) else None
     named = "ICRF" if reference_frame.upper() == "J2000" else reference_frame.upper()

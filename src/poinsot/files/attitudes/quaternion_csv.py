@@ -115,7 +115,7 @@ def _stated(line: str, place: str, after_columns: bool) -> list[Entry]:
     if not colon or not KEYS.resembles(key.lower()):
         return []
     if after_columns:
-        raise ValueError(f"{place} must come before the names of the columns, got {line[:60]!r}.")
+        raise ValueError(f"{place} must come before the names of the columns, got {quoted(line)}.")
     return [Entry(key.lower(), value, place)]
 
 
@@ -126,7 +126,7 @@ def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[st
             given = quoted(says[key]) if key in says else "none"
             raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, got {given}. Write {EXAMPLE}.")
     if "Hamilton" not in says.get("convention", CONVENTION):
-        raise ValueError(f"{name} must have the convention {CONVENTION!r}, got {says['convention'][:60]!r}.")
+        raise ValueError(f"{name} must have the convention {quoted(CONVENTION)}, got {quoted(says['convention'])}.")
     names = [column.strip().lower() for column in line.split(",")]
     shape = "".join(column[:1] for column in names)
     if shape not in ("tqqqq", "tqqqqooo"):

@@ -135,7 +135,7 @@ def _parsed(text: str, name: str) -> tuple[Rows, str]:
 def _check_keywords(rows: Rows, entries: list[Entry]) -> None:
     time_format = rows.says.get("TIMEFORMAT", "EpSec")
     if time_format.upper() != "EPSEC":
-        raise ValueError(f"TimeFormat in {rows.name} must be EpSec, got {time_format[:40]!r}.")
+        raise ValueError(f"TimeFormat in {rows.name} must be EpSec, got {quoted(time_format)}.")
     for key in ("CoordinateAxes", "ScenarioEpoch"):
         rows.word(key)
     KEYWORDS.by_key(entries)
@@ -150,7 +150,7 @@ def _read_rows(rows: Rows, lines: Iterator[tuple[int, str]]) -> None:
         rows.add(f"{rows.name}, line {count}", line.split())
     after = next(lines, None)
     if after:
-        raise ValueError(f"{rows.name}, line {after[0]} must be absent after END Attitude, got {after[1][:60]!r}.")
+        raise ValueError(f"{rows.name}, line {after[0]} must be absent after END Attitude, got {quoted(after[1])}.")
     if not rows.numbers:
         raise ValueError(f"{rows.name} must have rows, got none.")
     said, found = rows.says.get("NUMBEROFATTITUDEPOINTS"), len(rows.numbers)

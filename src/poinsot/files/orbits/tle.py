@@ -432,7 +432,7 @@ def _check_theory(fields: dict[str, str]) -> None:
     for name in OTHER_THEORIES:
         if fields.get(name):
             raise ValueError(
-                f"{name} must be absent from elements for SGP4, got {fields[name][:40]!r}. SGP4 uses MEAN_MOTION and "
+                f"{name} must be absent from elements for SGP4, got {quoted(fields[name])}. SGP4 uses MEAN_MOTION and "
                 "BSTAR."
             )
     for name, expected in IGNORED.items():
