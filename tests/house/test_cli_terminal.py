@@ -483,7 +483,7 @@ def hostile_files(folder):
     units = f"units = {{time = {text}, inertia = {text}}}\ntimes = {{stop = 1, count = 3}}\n"
     scenario.write_text(f"title = {text}\n{top}{units}")
     motion = pt.files.read_scenario(scenario).propagate(progress=False)
-    motion.run = dataclasses.replace(motion.run, versions={"heyoka": HOSTILE, "poinsot": HOSTILE})
+    motion._complete(run=dataclasses.replace(motion.run, versions={"heyoka": HOSTILE, "poinsot": HOSTILE}))
     pt.save(motion, folder / "it.nc")
     pt.save(motion, folder / "it.zarr")
     (folder / "key.toml").write_text(f"{text} = 1\n")

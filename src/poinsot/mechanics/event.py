@@ -128,8 +128,8 @@ class EventOn(Event):
 
     @override
     def act(self, body: Any, state: Any) -> State:
-        each = state.of_bodies
-        each[self.body] = self.event.act(body.bodies[self.body], each[self.body])
+        changed = self.event.act(body.bodies[self.body], state.of_bodies[self.body])
+        each = {**state.of_bodies, self.body: changed}
         return PairState(state.position, state.momentum, **each)
 
     @property

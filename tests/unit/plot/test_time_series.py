@@ -321,7 +321,7 @@ def test_ticks_do_not_run_into_each_other(motion, times):
 
 def test_dates_of_a_scenario_or_a_table_are_on_the_axis(motion):
     dated = replaced(motion, motion.quaternion)
-    dated.provenance = {"calendar": pt.Calendar("2026-11-21", "UTC")}
+    dated._complete(provenance={"calendar": pt.Calendar("2026-11-21", "UTC")})
     since = "time [min] since 2026-11-21T00:00:00 UTC"
     assert pt.plot.angular_velocity(dated, time_unit="min")[0].get_xlabel() == since
     panel = pt.plot.angular_velocity(dated)[0]
@@ -338,7 +338,7 @@ def test_dates_of_a_scenario_or_a_table_are_on_the_axis(motion):
 def test_dates_have_ticks_at_every_span(motion, span):
     """Without a warning of matplotlib, which has no suitable interval for too few of them."""
     dated = replaced(motion, motion.quaternion, np.linspace(7e5, 7e5 + span, 61))
-    dated.provenance = {"calendar": pt.Calendar("2011-03-05T06:07:08.5", "TDB")}
+    dated._complete(provenance={"calendar": pt.Calendar("2011-03-05T06:07:08.5", "TDB")})
     panel = pt.plot.drift(dated)
     panel.figure.draw_without_rendering()
     left, right = panel.get_xlim()
@@ -364,7 +364,7 @@ def test_dates_are_those_of_astropy_after_a_leap_second(motion):
     """Counted from before the one at the end of 2016, as the calendar counts."""
     calendar = pt.Calendar("2016-12-31T23:00:00", "UTC")
     dated = replaced(motion, motion.quaternion)
-    dated.provenance = {"calendar": calendar}
+    dated._complete(provenance={"calendar": calendar})
     x: Any = pt.plot.drift(dated).lines[0].get_xdata()
     assert num2date(x[-1]).replace(microsecond=0).isoformat() == "2017-01-01T00:39:59+00:00"
 
@@ -452,7 +452,7 @@ def test_a_window_is_drawn_alone_and_fills_the_panel(motion):
     assert np.array_equal(panel.lines[1].get_data(), [TIMES[chosen], motion.omega_body[chosen, 1]])
     assert panel.get_xlim() == (1000, 2000)
     dated = replaced(motion, motion.quaternion)
-    dated.provenance = {"calendar": pt.Calendar("2026-11-21", "UTC")}
+    dated._complete(provenance={"calendar": pt.Calendar("2026-11-21", "UTC")})
     window = ("2026-11-21T00:20:00 UTC", "2026-11-21T00:30:00 UTC")
     assert pt.plot.drift(dated, window=window, time_unit="s").get_xlim() == (1200, 1800)
     with pytest.raises(

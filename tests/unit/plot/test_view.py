@@ -380,7 +380,7 @@ def test_an_attractor_that_the_orbit_enters_is_drawn_small_and_the_sun_has_no_sh
 def test_dates_are_those_of_the_calendar():
     calendar = pt.Calendar("2029-04-13T21:46:00", "TDB", "min")
     motion = free()
-    motion.provenance = {"calendar": calendar}
+    motion._complete(provenance={"calendar": calendar})
     found = content(motion)["calendar"]
     shown = dt.datetime.fromtimestamp((found["zero"] + 1.5 * found["unit"]) / 1000, dt.UTC)
     assert (shown.isoformat(), found["scale"]) == ("2029-04-13T21:47:30+00:00", "TDB")
@@ -495,7 +495,7 @@ class Named(pt.Potential):
 
 def test_the_title_of_a_scenario_comes_first():
     motion = free(pt.Body((1.0, 1.33333333333, 1.5)))
-    motion.provenance = {"title": "A stone"}
+    motion._complete(provenance={"title": "A stone"})
     assert content(motion)["title"] == "A stone: System(Body(moments=[1.0, 1.33333, 1.5]))"
 
 
