@@ -259,7 +259,7 @@ def test_energy_goes_by_creep_alone():
     times = 5 * (nodes + 1)
     motion = pt.propagate(system, start, [0.0, *times, 10.0])
     tide = system.parts[0]
-    seen = motion.attitude.inv().apply(place.position)
+    seen = motion.attitude.inv().apply(np.array(place.position))
     rate = (tide.at_equilibrium(motion.omega_body, seen, 1.0) - motion.own["creeping_tide"]) / relaxation
     a, b, c, d, e = rate[1:-1].T
     square = a**2 + b**2 + (a + b) ** 2 + 2 * (c**2 + d**2 + e**2)

@@ -659,7 +659,7 @@ def orbiting(browser, tmp_path_factory):
     start = system.state((0.5, 0.5, -0.5, 0.5), omega_body=(1e-2, 2e-2, 5e-2))
     event = pt.events.SpinFlip((1, 0, 0))
     motion = pt.propagate(system, start, np.linspace(0, 5000, 2001), events=[event], dense=True)
-    motion.provenance = {"calendar": pt.Calendar("2029-04-13T21:46:00", "TDB")}
+    motion._complete(provenance={"calendar": pt.Calendar("2029-04-13T21:46:00", "TDB")})
     visit = Visit(browser, pt.view(motion, tmp_path_factory.mktemp("view") / "orbit.html"))
     yield motion, visit
     assert visit.said == []
