@@ -67,9 +67,8 @@ def test_of_an_ensemble_with_a_member_that_failed(monkeypatch):
     body = pt.Body([(1.0, 1.3, 1.6), (1.1, 1.3, 1.6)])
     system = pt.System(body, pt.UniformGravity([0.5, 0.7], (1.0, 0.2, -0.3)))
     motion = pt.propagate(system, body.state((1, 0, 0, 0), omega_body=VECTORS[0][:2]), TIMES)
-    rows = np.array(motion.phase["quaternion"])
-    rows[1, 60:] = np.nan
-    motion._complete(phase={**motion.phase, "quaternion": rows})
+    motion.phase["quaternion"].flags.writeable = True
+    motion.phase["quaternion"][1, 60:] = np.nan
     assert_blocks_are_joined(motion, monkeypatch)
 
 

@@ -15,6 +15,7 @@ from typing_extensions import override
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
 from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.two_bodies import check_name_of_body
@@ -65,10 +66,12 @@ class Event(Parametric, ABC):
         names += [name for name, default in defaults.items() if getattr(self, name) != default]
         return f"{type(self).__name__}({', '.join(f'{name}={listed(getattr(self, name))}' for name in names)})"
 
+    @of_scalars
     @abstractmethod
     def value(self, instant: Instant) -> Scalar:
         """Return the scalar whose zeros are the events."""
 
+    @of_scalars
     def condition(self, instant: Instant) -> Scalar:  # noqa: ARG002
         """Return a scalar that is positive where a zero of the value is an event; by default at all of them."""
         return 1.0
@@ -92,6 +95,7 @@ class Event(Parametric, ABC):
         """The name of the class, for summaries."""
         return type(self).__name__
 
+    @of_scalars
     def check_start(self, instant: Instant) -> None:
         """Raise a ValueError if a motion must not begin where it does: an instant of arrays, if there are members."""
 
@@ -128,8 +132,8 @@ class EventOn(Event):
 
     @override
     def act(self, body: Any, state: Any) -> State:
-        changed = self.event.act(body.bodies[self.body], state.of_bodies[self.body])
-        each = {**state.of_bodies, self.body: changed}
+        each = dict(state.of_bodies)
+        each[self.body] = self.event.act(body.bodies[self.body], each[self.body])
         return PairState(state.position, state.momentum, **each)
 
     @property
