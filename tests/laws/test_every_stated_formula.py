@@ -159,7 +159,7 @@ def numbers_by_name(thing, turn):
         elif isinstance(value, int | float | np.ndarray) and not isinstance(value, bool):
             array = np.asarray(value, dtype=float)
             if field.name in axes and axes[field.name].axes == "space axes":
-                array = turn.inv().apply(array)
+                array = turn.inv().apply(np.array(array))
             letter, digits = split_name(field.name)
             found[f"{letter}{digits}".replace("_", " ")] = array.view(Vec) if array.ndim else float(array)
             found |= {f"{name}{i + 1}": x for i, x in enumerate(array)} if array.shape == (3,) else {}
@@ -291,7 +291,7 @@ def of_two(force, pair, turns, rates, instant):
     if hasattr(force, "sets"):
         for turn, (name, (points, positions)) in zip(turns, force.sets.items(), strict=True):
             at.setdefault("count", {})["i" if name == "primary" else "j"] = len(points)
-            at |= {f"{name} masses": points, f"{name} positions": turn.apply(positions).view(Vec)}
+            at |= {f"{name} masses": points, f"{name} positions": turn.apply(np.array(positions)).view(Vec)}
     return at
 
 
