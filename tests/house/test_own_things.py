@@ -199,7 +199,7 @@ def test_the_motion_is_theirs(told):
 def test_the_command_line_names_them(told):
     _, said = told
     assert (
-        "wrong.toml, line 11: forces[0].type must name one that there is, got 'Rowin'. Did you mean Rowing?"
+        "wrong.toml, line 11: forces[0].type must name a known type, got 'Rowin'. Did you mean 'Rowing'?"
         in (said["wrong"][1])
     )
     assert said["table"][1].startswith("Attitudes, lines of JSON: ")
@@ -212,7 +212,7 @@ def test_a_result_is_read_where_they_are_not_known(told):
     folder, _ = told
     back: Any = pt.load(folder / "it.nc")
     assert back.quaternion.shape == (4, 4)
-    assert "body.shape.type must name one that there is, got 'Ball'" in back.system.not_rerunnable
+    assert "body.shape.type must name a known type, got 'Ball'" in back.system.not_rerunnable
 
 
 def test_the_recipe_of_a_tippe_top_refuses_a_surface_that_is_no_sphere():

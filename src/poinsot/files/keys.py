@@ -79,7 +79,7 @@ class Keys:
         for word in (given, given.upper()):
             if alike := difflib.get_close_matches(word, words, 1, ALIKE):
                 raise ValueError(
-                    f"{place} must have a key of the format, got {quoted(given)}. Did you mean {alike[0]}?"
+                    f"{place} must have a key of the format, got {quoted(given)}. Did you mean {quoted(alike[0])}?"
                 )
         warnings.warn(
             f"{place} should have a key of the format, got {quoted(given)}, which is ignored."
@@ -93,6 +93,6 @@ class Keys:
 
 
 def nearest(name: Any, known: Iterable[str]) -> str:
-    """Return the question after the nearest of the known names, or nothing."""
+    """Return the suggestion of the nearest known name, or an empty string."""
     found = difflib.get_close_matches(str(name)[:60], list(known), n=1)
-    return f" Did you mean {found[0]}?" if found else ""
+    return f" Did you mean {quoted(found[0])}?" if found else ""

@@ -30,9 +30,9 @@ def test_known_keys_pass():
     ("keys", "sentence"),
     [
         (("EPOCH", "EPOCH"), "a.x, line 2 must not repeat EPOCH, got '2' after '1'. Remove one of them."),
-        (("REF_FRAM",), "a.x, line 1 must have a key of the format, got 'REF_FRAM'. Did you mean REF_FRAME?"),
-        (("epoch",), "a.x, line 1 must have a key of the format, got 'epoch'. Did you mean EPOCH?"),
-        (("ANGVEL_XX",), "a.x, line 1 must have a key of the format, got 'ANGVEL_XX'. Did you mean ANGVEL_X?"),
+        (("REF_FRAM",), "a.x, line 1 must have a key of the format, got 'REF_FRAM'. Did you mean 'REF_FRAME'?"),
+        (("epoch",), "a.x, line 1 must have a key of the format, got 'epoch'. Did you mean 'EPOCH'?"),
+        (("ANGVEL_XX",), "a.x, line 1 must have a key of the format, got 'ANGVEL_XX'. Did you mean 'ANGVEL_X'?"),
         (
             ("ANGVEL_X",),
             "a.x, line 1 must have a key of its block and version, got 'ANGVEL_X'. Move it to its block, or remove it.",
@@ -44,7 +44,7 @@ def test_keys_that_could_change_the_result_are_errors(keys, sentence):
         KEYS.by_key(entries(*keys))
 
 
-@pytest.mark.parametrize(("key", "hint"), [("FOO", ""), ("OBJECT_NAM", " Did you mean OBJECT_NAME?")])
+@pytest.mark.parametrize(("key", "hint"), [("FOO", ""), ("OBJECT_NAM", " Did you mean 'OBJECT_NAME'?")])
 def test_other_unknown_keys_are_ignored_with_a_warning(key, hint):
     sentence = f"a.x, line 1 should have a key of the format, got {key!r}, which is ignored.{hint}"
     with pytest.warns(UserWarning, match=f"^{re.escape(sentence)}$"):

@@ -161,7 +161,7 @@ def _coefficients(table: _Table, degree: int) -> tuple[Array, Array]:
     missing = np.argwhere(np.isnan(C[rows, columns]))
     if missing.size:
         place = int(missing[0, 0])
-        raise ValueError(f"every coefficient must be there, got none for n = {rows[place]}, m = {columns[place]}.")
+        raise ValueError(f"every coefficient must be given, got none for n = {rows[place]}, m = {columns[place]}.")
     return np.tril(C), np.tril(S)
 
 

@@ -96,7 +96,7 @@ class Parts:
         try:
             model = scenario_model().model_validate(given, context={"time_unit": self.time_unit, "data": data})
         except ValidationError as error:
-            raise self._errors.told(error, read) from None
+            raise self._errors.from_pydantic(error, read) from None
         self.values: dict[str, Any] = model.model_dump(exclude_unset=True)
         self._made: dict[str, Any] = {}
         self._making: list[str] = []
@@ -259,7 +259,7 @@ class Parts:
         name, _, side = reference.partition(".")
         tables = self.values.get("orbits", {})
         if name not in tables:
-            known = nearest(name, tables) or (f" There is {', '.join(tables)}." if tables else " There is none.")
+            known = nearest(name, tables) or (f" Known tables are {', '.join(tables)}." if tables else " The scenario contains none.")
             raise self._errors.at(place, f"must be the name of a table under orbits, got {short(reference)}.{known}")
         if name in self._making:
             raise self._errors.at(place, f"must be an orbit that needs not this one, got {short(name)}, which does.")

@@ -1,4 +1,4 @@
-"""What is wrong with a scenario, in a sentence with the file, the line, the key and the nearest right name."""
+"""Error messages about a scenario: the file, the line, the key, the rule, and the nearest valid name."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from poinsot.files.keys import nearest
 from poinsot.files.scenarios.registry import Group, Maker, default_of, makers
 from poinsot.files.scenarios.schema import scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, lines_of
-from poinsot.printable import message_of
+from poinsot.printable import message_of, quoted
 
 __all__ = ["MISSING", "Errors", "has", "maker_at"]
 
-MISSING = "must be there, got none."
+MISSING = "must be given, got none."
 
 KINDS = {
     "string_type": "be text",
@@ -25,23 +25,23 @@ KINDS = {
     "bool_type": "be true or false",
     "list_type": "be a list",
     "model_type": "be a table",
-    "union_tag_invalid": "name one that there is",
+    "union_tag_invalid": "name a known type",
     "literal_error": "be {expected}",
     "greater_than_equal": "be at least {ge}",
     "less_than_equal": "be at most {le}",
     "less_than": "be less than {lt}",
 }
-"""What must be where pydantic finds something else; a table, where it says neither."""
+"""Rules of the messages by the type of pydantic's error; any other type reads as the rule of a table."""
 
 
 class Errors:
-    """Makes errors about the keys of one text, which they call by the name of its file."""
+    """Errors about the keys of one TOML text, with the name of its file."""
 
     def __init__(self, name: str, text: str) -> None:
         self._name, self._text = name, text
 
     def at(self, place: Path, sentence: str) -> ValueError:
-        """Return a ValueError about a key; the sentence goes on after the key's name."""
+        """Return a ValueError whose message begins with the place of a key and continues with a rule."""
         return ValueError(f"{self._where(place)}{_dotted(place)} {sentence}")
 
     def _where(self, place: Path) -> str:
@@ -50,15 +50,17 @@ class Errors:
             place = place[:-1]
         return f"{self._name}, line {lines[place]}: " if place else f"{self._name}: "
 
-    def told(self, error: ValidationError, data: Any) -> ValueError:
-        """Return one of pydantic's errors as a sentence: of an unknown key, which explains others, or the first."""
+    def from_pydantic(self, error: ValidationError, data: Any) -> ValueError:
+        """Return the message of pydantic's first unknown key, which explains other errors, or of its first error."""
         errors = error.errors(include_url=False)
         first = next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
         place, kind, given = _place_in(data, first["loc"]), first["type"], first["input"]
         if kind == "extra_forbidden":
             known = _keys_at(data, place[:-1])
-            near = nearest(str(place[-1]), known) or (f" It can have {', '.join(known)}." if known else "")
-            return self.at(place, f"must be a key that it can have, got another.{near}")
+            near = nearest(str(place[-1]), known) or (f" Known keys are {', '.join(known)}." if known else "")
+            table = _dotted(place[:-1])
+            inside = f" in {table if table.endswith(']') else f'[{table}]'}" if table else ""
+            return ValueError(f"{self._where(place)}unknown key {quoted(place[-1])}{inside}.{near}")
         if kind == "missing":
             return self.at((*place, str(first["loc"][-1])), MISSING)
         if kind == "value_error":
@@ -76,13 +78,13 @@ class Errors:
         return self.at(place, f"must {rule}, got {short(given)}.{near}")
 
     def prefixed(self, place: Path, sentence: str) -> ValueError:
-        """Return an error whose sentence begins with the name of a key, or of something else."""
+        """Return an error whose message begins with the name of a key inside the table at a place."""
         return ValueError(f"{self._where(place)}{_dotted(place[:-1], '.')}{sentence}")
 
     def called(self, place: Path, call: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
-        """Call what makes a part; what it refuses is told with the place of the key that it names."""
+        """Call a constructor and add the place of the key that its error message names."""
         try:
-            with np.errstate(all="ignore"):  # what is not finite then is refused
+            with np.errstate(all="ignore"):  # constructors refuse values that are not finite
                 return call(*arguments, **keywords)
         except (TypeError, ValueError, ImportError, OverflowError) as error:
             sentence = message_of(error)
@@ -94,19 +96,19 @@ class Errors:
 
 
 def _types_at(data: Any, place: Path) -> str:
-    """Return what the table at a place can name as its type."""
-    return f" There is {', '.join(makers(_group_at(data, place)))}."
+    """Return the hint with the known types of the table at a place."""
+    return f" Known types are {', '.join(makers(_group_at(data, place)))}."
 
 
 def has(node: Any, part: Any) -> bool:
-    """Return whether a table has a key, or a list an element."""
+    """Return True for a key of a table or an index of a list."""
     if isinstance(node, dict):
         return part in node
     return isinstance(node, list) and isinstance(part, int) and part < len(node)
 
 
 def _place_in(data: Any, location: tuple[Any, ...]) -> Path:
-    """Return the place of an error in the file: pydantic's, without the names of the types."""
+    """Return the place of an error in the file: pydantic's location without the names of types."""
     place: list[Any] = []
     for part in location:
         if has(data, part):
@@ -116,7 +118,7 @@ def _place_in(data: Any, location: tuple[Any, ...]) -> Path:
 
 
 def maker_at(data: Any, place: Path) -> Maker:
-    """Return what makes a thing of the table at a place: of a body, a force, an orbit, a frame, or in one of them."""
+    """Return the maker of the table at a place: of a body, a force, an orbit, a frame, or a table inside one."""
     group = _group_at(data, place)
     for part in place:
         data = data[part]
@@ -124,7 +126,7 @@ def maker_at(data: Any, place: Path) -> Maker:
 
 
 def _group_at(data: Any, place: Path) -> Group:
-    """Return the group of the table at a place, by the kinds of the keys that lead to it."""
+    """Return the group of the table at a place, from the keys that lead to it."""
     group: Group = GROUPS[place[0]]
     for end in range(1 if place[0] == "body" else 2, len(place)):
         if isinstance(place[end], str):
@@ -134,14 +136,14 @@ def _group_at(data: Any, place: Path) -> Group:
 
 
 def _keys_at(data: Any, outer: Path) -> list[str]:
-    """Return the keys that the table at a place can have."""
+    """Return the known keys of the table at a place."""
     if outer and outer[0] in GROUPS:
         return [key.name for key in maker_at(data, outer).keys]
     model: Any = scenario_model()
     for part in outer:
         if not isinstance(part, int):
             model = model.model_fields[part].annotation
-            while not hasattr(model, "model_fields"):  # in a list or beside None
+            while not hasattr(model, "model_fields"):  # inside a list, or in a union with None
                 model = next(one for one in get_args(model) if hasattr(one, "model_fields") or get_args(one))
     return list(model.model_fields)
 

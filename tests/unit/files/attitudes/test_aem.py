@@ -266,7 +266,7 @@ def test_xml_rows_with_more_than_their_type(read):
     ):
         read(text.replace("<ATTITUDE_TYPE>QUATERNION/ANGVEL", "<ATTITUDE_TYPE>QUATERNION"))
     with pytest.raises(
-        ValueError, match=r"segment 0 must have a key of the format, got 'attitudeStat'\. Did you mean att"
+        ValueError, match=r"segment 0 must have a key of the format, got 'attitudeStat'\. Did you mean 'att"
     ):
         read(text.replace("attitudeState>", "attitudeStat>", 2))
 

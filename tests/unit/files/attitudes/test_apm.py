@@ -190,7 +190,7 @@ def test_rates_of_another_block(read):
         ),
         (
             QUAT.replace("QUAT_STOP", "Q1_DOTT = 0\nQUAT_STOP"),
-            r"line 18 must have a key of the format, got 'Q1_DOTT'\. Did you mean Q1_DOT\?$",
+            r"line 18 must have a key of the format, got 'Q1_DOTT'\. Did you mean 'Q1_DOT'\?$",
         ),
         (
             QUAT.replace("QUAT_STOP", "Q1 = 0.25\nQUAT_STOP"),
@@ -224,7 +224,7 @@ def test_statements_that_disagree_or_have_no_place(read, text, sentence):
         (
             "OBJECT_NAMES = 7\n" + QUAT,
             r"line 10 should have a key of the format, got 'OBJECT_NAMES', which is ignored\. Did you mean "
-            r"OBJECT_NAME\?$",
+            r"'OBJECT_NAME'\?$",
         ),
     ],
 )

@@ -131,7 +131,7 @@ def changed(n, m, **new):
         (shadr(changed(1, 1, C=1e-5)), "C and S must be zero in degree 1, but they are not"),
         (shadr(changed(3, 1, C=float("nan"))), "a number must be finite and below 1e100, got 'NAN' in line 9"),
         (shadr(changed(3, 1, C=float("inf"))), "a number must be finite and below 1e100, got 'INF' in line 9"),
-        (shadr(rows()[:-1]), "every coefficient must be there, got none for n = 4, m = 4"),
+        (shadr(rows()[:-1]), "every coefficient must be given, got none for n = 4, m = 4"),
         (shadr([*rows(), rows()[-1]]), "a coefficient must come once, got n = 4, m = 4 again in line 17"),
         (shadr([*rows(), (5, 0, 0.0, 0.0)]), "n and m must have 0 <= m <= n <= 4, got 5, 0 in line 17"),
         (shadr([*rows(), (3, 4, 0.0, 0.0)]), "n and m must have 0 <= m <= n <= 4, got 3, 4 in line 17"),
@@ -143,7 +143,7 @@ def changed(n, m, **new):
         ),
         (
             icgem().replace("max_degree", "max_degre"),
-            "the header must have a key of the format, got 'max_degre'. Did you mean max_degree?",
+            "the header must have a key of the format, got 'max_degre'. Did you mean 'max_degree'?",
         ),
         (icgem().replace("radius 2", "radios 2"), "the header must have radius, got none"),
         (

@@ -377,7 +377,7 @@ def test_units_and_day_of_year_in_a_message():
         (MESSAGE | {"SEMI_MAJOR_AXIS": "8000"}, "SEMI_MAJOR_AXIS must be absent from elements for SGP4, got '8000'"),
         (
             MESSAGE | {"REFFRAME": "ICRF"},
-            "message must have a key of the format, got 'REFFRAME'. Did you mean REF_FRAME",
+            "message must have a key of the format, got 'REFFRAME'. Did you mean 'REF_FRAME'",
         ),
         (MESSAGE | {"REF_FRAME": "ICRF"}, "REF_FRAME must be TEME for SGP4, got 'ICRF'"),
         (MESSAGE | {"TIME_SYSTEM": "TDB"}, "TIME_SYSTEM must be UTC"),

@@ -350,7 +350,7 @@ def test_isotropic_attitudes_have_no_direction():
     assert np.mean(turned.magnitude()) == pytest.approx(math.pi / 2 + 2 / math.pi, abs=0.02)
     for spread, sentence in {
         'distribution = "isotropic"\nsize = 1': "size must not be beside isotropic, got both.",
-        'distribution = "uniform"': "size must be there, got none.",
+        'distribution = "uniform"': "size must be given, got none.",
     }.items():
         with pytest.raises(ValueError, match=rf"ensemble\.spread\[0\]\.{sentence}"):
             scenario(SATELLITE + text + spread)
@@ -446,11 +446,11 @@ def test_the_schema_allows_one_number_for_all_facets(name):
 # ------------------------------------------------------------------ sentences
 
 WRONG = {
-    "line 6: body.momens must be a key that it can have, got another. Did you mean moments?": ("moments", "momens"),
-    "line 11: forces[0].type must name one that there is, got 'GravityGradeint'. Did you mean GravityGradient?": (
+    "line 6: unknown key 'momens' in [body]. Did you mean 'moments'?": ("moments", "momens"),
+    "line 11: forces[0].type must name a known type, got 'GravityGradeint'. Did you mean 'GravityGradient'?": (
         ("GravityGradient", "GravityGradeint")
     ),
-    "line 12: forces[0].orbit must be the name of a table under orbits, got 'erth'. Did you mean earth?": (
+    "line 12: forces[0].orbit must be the name of a table under orbits, got 'erth'. Did you mean 'earth'?": (
         ('"earth"', '"erth"')
     ),
     "line 6: body.moments must satisfy the triangle inequality, but 4000.0 > 500.0 + 600.0. "
@@ -474,7 +474,7 @@ WRONG = {
         "400, 500, 600]\n",
         "[1, 1, 1], [1, 1, 1.5]]\n[[forces]]\ntype = 'LinearDamping'\ncoefficient = [1, 2, 3]\n",
     ),
-    "line 13: orbits.earth.mu must be there, got none.": ("mu = 398600.4418\n", ""),
+    "line 13: orbits.earth.mu must be given, got none.": ("mu = 398600.4418\n", ""),
     "line 7: state must have exactly one of quaternion, matrix, euler_angles, roll_pitch_yaw, got none.": (
         ("quaternion = [1, 0, 0, 0]\n", "")
     ),
@@ -492,8 +492,8 @@ WRONG = {
     "line 6: body.moments must be real numbers, got list [400, [500], 600].": ("500", "[500]"),
     "line 18: orbits.earth.inclination must be a number, got the date 2026-01-01.": ('"30 deg"', "2026-01-01"),
     "line 1: title must be text, got 3.": ('"test"', "3"),
-    "line 2: unit must be a key that it can have, got another. Did you mean units?": ("[units]", "[unit]"),
-    "line 22: run.method must be 'integration' or 'closed form', got 'integral'. Did you mean integration?": (
+    "line 2: unknown key 'unit'. Did you mean 'units'?": ("[units]", "[unit]"),
+    "line 22: run.method must be 'integration' or 'closed form', got 'integral'. Did you mean 'integration'?": (
         ("[times]", '[run]\nmethod = "integral"\n[times]')
     ),
     "it.toml, line 22: run.method must be integration beside forces, got 'closed form'.": (
@@ -504,7 +504,7 @@ WRONG = {
     "line 21: the text must be TOML, got ": ("[times]", "[times"),
     "line 24: count must be there once, got it again.": ("count = 11", "count = 11\ncount = 12"),
     "line 21: body must be one table, got [body] again.": ("[times]", "[body]\n[times]"),
-    "line 10: forces[0].type must be there, got none. There is ": ('type = "GravityGradient"\n', ""),
+    "line 10: forces[0].type must be given, got none. Known types are ": ('type = "GravityGradient"\n', ""),
     "line 22: in times.values, times must be strictly monotonic, but times[1]": (
         'stop = "2 h"\ncount = 11',
         "values = [1, 3, 2]",
@@ -538,7 +538,7 @@ WRONG_ENSEMBLES = {
     "ensemble.spread[2].of must be the place of a number, got 'state.tern'.": ("turn", "tern"),
     "ensemble.spread[0].size must be one number, or one for each component, got others: ": ("[10, 0, 20]", "[10, 20]"),
     "ensemble.spread[1].size must be a rate": ('"0.01 deg/s"', '"1 deg"'),
-    "ensemble.member must be a key that it can have, got another. Did you mean members?": ("members", "member"),
+    "unknown key 'member' in [ensemble]. Did you mean 'members'?": ("members", "member"),
     "body.moments must satisfy the triangle inequality": ("[10, 0, 20]", "[390, 0, 0]"),
 }
 
@@ -649,7 +649,7 @@ def test_system_alone_needs_neither_state_nor_times():
         SATELLITE[: SATELLITE.index("[state]")] + SATELLITE[SATELLITE.index("[[forces]]") : SATELLITE.index("[times]")]
     )
     assert len(rebuilt_system(text, "it").forces) == 1
-    with pytest.raises(ValueError, match="state must be there"):
+    with pytest.raises(ValueError, match="state must be given"):
         parsed_scenario(text, "it")
 
 
