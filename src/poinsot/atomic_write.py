@@ -170,7 +170,7 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
     except OSError as error:
         if error.strerror is None:
             raise
-        raise type(error)(unwritable(path, f"the system says: {error.strerror}")) from error
+        raise type(error)(unwritable(path, f"the operating system reported: {error.strerror}")) from error
     finally:
         _remove(folder)
 

@@ -64,7 +64,7 @@ def _of_sums(operation: Callable[[Scalar, Scalar], Scalar]) -> Callable[[Vector,
         if isinstance(other, np.ndarray) and other.ndim:
             raise TypeError(
                 f"a Vector must be added to vectors and numbers, got an array of shape {other.shape}. "
-                "np.stack(vector, axis=-1) makes an array of the vector."
+                "np.stack(vector, axis=-1) converts the vector."
             )
         return vector._each(operation, other)
 

@@ -65,9 +65,7 @@ def test_files_of_attitudes_are_told_with_their_reader(folder):
         assert "2026-11-21T00:00:00" in told[2]
         assert told[3] == "  rates: in the file"
         assert told[-1] == f"  in Python: pt.files.{reader}('sat.{end}')"
-        assert f"sat.{end} must have a scenario to print, but it has none." in refused(
-            "info", f"sat.{end}", "--scenario"
-        )
+        assert f"sat.{end} must contain a scenario, got none." in refused("info", f"sat.{end}", "--scenario")
     (folder / "any.txt").write_text((folder / "sat.aem").read_text())
     assert "pt.files.read_aem('any.txt')" in call("info", "any.txt").stdout
     named = {"calendar": pt.Calendar("2026-11-21T00:00:00", "UTC"), "reference_frame": "ICRF"}
@@ -128,20 +126,20 @@ def test_a_file_of_no_kind_is_told_what_there_is(folder):
     assert refused("info", "x.doc").startswith("x.doc must be a result (.nc, .zarr), a scenario (.toml), attitudes")
     assert refused("run", "x.doc") == "x.doc must be a scenario, .toml, or a result, .nc or .zarr, but it is none."
     for command in ("plot", "view", "animate"):
-        assert refused(command, "x.toml").endswith("`poinsot run x.toml` makes one.")
-        assert refused(command, "x.aem").endswith("`poinsot convert x.aem NAME.nc --scenario ...` makes one.")
+        assert refused(command, "x.toml").endswith("`poinsot run x.toml` writes one.")
+        assert refused(command, "x.aem").endswith("`poinsot convert x.aem NAME.nc --scenario ...` writes one.")
 
 
 @pytest.mark.usefixtures("folder")
 def test_words_are_those_of_the_command_line():
     aem = ("convert", "sat.nc", "sat.aem")
-    assert refused(*aem).endswith("got none. --frame ICRF says that they are the ICRF.")
-    assert refused(*aem, "--frame", "ICRF").endswith("what instant t = 0 is: --zero '2026-11-21T00:00:00 UTC'.")
+    assert refused(*aem).endswith("got none. Pass --frame ICRF for axes of the ICRF.")
+    assert refused(*aem, "--frame", "ICRF").endswith("the instant of t = 0: --zero '2026-11-21T00:00:00 UTC'.")
     assert refused(*aem, "--frame", "X", "--zero", "2026-11-21T00:00:00 UTC").startswith("--frame must be one of ICRF")
     for zero in ("2026", "2026-11-21T00:00:00 X", "yesterday UTC"):
         assert "--zero must be " in refused(*aem, "--frame", "ICRF", "--zero", zero)
     call("convert", "sat.nc", "sat.csv")
-    assert refused("convert", "sat.csv", "x.nc").startswith("--scenario must be given to make a result of sat.csv")
+    assert refused("convert", "sat.csv", "x.nc").startswith("--scenario must be given for sat.csv")
     assert refused("convert", "sat.nc", "sat.csv") == ("sat.csv already exists; use --overwrite.")
     assert refused("convert", "sat.nc", "./sat.nc", "--overwrite") == (
         "sat.nc must be another file than the one to convert, but it is the same."

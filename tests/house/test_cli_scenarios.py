@@ -408,7 +408,7 @@ def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
         (("--time-unit", "h"), "--time-unit must be left out where the unit of time of the system has no known length"),
         (("--member", "1"), "the result must be an ensemble to have members"),
         (("--kind", "part_variables"), "the result must be of a body with a part that has variables, got one without"),
-        (("--kind", "roll_pitch_yaw"), "the result must have an orbit"),
+        (("--kind", "roll_pitch_yaw"), "the result must contain an orbit"),
         (("--kind", "nothing"), "one of angular_momentum"),
         ((tmp_path / "x.exe",), "x.exe must end in .png, .pdf, .svg"),
     ):
@@ -427,7 +427,7 @@ def test_orbit_of_roll_pitch_yaw_is_named_where_there_are_several(tmp_path):
     )
     call("run", tmp_path / "two.toml")
     arguments = ("plot", tmp_path / "two.nc", "--kind", "roll_pitch_yaw")
-    told = "--orbit must say which orbit, got {}. There are 1: KeplerOrbit; 2: KeplerOrbit."
+    told = "--orbit must name one orbit, got {}. There are 1: KeplerOrbit; 2: KeplerOrbit."
     assert told.format("none") in call(*arguments, code=2).stderr
     assert told.format(3) in call(*arguments, "--orbit", 3, code=2).stderr
     call(*arguments, "--orbit", 2)
@@ -453,10 +453,7 @@ def test_convert(top, tmp_path):
         back = pt.load(tmp_path / f"{suffix}.nc")
         np.testing.assert_allclose(back.attitude.as_matrix(), motion.attitude.as_matrix(), rtol=0, atol=1e-9)
         np.testing.assert_allclose(back.omega_body, motion.omega_body, rtol=0, atol=1e-9)
-    assert (
-        "--scenario must be given to make a result of"
-        in call("convert", tmp_path / "top.csv", tmp_path / "x.nc", code=2).stderr
-    )
+    assert "--scenario must be given for" in call("convert", tmp_path / "top.csv", tmp_path / "x.nc", code=2).stderr
     assert "must end in .nc" in call("convert", result, tmp_path / "x.exe", code=2).stderr
 
 

@@ -305,7 +305,9 @@ def test_output_that_cannot_be_written_is_a_sentence():
                 [sys.executable, "-c", code, *arguments], stdout=full, stderr=subprocess.PIPE, text=True
             )
         assert done.returncode == 2
-        assert done.stderr.startswith("poinsot: the output must be a file that can be used, but the system says: No")
+        assert done.stderr.startswith(
+            "poinsot: the output must be a file that can be used, but the operating system reported: No"
+        )
         assert done.stderr.count("\n") == 1
 
 
@@ -316,7 +318,8 @@ CLOSED = {
     "info >&-": (
         2,
         "",
-        "poinsot: the standard output must be a file that can be used, but the system says: Bad file descriptor.\n",
+        "poinsot: the standard output must be a file that can be used, but the operating system "
+        "reported: Bad file descriptor.\n",
     ),
     "info >&- 2>&-": (2, "", ""),
     "missing 2>&-": (2, "", ""),

@@ -398,7 +398,7 @@ PRINTED = ((0.5, -(2**-0.5), 0, 0.5), (0.3, -0.848528, 0.141421, -1.5))
 def test_the_papers_six_digits_are_refused_and_the_hint_works():
     sentence = (
         "conjugate_momenta must be tangent to the unit sphere, but |q . Q| = 5.54e-08 |Q|. "
-        "Pass project_to_tangent(quaternion, conjugate_momenta), which keeps the angular momentum."
+        "Pass project_to_tangent(quaternion, conjugate_momenta), which preserves the angular momentum."
     )
     with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
         pt.State(*PRINTED)
@@ -539,7 +539,7 @@ CHOICES = {
     ),
     "called_without_dense_output": (
         lambda: run()(0.5),
-        "a trajectory must have dense output to be called, but it has none. Propagate one motion with dense=True.",
+        "a trajectory must have dense output to be called, got none. Propagate one motion with dense=True.",
     ),
     "called_outside": (lambda: dense(2.5), "time must lie within [0, 2], got 2.5."),
     "units": (lambda: pt.System(BODY, units={"mass": "kg"}), "units must name 'time' and 'inertia', got 'mass'."),

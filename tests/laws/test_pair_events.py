@@ -169,7 +169,7 @@ def test_other_shapes_touch_where_spheres_that_hold_them_do():
 def test_bodies_that_overlap_at_the_start_are_refused(members):
     place = np.broadcast_to((1.2, 0.0, 0.0), (*members, 3))
     given = {"velocity": (0, 0.2, 0), "attitudes": [(1, 0, 0, 0)] * 2, "omega_body": [(0, 0, 0)] * 2}
-    sentence = "position must keep the bodies apart, got ellipsoids that overlap: they touch when both are 0.8 times"
+    sentence = "position must separate the bodies, got ellipsoids that overlap: they touch when both are 0.8 times"
     with pytest.raises(ValueError, match=sentence):
         CLOSE.state(place, **given)
     ball = pt.TwoBodies(pt.Body.from_ellipsoid(3.0, (1, 1, 1)), pt.Body.from_ellipsoid(3.0, (0.5, 0.5, 0.5)), G=1.0)

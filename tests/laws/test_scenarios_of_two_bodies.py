@@ -212,12 +212,8 @@ WRONG = {
     "line 8: body.masses must be positive, got [3.0, -0.5].": ("G = 0.9", "masses = [3.0, -0.5]"),
     "line 13: body.secondary.type must name a known type, got 'Body.from_elipsoid'. "
     "Did you mean 'Body.from_ellipsoid'?": ("from_ellipsoid", "from_elipsoid"),
-    "line 10: unknown key 'momens' in [body.primary]. Did you mean 'moments'?": (
-        ("moments", "momens")
-    ),
-    "line 12: unknown key 'secundary' in [body]. Did you mean 'secondary'?": (
-        ("body.secondary", "body.secundary")
-    ),
+    "line 10: unknown key 'momens' in [body.primary]. Did you mean 'moments'?": (("moments", "momens")),
+    "line 12: unknown key 'secundary' in [body]. Did you mean 'secondary'?": (("body.secondary", "body.secundary")),
     "line 6: body.secondary must be given, got none.": (
         '[body.secondary]\ntype = "Body.from_ellipsoid"\nmass = 0.5\nsemiaxes = [0.9, 0.8, 0.7]\n',
         "",
@@ -301,7 +297,7 @@ count = 5
 """
 
 WRONG_FOR_ONE = {
-    "line 6: state.position must be there for two bodies alone, got one body.": (
+    "line 6: state.position must be given for two bodies only, got one body.": (
         ("quaternion", "position = [1, 2, 3]\nquaternion"),
     ),
     "line 8: in forces[0], a system of one body must have forces without `on`": (

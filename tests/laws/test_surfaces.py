@@ -187,7 +187,11 @@ def test_a_scenario_is_the_same_motion(tmp_path):
             "",
             r"forces\[0\].atmosphere.type must be given, got none. Known types are .*Exponential",
         ),
-        ("scale_height = 5.8e4", "scale_hight = 5.8e4", r"unknown key 'scale_hight' in \[forces\[0\]\.atmosphere\]\. Did you mean 'scale_height'\?"),
+        (
+            "scale_height = 5.8e4",
+            "scale_hight = 5.8e4",
+            r"unknown key 'scale_hight' in \[forces\[0\]\.atmosphere\]\. Did you mean 'scale_height'\?",
+        ),
     ],
 )
 def test_a_wrong_key_is_told_with_its_place(tmp_path, right, wrong, sentence):

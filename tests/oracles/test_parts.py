@@ -413,11 +413,11 @@ def test_slosh_pendulum(planar):
         (lambda: VaryingInertia([(1, 1, 0), (0, 1, 0), (0, 0, 1)], 0, 1), "change must be a symmetric tensor, got"),
         (
             lambda: pt.System(BIG, VaryingInertia(np.diag([0, 0, 9.0]), 0, 1)),
-            "the inertia at the end of the transition must be that of a body, got principal moments 5.9",
+            "the inertia at the end of the transition must be the inertia of a body, got principal moments 5.9",
         ),
         (
             lambda: pt.System(BIG, MovingMasses([1], 10, [(0, 0, 5)], [(0, 0, 6)], 0, 1)),
-            "the inertia of the rest, without the masses, must be that of a body, got principal moments",
+            "the inertia of the rest, without the masses, must be the inertia of a body, got principal moments",
         ),
         (lambda: KaneDamper(0.1, 0.2, name="a b"), "name must be a word such as 'kane_damper'"),
         (lambda: KaneDamper(0.1, 0.2, name="time"), "name must be a word such as 'kane_damper'"),

@@ -174,7 +174,7 @@ def test_another_calendar_has_the_same_places(moon):
         (("earth", "moonlet", 0, 1), f"attractor must be one of {', '.join(BODIES)}, got 'moonlet'"),
         (("earth", "EARTH", 0, 1), "body and attractor must be two, but both are 'earth'"),
         (("earth", "sun", 1, 0), "stop must be later than start, got 0 and 1"),
-        (("earth", "sun", "2026-01-01", 1), "epoch must say its scale"),
+        (("earth", "sun", "2026-01-01", 1), "epoch must state its time scale"),
         (("earth", "sun", -2e11, 0), "start and stop must be in the years -4000 to 8000, got -200000000000.0 and 0"),
         (("earth", "sun", 0, np.inf), "epoch must be finite"),
     ],

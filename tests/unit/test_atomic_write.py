@@ -54,7 +54,8 @@ def test_the_list_has_every_writer():
 
 SAID = {
     "it.nc": r"netCDF says: (NetCDF: HDF error|Permission denied)\. Is the disk full\?",
-    "it.bc": r"(the system says: File too large\.|SPICE wrote a part of it without a word\. Is the disk full\?)",
+    "it.bc": r"(the operating system reported: File too large\.|SPICE wrote a part of it without a word\. Is "
+    r"the disk full\?)",
 }
 """What is said of a disk that is full, where it is not what the system says."""
 
@@ -84,7 +85,7 @@ def test_a_disk_that_is_full_is_one_sentence_and_leaves_the_file_that_was_there(
     with open(reading, encoding="utf-8") as stream:
         told = stream.read()
     os.waitpid(child, 0)
-    said = SAID.get(name, r"the system says: File too large\.")
+    said = SAID.get(name, r"the operating system reported: File too large\.")
     assert re.fullmatch(rf"{re.escape(str(tmp_path))}/it\.\w+ must be a file that can be written, but {said}", told)
     assert content(path) == before
     assert not list(tmp_path.glob(".*"))

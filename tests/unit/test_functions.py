@@ -338,7 +338,7 @@ def test_array_is_not_added_to_a_vector(add, shape):
     sentence = f"a Vector must be added to vectors and numbers, got an array of shape {shape}. "
     with pytest.raises(TypeError) as caught:
         add(functions.Vector((1.0, 2.0, 4.0)), np.ones(shape))
-    assert str(caught.value) == sentence + "np.stack(vector, axis=-1) makes an array of the vector."
+    assert str(caught.value) == sentence + "np.stack(vector, axis=-1) converts the vector."
     assert list(add(functions.Vector((1.0, 2.0, 4.0)), np.array(0.0)))  # a number
 
 

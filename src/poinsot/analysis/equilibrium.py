@@ -393,7 +393,7 @@ def _check_same_at_all_times(balance: _Balance, frame: Frame) -> None:
     if not all(np.isfinite(part).all() for part in here):
         raise ValueError(
             "system must have a torque with a derivative where the body is at rest in the frame, but it is not finite. "
-            "The norm of a zero vector has none."
+            "The norm of a zero vector has no derivative."
         )
     for time in _other_times(balance):
         there = _Balance(balance.system, frame, time).torques(attitudes)

@@ -90,7 +90,7 @@ def info(
     with busy(f"Reading {file}"):
         found = _in_file(file, member, time)
     if scenario and found.scenario is None:
-        raise ValueError(f"{file} must have a scenario to print, but it has none.")
+        raise ValueError(f"{file} must contain a scenario, got none.")
     if scenario:
         hand_over(str(found.scenario))
     elif as_json:

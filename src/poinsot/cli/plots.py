@@ -282,12 +282,12 @@ def _orbit(motion: Any, number: int | None) -> Any:
 
     found = different_orbits(motion)
     if not found:
-        raise ValueError("the result must have an orbit from which to see the body, but it has none.")
+        raise ValueError("the result must contain an orbit as the observer's position, got none.")
     if number is None and len(found) == 1:
         return found[0]
     if number is None or number > len(found):
         listed = "; ".join(f"{i}: {type(orbit).__name__}" for i, orbit in enumerate(found, 1))
-        raise ValueError(f"--orbit must say which orbit, got {number or 'none'}. There are {listed}.")
+        raise ValueError(f"--orbit must name one orbit, got {number or 'none'}. There are {listed}.")
     return found[number - 1]
 
 

@@ -307,7 +307,7 @@ def _stored(job: Any, goes_on: str, overwrite: bool, threads: int | None, chunki
     try:
         return job.propagate(threads=threads, progress=sys.stderr.isatty(), **chunking)
     except PropagationInterrupted as stopped:
-        said = str(stopped).removesuffix(" The same call goes on.")
+        said = str(stopped).removesuffix(" The same call continues the run.")
         say(f"poinsot: {said} `{goes_on}` goes on.")
         raise typer.Exit(INTERRUPTED) from None
     except OSError as error:

@@ -326,7 +326,7 @@ def _sentence(error: Exception) -> str:
     """Return what an error says, in the words of the command line."""
     if isinstance(error, OSError) and error.strerror:
         name = error.filename or "the output"
-        return f"{name} must be a file that can be used, but the system says: {error.strerror}."
+        return f"{name} must be a file that can be used, but the operating system reported: {error.strerror}."
     said = (str(error) or f"it ended in {type(error).__name__}.").replace("motion.member(0)", "--member 0")
     name, _, rest = said.partition(" ")
     return KEYWORD.sub(_option, f"{OPTIONS.get(name, name) if rest.startswith('must ') else name} {rest}")
@@ -387,9 +387,9 @@ def checked_result(file: Path) -> Path:
         return file
     from poinsot.files.attitudes.attitude_format import format_of
 
-    hint = f" `poinsot run {file}` makes one." if file.suffix == ".toml" else ""
+    hint = f" `poinsot run {file}` writes one." if file.suffix == ".toml" else ""
     if format_of(file):
-        hint = f" `poinsot convert {file} NAME.nc --scenario ...` makes one."
+        hint = f" `poinsot convert {file} NAME.nc --scenario ...` writes one."
     raise ValueError(f"{file} must be a result, {' or '.join(RESULTS)}, but it is none.{hint}")
 
 

@@ -169,5 +169,5 @@ def _call(rest: str) -> tuple[str, str]:
 def _matched(pattern: str, text: str) -> tuple[str, ...]:
     found = re.match(pattern, text)
     if found is None:
-        raise ValueError(f"an instruction must be one that has a translation, got {quoted(text)}.")
+        raise ValueError(f"an instruction must have a translation, got {quoted(text)}.")
     return found.groups()

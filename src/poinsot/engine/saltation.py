@@ -207,12 +207,10 @@ class Jump:
         found = sorted((self._crossing(number, holds) for number in left), key=lambda each: each.distance)
         first, size = found[0], np.max(np.abs(found[0].shift), initial=0.0)
         if not first.distance <= AT_ZERO * self._near:
-            raise NoDerivative(
-                "the condition of a `where` jumps over zero. Motions beside this one have no derivative."
-            )
+            raise NoDerivative("the condition of a `where` jumps over zero. Neighbouring motions have no derivative.")
         uncertain = max(self._near, first.distance)
         if not (abs(first.slope) > GRAZING * uncertain * abs(first.bend) and np.isfinite(size)):
-            raise NoDerivative("it grazes the switch of a `where`. Motions beside this one have no derivative there.")
+            raise NoDerivative("it grazes the switch of a `where`. Neighbouring motions have no derivative there.")
         near = [each for each in found if each.distance <= max(AT_ONCE * self._near, 4 * first.distance)]
         alike = [each for each in near if np.all(np.abs(each.shift - first.shift) <= ALIKE * size)]
         return first, list(left) if len(alike) == len(near) else [each.number for each in alike]

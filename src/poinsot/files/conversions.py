@@ -101,7 +101,7 @@ def _read(
 ) -> Any:
     """Return attitudes, or their motion of the system in a scenario, counted as its times are."""
     if to_result and scenario is None:
-        raise ValueError(f"scenario must be given to make a result of {source}, which has neither body nor forces.")
+        raise ValueError(f"scenario must be given for {source}, which states neither body nor forces.")
     system = None
     if scenario is not None:
         parts = Parts(read_text(scenario), str(scenario), whole=False, folder=Folder(Path(scenario).parent))

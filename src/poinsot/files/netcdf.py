@@ -141,7 +141,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     """
     path = _checked_path(path)
     if motion.run.method is Method.ONE_OF_TWO:
-        raise ValueError("motion must be that of both bodies to be saved, got that of one of two.")
+        raise ValueError("motion must be the motion of both bodies, got the motion of one body.")
     store = motion.store
     if path.suffix == ".zarr" and store is not None:
         known = {name: motion.provenance[name] for name in OF_SCENARIOS if motion.provenance.get(name) is not None}
@@ -475,7 +475,7 @@ class _Reading:
         if isinstance(system, PairSystem):
             same = same and all(np.array_equal(getattr(system.pair, x), self._array(x)) for x in ("masses", "G"))
         if not same or dict(system.units) != self._units():
-            raise ValueError(f"the scenario in {self.name} must be that of the body, got another one.")
+            raise ValueError(f"the scenario in {self.name} must describe the saved body, got another body.")
         return system
 
     def _are_there(self, bodies: tuple[Body, ...]) -> bool:

@@ -89,7 +89,8 @@ def _checked(path: Path) -> Path:
             )
     elif head.startswith(META):
         raise ValueError(
-            f"{shortened(path)} must be a kernel that loads no others, got a meta-kernel. Name those that it loads."
+            f"{shortened(path)} must be a kernel that loads no others, got a meta-kernel. Name the kernels "
+            f"that it loads."
         )
     elif not TEXT.match(head):
         raise ValueError(

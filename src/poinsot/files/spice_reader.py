@@ -60,14 +60,14 @@ def name_and_mu(body: int) -> Answer:
 def check_inertial(frame: str, name: str = "frame") -> Answer:
     """Refuse a frame that rotates or is unknown."""
     if spice.frinfo(_known(frame, name))[1] != INERTIAL_CLASS:
-        raise ValueError(f"{name} must be one that does not rotate, got {quoted(frame)}.")
+        raise ValueError(f"{name} must be a frame that does not rotate, got {quoted(frame)}.")
     return None, []
 
 
 def _known(frame: str, name: str = "frame") -> int:
     found = spice.namfrm(frame) if frame else 0
     if not found:
-        raise ValueError(f"{name} must be one that SPICE knows, got {quoted(frame)}.")
+        raise ValueError(f"{name} must be a frame that SPICE defines, got {quoted(frame)}.")
     return int(found)
 
 

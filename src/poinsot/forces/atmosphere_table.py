@@ -152,7 +152,7 @@ class TabulatedAtmosphere(Atmosphere):
         known = real_array("times", times, (None,))
         dated = calendar or orbit.calendar
         if dated is None:
-            raise ValueError("calendar must be there for an orbit that has none, got none.")
+            raise ValueError("calendar must be given for an orbit without a calendar, got none.")
         model = optional("pymsis", "densities of NRLMSIS")
         dates = dated.date(known).utc
         longitudes, latitudes, heights = _geodetic(np.stack(np.broadcast_arrays(*orbit.position_at(known)), -1), dates)

@@ -236,13 +236,13 @@ class Facets(Parametric):
         volume, size = np.trace(tensor, axis1=-2, axis2=-1) / 3, np.max(np.abs(tensor), axis=(-2, -1))
         if np.any(volume < -OPEN * whole**1.5):
             raise ValueError(
-                f"normals must point outwards, got those of a surface that encloses the volume {np.min(volume):.3g}. "
+                f"normals must point outwards, got a surface that encloses the volume {np.min(volume):.3g}. "
                 "All are inside out."
             )
         uneven = np.max(np.abs(tensor - volume[..., None, None] * np.eye(3)), axis=(-2, -1))
         if np.any(uneven > OPEN * np.maximum(size, whole**1.5)):
             raise ValueError(
-                "normals and positions must be those of a closed surface, got a volume that differs by direction by "
+                "normals and positions must form a closed surface, got a volume that differs by direction by "
                 f"{np.max(uneven):.3g}. Are two facets inside out, or is a position not the middle of its facet?"
             )
 

@@ -102,7 +102,9 @@ def pseudo_synchronous_rate(eccentricity: ArrayLike) -> NDArray[np.float64]:
     """
     e = real_numbers("eccentricity", eccentricity)
     if not np.all((e >= 0) & (e < 1)):
-        raise ValueError(f"eccentricity must be from 0 to below 1, got {e.tolist()}. The mean is that of an ellipse.")
+        raise ValueError(
+            f"eccentricity must be from 0 to below 1, got {e.tolist()}. The mean exists for ellipses only."
+        )
     x = e * e
     turning = 1 + x * (15 / 2 + x * (45 / 8 + x * (5 / 16)))
     return np.asarray(turning / ((1 - x) ** 1.5 * (1 + x * (3 + x * (3 / 8)))))

@@ -153,7 +153,8 @@ class Calendar(Immutable):
             if scale is None:
                 text = next(text for text, (_, none) in zip(texts, read, strict=True) if none is None)
                 raise ValueError(
-                    f"epoch must say its scale, got {quoted(text)}. Write '{shortened(text.strip())} UTC', or TDB, TT."
+                    f"epoch must state its time scale, got {quoted(text)}. Write '{shortened(text.strip())} UTC', or "
+                    f"TDB, TT."
                 )
             chosen = [i for i, (_, other) in enumerate(read) if other == scale]
             with _offline() as astropy:

@@ -119,7 +119,7 @@ class GravityField(Parametric):
         """Return the field up to a lower degree."""
         degree = whole_degree(degree)
         if not 2 <= degree <= self.degree:
-            raise ValueError(f"degree must be from 2 to {self.degree}, that of the field, got {degree}.")
+            raise ValueError(f"degree must be from 2 to {self.degree}, the degree of the field, got {degree}.")
         kept = slice(degree + 1)
         C, S = self.C[..., kept, kept], self.S[..., kept, kept]
         return GravityField(degree, self.mass, self.radius, C, S, self.extent)

@@ -54,7 +54,8 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
     integrated = {own for orbit in system.orbits if not orbit.closed_form for own in _owners(orbit)}
     if dict(_names(system))[full[0]][0] in integrated:
         raise ValueError(
-            f"parameters must not be those of an orbit that is integrated along, got {quoted(name)}. Take differences "
+            f"parameters must not belong to an orbit that is integrated with the motion, got {quoted(name)}. "
+            f"Take differences "
             "of two runs."
         )
     return known[full[0]]

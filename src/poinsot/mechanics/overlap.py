@@ -31,6 +31,6 @@ def refuse_overlap(gaps: Any) -> None:
     """Raise a ValueError if ellipsoids overlap, by the least of the results of `gap_between`."""
     if (least := float(np.min(gaps))) < -TOUCHING:
         raise ValueError(
-            f"position must keep the bodies apart, got ellipsoids that overlap: they touch when both are "
+            f"position must separate the bodies, got ellipsoids that overlap: they touch when both are "
             f"{1 + least:.6g} times as large."
         )

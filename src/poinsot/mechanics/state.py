@@ -412,5 +412,5 @@ def _check_tangent(q: NDArray[np.float64], Q: NDArray[np.float64]) -> None:
         ratio = np.atleast_1d(defect)[i] / np.atleast_1d(size)[i]
         raise ValueError(
             f"conjugate_momenta must be tangent to the unit sphere, but |q . Q| = {ratio:.3g} |Q|. "
-            "Pass project_to_tangent(quaternion, conjugate_momenta), which keeps the angular momentum."
+            "Pass project_to_tangent(quaternion, conjugate_momenta), which preserves the angular momentum."
         )

@@ -190,7 +190,8 @@ class System(Dynamics):
         if not name.startswith("omega"):
             if left := [part.name for part in self.parts if part.size and part.name not in values]:
                 raise ValueError(
-                    f"own must name all parts beside a momentum, got none of {quoted(left[0])}. Give omega_body."
+                    f"own must name all parts where a momentum is given, got none of {quoted(left[0])}. Give "
+                    f"omega_body."
                 )
             return state_with(q, along, time, values)
         twin, rate = self.beside(shape), scalars(along)

@@ -270,7 +270,7 @@ class Ephemeris(Orbit):
             raise ValueError("knots must be two or more that rise, got others.")
         polynomials = real_array("coefficients", coefficients, (times.size - 1, 3, None))
         if not polynomials.size:
-            raise ValueError("coefficients must not be empty, but there are none.")
+            raise ValueError("coefficients must not be empty, got none.")
         bound = math.nan if error is None else float(real_array("error", error, ()))
         labels = (reference_frame, origin, calendar if dated else None)
         return cls(mu, pieces=_Pieces(times, polynomials, bound, labels), radius=radius)
@@ -472,7 +472,7 @@ def _check_times(t: Array) -> None:
         i = int(np.argmax(steps <= 0))
         raise ValueError(
             f"times must rise strictly, got times[{i}] = {t[i]:.17g} and times[{i + 1}] = {t[i + 1]:.17g}. "
-            "Sort the rows, and keep one of each time."
+            "Sort the rows, and remove repeated times."
         )
     around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 5, mode="symmetric"), 11)
     ratios = steps / np.median(around, axis=-1)

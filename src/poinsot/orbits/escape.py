@@ -335,7 +335,7 @@ def _scaled_time(e: Any, name: str, value: Any) -> Any:
 
 def _refuse_parabola(e: Any, name: str, hint: str) -> None:
     if np.any(e == 1):
-        raise ValueError(f"{name} must be that of a hyperbola, but the eccentricity is 1. {hint}")
+        raise ValueError(f"{name} must belong to a hyperbola, but the eccentricity is 1. {hint}")
 
 
 def _largest_anomaly(e: Any) -> Any:

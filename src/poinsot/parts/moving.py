@@ -77,8 +77,8 @@ class Transition(Part):
         if np.any(masses[..., 0] < -SYMMETRY * masses[..., 2]):
             found = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(inertia).reshape(-1, 3)[0])
             raise ValueError(
-                f"the inertia {when} must be that of a body, got principal moments {found}. "
-                "The body's tensor has all parts before the transition."
+                f"the inertia {when} must be the inertia of a body, got principal moments {found}. "
+                "The body's tensor includes all parts before the transition."
             )
 
 
@@ -174,7 +174,7 @@ class MovingMasses(Transition):
         if np.any(np.sum(self.masses, axis=-1) >= self.total_mass):
             raise ValueError(
                 f"total_mass must be more than the sum of the masses, got {self.total_mass} and "
-                f"{np.max(np.sum(self.masses, axis=-1))}. It is that of body and masses."
+                f"{np.max(np.sum(self.masses, axis=-1))}. It is the mass of the body and of the point masses."
             )
 
     @property

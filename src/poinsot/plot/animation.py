@@ -293,7 +293,7 @@ def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
         _, said = process.communicate()
     if process.returncode:
         why, *_ = said.decode(errors="replace").splitlines() or ["nothing"]
-        raise OSError(unwritable(path.name, f"ffmpeg says: {why.rstrip('.')}"))
+        raise OSError(unwritable(path.name, f"ffmpeg reported: {why.rstrip('.')}"))
 
 
 def _ffmpeg() -> str:
@@ -304,7 +304,7 @@ def _ffmpeg() -> str:
         return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
     except ImportError:
         raise FileNotFoundError(
-            "ffmpeg must be there for a film in .mp4, got none. `pip install imageio-ffmpeg` has it; a .gif needs none."
+            "ffmpeg must be installed to write .mp4, got none. Run `pip install imageio-ffmpeg`, or write a .gif."
         ) from None
 
 

@@ -85,7 +85,7 @@ def one_member(motion: Trajectory, name: str = "motion") -> Trajectory:
             f"{name} must be of {alone}, got an ensemble of {len(motion)} members. Take one: {name}.member(0)."
         )
     if not motion.times.size:
-        raise ValueError(f"{name} must have times to draw, but it has none.")
+        raise ValueError(f"{name} must contain times to draw, got none.")
     return motion
 
 

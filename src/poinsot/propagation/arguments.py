@@ -103,7 +103,8 @@ def check_bodies(system: System, state: State) -> None:
     """
     if not system.moves_alone:
         raise ValueError(
-            f"system must be that of both bodies, got {quoted(system)} as one of two, which does not move alone. Take "
+            f"system must be the system of both bodies, got {quoted(system)} as one of two, which does not "
+            f"move alone. Take "
             "motion.system of the pair."
         )
     needed, given = len(system.body_names), len(state.body_names)
@@ -180,9 +181,7 @@ def checked_tolerance(tolerance: float | None, precision: str) -> float:
     if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
         raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {quoted(precision)}.")
     if precision != "double" and not kernels.available(precision):
-        raise ValueError(
-            f"precision must be one that the engine has on this machine, got {quoted(precision)}. Use 'double'."
-        )
+        raise ValueError(f"precision must be available on this machine, got {quoted(precision)}. Use 'double'.")
     least = ROUNDING[precision]
     if tolerance is None:
         return least

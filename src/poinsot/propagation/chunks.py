@@ -456,7 +456,7 @@ def _done(task: Task, numbers: Sequence[int], progress: Progress) -> Generator[D
 
 
 def _interrupted(ensemble: Ensemble, members: int, result: Any) -> PropagationInterrupted:
-    goes_on = "" if result is None else " The same call goes on."
+    goes_on = "" if result is None else " The same call continues the run."
     message = f"propagation was interrupted: {members} of {ensemble.members} members are done.{goes_on}"
     return PropagationInterrupted(message, ensemble.last, result)
 

@@ -95,7 +95,7 @@ def text_of(motion: Trajectory) -> Text:
     text = "\n".join([HEADER, *parts, *writer.orbits, _table("[run]", _options(motion))])
     if len(text) > MOST_CHARACTERS or text.count(",") > MOST_NUMBERS:
         given = text.count(",")
-        raise ValueError(f"a scenario must have at most {MOST_NUMBERS} numbers to be kept in a file, got {given}.")
+        raise ValueError(f"a scenario must have at most {MOST_NUMBERS} numbers to be stored in a file, got {given}.")
     return Text(text, writer.data)
 
 

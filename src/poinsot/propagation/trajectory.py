@@ -294,8 +294,7 @@ class Trajectory(Summarized):
         """Return the state at a time, or a batch of states at an array of times, from the dense output."""
         if self._interpolant is None:
             raise ValueError(
-                "a trajectory must have dense output to be called, but it has none. "
-                "Propagate one motion with dense=True."
+                "a trajectory must have dense output to be called, got none. Propagate one motion with dense=True."
             )
         interpolant, first, last = self._interpolant
         calendar = self.system.calendar
@@ -365,7 +364,7 @@ class Trajectory(Summarized):
             jumped = jumps_at(self.system.jumping, time, EVERY if members is None else members)
             return state_of(phase, time, jumped)
         if np.any(np.diff(at) <= 0):
-            raise ValueError("time must keep the order of the times of the motion, got places in another order.")
+            raise ValueError("time must have the order of the times of the motion, got places in another order.")
         return self._selected(members, at)
 
     def _members(self, index: Index) -> Chosen | None:

@@ -35,7 +35,7 @@ def check_client(client: Any) -> None:
     if not callable(getattr(client, "submit", None)) or not callable(getattr(client, "nthreads", None)):
         raise TypeError(f"client must be a dask.distributed Client, got {kind_of(client)}.")
     if client.status != RUNNING:
-        raise ValueError(f"client must be connected to its scheduler, got one that is {client.status}.")
+        raise ValueError(f"client must be connected to its scheduler, got a client that is {client.status}.")
     if not client.nthreads():
         raise ValueError("client must have workers, got none. Wait for them: client.wait_for_workers(1).")
 
@@ -56,8 +56,8 @@ def on_workers(client: Any, task: Task[Done], numbers: Iterable[int]) -> Iterato
         for _, done in completed:
             if isinstance(done, BaseException):  # a future that dask has given up
                 raise RuntimeError(
-                    f"client must be connected until the last chunk ends, got one that is {client.status}. "
-                    "The same call goes on."
+                    f"client must be connected until the last chunk ends, got a client that is {client.status}. "
+                    "The same call continues the run."
                 )
             yield done
     except Exception as error:
@@ -74,7 +74,8 @@ def _packed(task: Task[Any]) -> bytes:
         packed: bytes = cloudpickle.dumps(task)
     except Exception as error:
         raise TypeError(
-            f"system, events and reduce must travel to the workers, got one that does not: {message_of(error)}. Let "
+            f"system, events and reduce must travel to the workers, got an object that does not: "
+            f"{message_of(error)}. Let "
             "them "
             "hold numbers, and no open files, locks or connections."
         ) from error

@@ -45,7 +45,7 @@ class Lighting:
         facing = directions @ self.normals.T > 0
         if shadows:
             if len(self.areas) > MOST_SHADED:
-                rule = f"must have at most {MOST_SHADED} faces where there are shadows"
+                rule = f"must have at most {MOST_SHADED} faces where shadows are computed"
                 raise ValueError(f"mesh {rule}, got {len(self.areas)}. Take a coarser one, or shadows=False.")
             for face, other in self.hidden():
                 self._shade(facing, directions, face, other)

@@ -161,7 +161,7 @@ def _faces(faces: Any, vertices: int) -> Faces:
 
 def _check_faces(faces: Faces) -> None:
     if not len(faces):
-        raise ValueError("faces must not be empty, but there are none.")
+        raise ValueError("faces must not be empty, got none.")
     doubled = np.flatnonzero((faces == np.roll(faces, 1, axis=1)).any(axis=1))
     if doubled.size:
         raise ValueError(

@@ -247,7 +247,7 @@ class Cylinder(Solid):
                 return now
             before = now
         raise ValueError(
-            "points must keep away from the surface of a cylinder, but one lies "
+            "points must not lie on the surface of a cylinder, but one lies "
             f"{distance:g} from the axis at height {height:g}."
         )
 

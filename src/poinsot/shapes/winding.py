@@ -42,8 +42,10 @@ def check_outwards(vertices: Array, faces: Faces, sharing: Faces) -> None:
     wrong = _Surfaces(vertices, faces, component).wound_wrongly()
     if wrong.any():
         raise ValueError(
-            "each closed surface must be anticlockwise seen from outside, or a hollow in another, but that of face "
-            f"{np.argmax(wrong[component])} is wound inwards and in no other. repair=True turns it."
+            "each closed surface must be anticlockwise seen from outside, or a cavity in another surface, "
+            "but the surface of face "
+            f"{np.argmax(wrong[component])} is wound inwards and lies in no other surface. Pass repair=True "
+            f"to reverse it."
         )
 
 

@@ -368,7 +368,7 @@ WRONG = {
         lambda: equilibria(pt.System(BODY, Drag(0.1))),
         ValueError,
         r"system must have a torque with a derivative where the body is at rest in the frame, but it is not finite\. "
-        r"The norm of a zero vector has none\.",
+        r"The norm of a zero vector has no derivative\.",
     ),
     "guesses": (
         lambda: equilibria(SATELLITE, CIRCLE.frame, guesses=(1, 0, 0, 1)),

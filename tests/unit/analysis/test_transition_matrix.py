@@ -106,7 +106,7 @@ def test_orbits_that_are_integrated_along():
     system = pt.System(BODY, pt.GravityGradient(path.from_primary), pt.GravityGradient(path.from_secondary))
     matrix = pt.analysis.state_transition(system, START, [1.0]).matrix[0]
     assert abs(np.linalg.det(matrix) - 1) < 1e-12
-    with pytest.raises(ValueError, match="must not be those of an orbit that is integrated along"):
+    with pytest.raises(ValueError, match="must not belong to an orbit that is integrated with the motion"):
         pt.analysis.state_transition(system, START, [1.0], ["forces[0].orbit.path.mu_primary"])
 
 

@@ -67,7 +67,7 @@ def test_what_a_conversion_has_no_use_for_is_refused(result, tmp_path):
 
 
 def test_what_is_missing(result, tmp_path):
-    with pytest.raises(ValueError, match=r"^reference_frame must be given .* reference_frame=\'ICRF\' says"):
+    with pytest.raises(ValueError, match=r"^reference_frame must be given .* Pass reference_frame=\'ICRF\' for"):
         convert(result, tmp_path / "m.aem")
     undated = pt.save(MOTION, tmp_path / "undated.nc")
     with pytest.raises(

@@ -323,7 +323,7 @@ def test_a_text_of_other_parts_is_refused(motions, tmp_path):
         text = data.attrs["scenario"].replace('"other"', '"another"')
         assert text != data.attrs["scenario"]
         read = pt.load(data.assign_attrs(scenario=text))
-    assert "must be that of the body, got another one" in why_not(read)
+    assert "must describe the saved body, got another body" in why_not(read)
 
 
 def test_a_scenario_with_parts_is_run_again_from_its_result(tmp_path):
@@ -510,7 +510,7 @@ def test_forces_of_others_on_two_bodies_are_named_and_not_run(many, suffix, tmp_
 
 
 def test_one_of_two_bodies_is_not_saved_alone(motions, tmp_path):
-    with pytest.raises(ValueError, match="motion must be that of both bodies to be saved, got that of one of two"):
+    with pytest.raises(ValueError, match="motion must be the motion of both bodies, got the motion of one body"):
         pt.save(motions["two bodies"].primary, tmp_path / "it.nc")
 
 
@@ -541,7 +541,7 @@ def test_two_bodies_that_are_not_whole_are_refused(motions, sentence):
 def test_a_text_of_other_two_bodies_is_refused(motions, name, tmp_path):
     with xarray.open_dataset(pt.save(motions["two bodies"], tmp_path / "it.nc"), decode_cf=False) as data:
         read = pt.load(data.assign({name: 1.001 * data[name]}))
-    assert "must be that of the body, got another one" in why_not(read)
+    assert "must describe the saved body, got another body" in why_not(read)
 
 
 def test_tables_of_attitudes_are_not_run(tmp_path, motions):

@@ -127,7 +127,7 @@ def test_the_model_is_asked_where_and_when_the_body_is(monkeypatch):
 
 
 def test_what_the_model_needs_is_told(monkeypatch):
-    with pytest.raises(ValueError, match="calendar must be there for an orbit that has none, got none"):
+    with pytest.raises(ValueError, match="calendar must be given for an orbit without a calendar, got none"):
         TabulatedAtmosphere.from_msis(ORBIT, TIMES)
     pytest.importorskip("astropy")
     calendar = pt.Calendar("2026-11-21T06:30:00", "UTC")

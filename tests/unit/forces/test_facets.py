@@ -245,7 +245,7 @@ def test_a_facet_inside_out_and_a_whole_surface_inside_out_are_told():
     two = box.normals * np.where(np.arange(6) < 2, -1, 1)[:, None]  # opposite ones, whose sum stays zero
     for normals, sentence in (
         (one, r"normals must close: .* of length 6\. Is a facet inside out"),
-        (two, r"normals and positions must be .* closed surface, .* by 8\. Are two facets"),
+        (two, r"normals and positions must form a closed surface, .* by 8\. Are two facets"),
         (-box.normals, r"normals must point outwards, .* volume -6\. All are inside out"),
     ):
         for given in (normals, np.array([box.normals, normals])):  # of one, and of one member of two

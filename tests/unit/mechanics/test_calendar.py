@@ -123,7 +123,10 @@ def test_span():
 @pytest.mark.parametrize(
     ("epoch", "sentence"),
     [
-        ("2026-11-21T00:00:00", r"must say its scale, got '2026-11-21T00:00:00'\. Write '.* UTC', or TDB, TT\.$"),
+        (
+            "2026-11-21T00:00:00",
+            r"must state its time scale, got '2026-11-21T00:00:00'\. Write '.* UTC', or TDB, TT\.$",
+        ),
         ("2026-11-21T00:00:00 EST", r"must be in one of the scales UTC, TAI, GPS, TT, TDB, TCB, TCG, got .* EST'"),
         ("2026-11-21T00:00:00 UT1", "must be in one of the scales"),
         ("tomorrow", r"must be a date such as '2026-11-21T00:00:00 UTC', got 'tomorrow'\.$"),
@@ -163,7 +166,7 @@ def test_datetimes_with_a_time_zone():
 def test_dates_without_a_scale(date):
     for given_date in (date, [date], np.array([date])):
         with pytest.raises(
-            ValueError, match=r"^epoch must say its scale, got '2026-01-01.*'\. Write '2026-01-01.* UTC'"
+            ValueError, match=r"^epoch must state its time scale, got '2026-01-01.*'\. Write '2026-01-01.* UTC'"
         ):
             J2000.time(given_date)
 

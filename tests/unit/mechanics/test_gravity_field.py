@@ -125,7 +125,7 @@ def test_what_is_no_field(wrong, sentence):
 
 @pytest.mark.parametrize("degree", [1, 5])
 def test_what_is_no_lower_degree(degree):
-    with pytest.raises(ValueError, match=rf"^degree must be from 2 to 4, that of the field, got {degree}\.$"):
+    with pytest.raises(ValueError, match=rf"^degree must be from 2 to 4, the degree of the field, got {degree}\.$"):
         pt.GravityField(4, 1.0, 1.0, *coefficients(4)).truncated(degree)
 
 

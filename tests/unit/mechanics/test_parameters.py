@@ -161,7 +161,9 @@ def test_a_scenario_has_a_table_for_each(tmp_path):
     read = read_scenario(tmp_path / "all.toml").propagate()
     assert np.array_equal(read.quaternion, motion(ALL).quaternion)
     (tmp_path / "wrong.toml").write_text(TEXT.replace("strength = -0.3", "strenght = -0.3"))
-    with pytest.raises(ValueError, match=r"line 19: forces\[0\].charges\[1\].strenght must be a key .* strength\?"):
+    with pytest.raises(
+        ValueError, match=r"line 19: unknown key 'strenght' in forces\[0\].charges\[1\]. Did you mean 'strength'\?"
+    ):
         read_scenario(tmp_path / "wrong.toml")
 
 

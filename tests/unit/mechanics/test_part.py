@@ -133,7 +133,10 @@ def test_a_force_that_knows_the_body_refuses_a_part_that_changes_it():
     ("given", "sentence"),
     [
         ({"omega_body": OMEGA, "spoke": [1.0]}, "own must name parts with variables, reaction_wheel, got 'spoke'."),
-        ({"angular_momentum_body": OMEGA}, "own must name all parts beside a momentum, got none of 'reaction_wheel'."),
+        (
+            {"angular_momentum_body": OMEGA},
+            "own must name all parts where a momentum is given, got none of 'reaction_wheel'.",
+        ),
         ({"omega_body": OMEGA, "reaction_wheel": [1.0, 2.0]}, "reaction_wheel must have shape (1,) or (members, 1)"),
     ],
 )

@@ -354,7 +354,7 @@ BAD = {
         lambda _: table(np.array([0, 60, 50, 70.0])),
         r"times must rise strictly, got times\[1\] = 60 and times\[2\] = 50",
     ),
-    "twice": (lambda _: table(np.array([0, 60, 60, 70.0])), r"times must rise strictly, .* keep one of each time"),
+    "twice": (lambda _: table(np.array([0, 60, 60, 70.0])), r"times must rise strictly, .* remove repeated times"),
     "gap": (
         lambda _: table(np.array([0, 60, 120, 900, 960.0])),
         r"no gaps, but 780 lie between times\[2\] = 120 and the next, 13 times",

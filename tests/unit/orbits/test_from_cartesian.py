@@ -330,11 +330,11 @@ WRONG = {
     ),
     "axis_of_a_parabola": (
         lambda: hyperbola(1, semimajor_axis=-2, true_anomaly=0),
-        "semimajor_axis must be that of a hyperbola, but the eccentricity is 1. Give the periapsis_distance.",
+        "semimajor_axis must belong to a hyperbola, but the eccentricity is 1. Give the periapsis_distance.",
     ),
     "mean_anomaly_of_a_parabola": (
         lambda: hyperbola(1, periapsis_distance=1, mean_anomaly=0),
-        "mean_anomaly must be that of a hyperbola, but the eccentricity is 1. Give the true_anomaly.",
+        "mean_anomaly must belong to a hyperbola, but the eccentricity is 1. Give the true_anomaly.",
     ),
     "beyond_the_asymptote": (
         lambda: hyperbola(2, periapsis_distance=1, true_anomaly=2.5),

@@ -537,7 +537,7 @@ def test_bad_input(motion):
     )
     with pytest.raises(ValueError, match=r"but it has 2\. Pass roll_pitch_yaw\(motion, orbit\)\.$"):
         pt.plot.roll_pitch_yaw(pt.propagate(two, motion.initial, (0.0, 1.0)))
-    with pytest.raises(ValueError, match=r"^motion must have times to draw, but it has none\.$"):
+    with pytest.raises(ValueError, match=r"^motion must contain times to draw, got none\.$"):
         pt.plot.angular_velocity(replaced(motion, motion.quaternion[:0], motion.times[:0]))
     stopped = np.full((2, *motion.quaternion.shape), np.nan)
     with pytest.raises(ValueError, match=r"^motion must have a member that reached its last time, but none did\.$"):

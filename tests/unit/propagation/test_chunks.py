@@ -547,7 +547,9 @@ def test_an_interrupt_lets_the_chunk_that_is_written_end(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(EnsembleStore, "write", slow)
         patch.setattr(EnsembleOfMotions, "computed", stopped)
-        with pytest.raises(pt.PropagationInterrupted, match=r"10 of 23 members are done. The same call goes on."):
+        with pytest.raises(
+            pt.PropagationInterrupted, match=r"10 of 23 members are done. The same call continues the run."
+        ):
             run(pt.System(BODY), out=out, chunk=5)
     assert EnsembleStore(out).whole.tolist() == [True, True, False, False, False]
     assert not (out / "lock").exists()

@@ -145,7 +145,9 @@ def test_a_run_that_is_ended_is_resumed(signal_, tmp_path):
     done = pt.load(out).store.finished
     assert 100 <= done < 1000
     if signal_ == signal.SIGINT:
-        assert f"propagation was interrupted: {done} of 1000 members are done. The same call goes on." in error
+        assert (
+            f"propagation was interrupted: {done} of 1000 members are done. The same call continues the run." in error
+        )
     stored = long_run(out)
     assert stored.store.whole.all()
     direct = long_run(None, chunk=None)

@@ -161,7 +161,9 @@ def test_a_connection_that_ends_leaves_a_store_that_goes_on(cluster, serial, tmp
     asked = {"out": out, "chunk": CHUNK, "reduce": slow}
     with (
         when_chunks_are_there(out, own.close),
-        pytest.raises(RuntimeError, match=r"^client must be connected until the last chunk ends, got one that is clos"),
+        pytest.raises(
+            RuntimeError, match=r"^client must be connected until the last chunk ends, got a client that is clos"
+        ),
     ):
         pt.propagate(TOP, START, TIMES, client=own, **asked)
     assert whole_chunks(out) < COUNT // CHUNK
@@ -209,7 +211,7 @@ def test_what_cannot_travel_is_said(client, tmp_path):
                 return fn.Vector(instant.omega_body)
 
     with pytest.raises(
-        TypeError, match=r"^system, events and reduce must travel to the workers, got one that does not: "
+        TypeError, match=r"^system, events and reduce must travel to the workers, got an object that does not: "
     ):
         pt.propagate(pt.System(BODY, Locked()), START, TIMES, out=tmp_path / "a.zarr", client=client)
 
@@ -221,7 +223,7 @@ def test_no_workers_and_no_client_are_said(tmp_path):
         pytest.raises(ValueError, match=r"^client must have workers, got none\. Wait for them: "),
     ):
         pt.propagate(TOP, START, TIMES, out=tmp_path / "a.zarr", client=client)
-    with pytest.raises(ValueError, match=r"^client must be connected to its scheduler, got one that is closed\.$"):
+    with pytest.raises(ValueError, match=r"^client must be connected to its scheduler, got a client that is closed\.$"):
         pt.propagate(TOP, START, TIMES, out=tmp_path / "a.zarr", client=client)
     with pytest.raises(TypeError, match=r"^client must be a dask\.distributed Client, got str\.$"):
         pt.propagate(TOP, START, TIMES, out=tmp_path / "a.zarr", client="tcp://here:8786")

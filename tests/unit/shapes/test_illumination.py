@@ -143,7 +143,7 @@ def test_shadows_of_too_many_faces_are_refused(monkeypatch):
     monkeypatch.setattr(illumination, "MOST_SHADED", 11)
     box = pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0)
     sentence = (
-        r"^mesh must have at most 11 faces where there are shadows, got 12\. Take a coarser one, or shadows=False\.$"
+        r"^mesh must have at most 11 faces where shadows are computed, got 12\. Take a coarser one, or shadows=False\.$"
     )
     with pytest.raises(ValueError, match=sentence):
         pt.shapes.lit_faces(box, (1, 0, 0))

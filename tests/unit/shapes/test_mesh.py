@@ -191,7 +191,9 @@ WRONG = {
 
 @pytest.mark.parametrize(("mesh", "volume"), WRONG.values(), ids=WRONG)
 def test_a_surface_wound_inwards_is_a_hollow_or_turned(mesh, volume):
-    with pytest.raises(ValueError, match=r"must be anticlockwise seen from outside.* repair=True turns (it|them)\.$"):
+    with pytest.raises(
+        ValueError, match=r"must be anticlockwise seen from outside.* Pass repair=True to reverse it\.$"
+    ):
         pt.shapes.Mesh(*mesh, density=1.0)
     right = pt.shapes.Mesh(*mesh, density=1.0, repair=True)
     assert right.mass == pytest.approx(volume, rel=1e-14, abs=0)
@@ -201,7 +203,10 @@ def test_a_surface_wound_inwards_is_a_hollow_or_turned(mesh, volume):
 
 
 def test_the_sentence_names_a_face_of_the_surface_that_is_wound_inwards():
-    with pytest.raises(ValueError, match="a hollow in another, but that of face 12 is wound inwards and in no other"):
+    with pytest.raises(
+        ValueError,
+        match="but the surface of face 12 is wound inwards and lies in no other surface",
+    ):
         pt.shapes.Mesh(*WRONG["beside"][0], mass=1.0)
 
 

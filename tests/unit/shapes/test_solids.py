@@ -64,7 +64,7 @@ def test_spheres_of_different_mass_pull_as_their_centres():
 
 def test_a_cylinder_near_its_surface_is_refused_and_one_beside_it_is_not():
     cylinder = pt.shapes.Cylinder(1.0, 2.0, mass=1.0)
-    with pytest.raises(ValueError, match="points must keep away from the surface of a cylinder, but one lies 1 from"):
+    with pytest.raises(ValueError, match="points must not lie on the surface of a cylinder, but one lies 1 from"):
         cylinder.potential((1.0, 0, 0.3))
     cylinder.potential([(1.01, 0, 0.3), (0.99, 0, 0.3), (0.5, 0, 1.0), (0.2, 0, 1e-12)])
 

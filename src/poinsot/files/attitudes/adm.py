@@ -109,7 +109,7 @@ def read_attitudes(
 def warn_of_undefined(place: str, what: str) -> None:
     """Warn of columns whose meaning the standard does not define."""
     warnings.warn(
-        f"{place} should have rates that the standard defines, got those of /{what}, which are ignored.",
+        f"{place} should have rates that the standard defines, got rates of /{what}, which are ignored.",
         stacklevel=level_of_user(),
     )
 

@@ -218,7 +218,7 @@ def _row(block: _Block) -> tuple[str, dict[str, float]]:
     more = {kind: adm.COLUMNS[kind][len(adm.COLUMNS[form]) :] for kind in kinds}
     given = [kind for kind, keys in more.items() if any(key in block.said for key in keys)]
     if len(given) > 1:
-        raise ValueError(f"{block.place} must have the keys of one type, got those of {' and '.join(given)}.")
+        raise ValueError(f"{block.place} must have the keys of one type, got keys of {' and '.join(given)}.")
     kind = given[0] if given else form
     return kind, {key: block.number(key) for key in adm.COLUMNS[kind]}
 

@@ -205,7 +205,7 @@ def table_of(
         q, omega = motion.quaternion[order], motion.omega_body[order]
         own = AttitudeTable(motion.times[order], q, omega, motion.calendar, motion.reference_frame)
     if calendar is not None and own.calendar is not None and calendar != own.calendar:
-        raise ValueError(f"calendar must be that of the motion, {own.calendar}, got {calendar}.")
+        raise ValueError(f"calendar must be the calendar of the motion, {own.calendar}, got {calendar}.")
     calendar = calendar or own.calendar
     unit = motion.system.units["time"] if isinstance(motion, Trajectory) else "1"
     if calendar is not None and unit not in ("1", calendar.unit):
@@ -223,7 +223,7 @@ def calendar_of(table: AttitudeTable) -> Calendar:
     """Return the calendar of a table, which must have one."""
     if table.calendar is None:
         raise ValueError(
-            "calendar must be given for a motion without one, got none. It says what instant t = 0 is: "
+            "calendar must be given for a motion without one, got none. It states the instant of t = 0: "
             "calendar=Calendar('2026-11-21T00:00:00', 'UTC')."
         )
     return table.calendar
@@ -249,11 +249,13 @@ def dated_calendar(date: str, scale: str, unit: str, name: str, example: str, gi
 def _named(own: str, given: str | None, dated: bool) -> str:
     """Return the name of the reference frame, as given if it is the one of the motion."""
     if given is not None and own != SPACE_AXES_UNNAMED and FRAMES.get(given, given) != FRAMES.get(own, own):
-        raise ValueError(f"reference_frame must be that of the motion, {quoted(own)}, got {quoted(given)}.")
+        raise ValueError(
+            f"reference_frame must be the reference frame of the motion, {quoted(own)}, got {quoted(given)}."
+        )
     if dated and given is None and own == SPACE_AXES_UNNAMED:
         raise ValueError(
             "reference_frame must be given for a motion whose space axes have no name, got none. "
-            "reference_frame='ICRF' says that they are the ICRF."
+            "Pass reference_frame='ICRF' for axes of the ICRF."
         )
     if dated and (given or own) not in FRAMES:
         raise ValueError(f"reference_frame must be one of {', '.join(FRAMES)}, got {quoted(given or own)}.")

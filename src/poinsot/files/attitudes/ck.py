@@ -294,7 +294,7 @@ def _opened(spice: Any, path: Path) -> Iterator[int]:
         finally:
             spice.ckcls(handle)
     except spice.utils.exceptions.SpiceyError as error:
-        raise ValueError(f"motion must be one that a C-kernel can say, got {error.short} from SPICE.") from None
+        raise ValueError(f"motion must be one that a C-kernel can represent, got {error.short} from SPICE.") from None
 
 
 def _size_said_in(kernel: Path) -> int:

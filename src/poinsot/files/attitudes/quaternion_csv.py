@@ -142,7 +142,7 @@ def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[st
             )
     rates = OMEGA if len(shape) == 8 else ()
     if rates and says.get("rate") != RATE:
-        raise ValueError(f"{place} must come after a line that says what rates are, '# rate: {RATE}', got none.")
+        raise ValueError(f"{place} must follow a line that defines the rates, '# rate: {RATE}', got none.")
     return ("t", *ORDERS[says["order"]], *rates)
 
 

@@ -211,7 +211,7 @@ def write_stk_attitude(
     frame = ccsds.FRAMES[table.reference_frame]
     axes = WRITTEN_AXES.get(table.reference_frame, WRITTEN_AXES.get(frame))
     if axes is None:
-        raise ValueError(f"reference_frame must be one that STK knows, got {table.reference_frame}.")
+        raise ValueError(f"reference_frame must be a name that STK defines, got {table.reference_frame}.")
     zero = calendar_of(table).date(0.0).utc
     zero.precision = 9
     begin = Calendar(str(zero.isot), "UTC")

@@ -144,7 +144,7 @@ def _plates(content: bytes) -> tuple[Any, Any]:
     counted = numbers[1:2] if given == 2 else numbers[middle : middle + 1]
     rest = middle + 2 - given
     if numbers.size != rest + 4 * counted.sum():
-        raise ValueError(f"{PLATES} another length than its counts say.")
+        raise ValueError(f"{PLATES} a length that differs from its counts.")
     _refuse_many(len(numbers[rest:]) // 4)
     places, corners = numbers[given:middle].reshape(-1, 4), numbers[rest:].reshape(-1, 4)
     for rows in (places, corners):

@@ -82,7 +82,7 @@ def read_oem(
     if rows.says.get("REF_FRAME_EPOCH") and ccsds.axes_name(rows.says["REF_FRAME"]) != "ICRF":
         epoch = rows.says["REF_FRAME_EPOCH"][:40]
         warnings.warn(
-            f"REF_FRAME_EPOCH in {name} should be absent, got {epoch!r}. It is ignored: the axes are those of date.",
+            f"REF_FRAME_EPOCH in {name} should be absent, got {epoch!r}. It is ignored: the axes are the axes of date.",
             stacklevel=level_of_user(),
         )
     center, frame = rows.says["CENTER_NAME"], rows.says["REF_FRAME"].upper().replace(" ", "")
@@ -117,7 +117,7 @@ def _within(
     if (first, last) == whole.span:
         return whole
     if not whole.span[0] <= first < last <= whole.span[1]:
-        raise ValueError(f"the usable times must be within those of the rows, {whole.span}, got {(first, last)}.")
+        raise ValueError(f"the usable times must lie within the times of the rows, {whole.span}, got {(first, last)}.")
     inside = (whole.knots > first) & (whole.knots < last)
     ends = np.array([first, last])
     edge = np.stack([*whole.position_at(ends), *whole.velocity_at(ends)], axis=-1)

@@ -43,7 +43,7 @@ __all__ = ["Parts"]
 
 Array = NDArray[np.float64]
 FROM = ("from_primary", "from_secondary")
-"""What may follow the name of a path beside two attractors."""
+"""What may follow the name of a path near two attractors."""
 
 RATES = ("omega_body", "omega_space", "angular_momentum_body", "angular_momentum_space")
 ORBIT = ("position", "velocity")
@@ -113,7 +113,7 @@ class Parts:
         if isinstance(told, dict) and {"zero", "scale"} <= set(told) <= {"zero", "scale", "unit"}:
             self.calendar = self._errors.called(("calendar",), _calendar, **told)
             if unit not in (None, self.calendar.unit):
-                rule = f"must be that of the calendar, {self.calendar.unit}"
+                rule = f"must be the unit of the calendar, {self.calendar.unit}"
                 raise self._errors.at(("units", "time"), f"{rule}, got {short(unit)}.")
             unit = self.calendar.unit
         self.time_unit = unit if isinstance(unit, str) and unit in SECONDS else None
@@ -162,7 +162,7 @@ class Parts:
             rule = f"must be {' or '.join(self._turnings)} if it is isotropic"
             raise self._errors.at((*place, "of"), f"{rule}, got {quoted(spread['of'])}.")
         if spread.get("size") is not None:
-            raise self._errors.at((*place, "size"), "must not be beside isotropic, got both.")
+            raise self._errors.at((*place, "size"), "must not be given together with isotropic, got both.")
         return np.asarray(Rotation.from_quat(random.standard_normal((members, 4))).as_rotvec())
 
     def _target(self, path: str, place: Path) -> tuple[Any, Any, str]:
@@ -223,7 +223,7 @@ class Parts:
                     and isinstance(body, TwoBodies)
                     and "on" not in self.values["forces"][i]
                 ):
-                    rule = f"must be there for {type(force).__name__}, which acts on one body"
+                    rule = f"must be given for {type(force).__name__}, which acts on one body"
                     raise self._errors.at(("forces", i, "on"), f"{rule}, got none.") from None
                 return "forces", i
         return ("forces",) if forces else ("body",)
@@ -259,17 +259,21 @@ class Parts:
         name, _, side = reference.partition(".")
         tables = self.values.get("orbits", {})
         if name not in tables:
-            known = nearest(name, tables) or (f" Known tables are {', '.join(tables)}." if tables else " The scenario contains none.")
+            known = nearest(name, tables) or (
+                f" Known tables are {', '.join(tables)}." if tables else " The scenario contains none."
+            )
             raise self._errors.at(place, f"must be the name of a table under orbits, got {short(reference)}.{known}")
         if name in self._making:
-            raise self._errors.at(place, f"must be an orbit that needs not this one, got {short(name)}, which does.")
+            raise self._errors.at(
+                place, f"must be an orbit that does not require this orbit, got {short(name)}, which requires it."
+            )
         if name not in self._made:
             self._making.append(name)
             self._made[name] = self._part("orbit", tables[name], ("orbits", name))
             self._making.pop()
         orbit = self._made[name]
         if side and (side not in FROM or not hasattr(orbit, side)):
-            rule = f"must be an orbit, or {' or '.join(FROM)} of a path beside two attractors"
+            rule = f"must be an orbit, or {' or '.join(FROM)} of a path near two attractors"
             raise self._errors.at(place, f"{rule}, got {short(reference)}.")
         return getattr(orbit, side) if side else orbit
 
@@ -287,7 +291,7 @@ class Parts:
         if isinstance(system, PairSystem):
             return self._state_of_two(system, table, time)
         for name in table.keys() & OF_TWO:
-            raise self._errors.at((*place, name), "must be there for two bodies alone, got one body.")
+            raise self._errors.at((*place, name), "must be given for two bodies only, got one body.")
         own = self._errors.called((*place, "own"), system.given_parts, **table.get("own", {}))
         frame = self._frame(table["frame"]) if "frame" in table else None
         return self._rotation(system, place, time, frame, own)
@@ -374,11 +378,11 @@ class Parts:
             raise self._errors.at(place, f"{rule}, got {' and '.join(given) or 'none'}.")
         (name,) = given
         if "sequence" in table and name != "euler_angles":
-            raise self._errors.at((*place, "sequence"), "must be beside euler_angles, got none.")
+            raise self._errors.at((*place, "sequence"), "must be given together with euler_angles, got none.")
         frame = self.values["state"].get("frame", "")
         of_pair = len(place) > 1 and frame == "orbit"
         if name == "roll_pitch_yaw" and not of_pair and frame.partition(".")[0] not in self.values.get("orbits", {}):
-            raise self._errors.at(("state", "frame"), "must be an orbit beside roll_pitch_yaw, got none.")
+            raise self._errors.at(("state", "frame"), "must be an orbit where roll_pitch_yaw is given, got none.")
         ways: dict[str, Callable[..., Any]] = {
             "quaternion": lambda quaternion: unit_quaternion(quaternion, "quaternion"),
             "matrix": quaternion_from_matrix,
@@ -448,7 +452,7 @@ class Parts:
         if "stop" in table:
             return float(read["stop"])
         if "orbit" not in table:
-            raise self._errors.at(("times", "orbit"), "must be there beside periods, got none.")
+            raise self._errors.at(("times", "orbit"), "must be given together with periods, got none.")
         orbit = self._orbit(table["orbit"], ("times", "orbit"))
         period = np.ravel(getattr(orbit, "period", math.nan))
         if not np.isfinite(period[0]) or period.size > 1:

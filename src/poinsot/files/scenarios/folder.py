@@ -30,7 +30,7 @@ class Folder:
         try:
             inside = path.resolve(strict=True).is_relative_to(self._path.resolve())
         except (OSError, RuntimeError):
-            raise ValueError(f"must be a file beside the scenario, got {given}: no such file.") from None
+            raise ValueError(f"must be a file in the folder of the scenario, got {given}: no such file.") from None
         if not inside:
             raise ValueError(f"must be a file in the scenario's folder, got {given}, which links out of it.")
         if not path.is_file():

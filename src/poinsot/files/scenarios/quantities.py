@@ -50,7 +50,7 @@ def quantity(text: str, kind: str, time_unit: str | None) -> float:
         return float(found["number"]) * ANGLE_UNITS[unit]
     if time_unit is None:
         hint = f"Say units.time: {times}."
-        raise ValueError(f"must be a number where the file does not say its unit of time, got {given}. {hint}")
+        raise ValueError(f"must be a number where the file does not state its unit of time, got {given}. {hint}")
     if kind == "time":
         return float(found["number"]) * (SECONDS[unit] / SECONDS[time_unit])
     return float(found["number"]) * (ANGLE_UNITS[angle] * SECONDS[time_unit] / SECONDS[per])

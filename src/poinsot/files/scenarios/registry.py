@@ -303,7 +303,7 @@ def _placed(maker: Maker) -> Maker:
 
     def call(position: Any = (0, 0, 0), quaternion: Any = None, matrix: Any = None, **fields: Any) -> Any:
         if quaternion is not None and matrix is not None:
-            raise ValueError("matrix must not be beside quaternion, got both.")
+            raise ValueError("matrix must not be given together with quaternion, got both.")
         faces = np.asarray(fields.get("faces", ()))
         if faces.size and np.all(faces == np.rint(faces)) and np.all(np.abs(faces) < 2**53):
             fields["faces"] = faces.astype(np.int64)

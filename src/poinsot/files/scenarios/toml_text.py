@@ -52,7 +52,7 @@ def _told(error: str, text: str, name: str) -> str:
     place = f"{name}, line {line}: "
     key = text.split("\n")[line - 1].partition("=")[0].strip()[:60]
     if what == "Cannot overwrite a value" and key:
-        return f"{place}{key} must be there once, got it again."
+        return f"{place}{key} must be given once, got it twice."
     twice = re.fullmatch(r"Cannot declare \((.*)\) twice", what)
     if twice:
         table = ".".join(part.strip("' ") for part in twice[1].rstrip(",").split(","))

@@ -82,7 +82,7 @@ def read(reads):
 
 def ignored_rates(kind):
     """The warning of columns that version 1 does not define, if there are any."""
-    sentence = r"a\.aem should have rates that the standard defines, got those of /RATE, which are ignored\.$"
+    sentence = r"a\.aem should have rates that the standard defines, got rates of /RATE, which are ignored\.$"
     return pytest.warns(UserWarning, match=sentence) if kind.endswith("RATE") else contextlib.nullcontext()
 
 
@@ -183,7 +183,7 @@ def test_spin_as_in_the_example_of_the_standard(read):
     text = opening() + metadata("SPIN/NUTATION", STOP_TIME=None) + rows([same], [0.0])
     np.testing.assert_allclose(read(text).omega_body[0], rate, rtol=0, atol=1e-11)
     old = text.replace("VERS = 2", "VERS = 1").replace("TIME_SYSTEM", "ATTITUDE_DIR = A2B\nTIME_SYSTEM")
-    with pytest.warns(UserWarning, match=r"a\.aem should have rates that the standard defines, got those of /NUTATION"):
+    with pytest.warns(UserWarning, match=r"a\.aem should have rates that the standard defines, got rates of /NUTATION"):
         assert read(old).omega_body is None
     with pytest.raises(ValueError, match=r"line 19 must have a positive NUTATION_PER, got 0\.0"):
         read(text.replace("3.6000000000000000e+04", "0"))
@@ -448,9 +448,13 @@ def test_orbits_give_calendar_and_frame(tmp_path):
     table = pt.files.read_aem(pt.files.write_aem(motion, tmp_path / "m.aem"))
     assert (table.reference_frame, table.calendar.scale) == ("ICRF", "UTC")
     assert np.max(table.angle_to(motion)) < 1e-14
-    with pytest.raises(ValueError, match=r"^calendar must be that of the motion, Calendar\(.*, got Calendar\(.*\.$"):
+    with pytest.raises(
+        ValueError, match=r"^calendar must be the calendar of the motion, Calendar\(.*, got Calendar\(.*\.$"
+    ):
         pt.files.write_aem(motion, tmp_path / "n.aem", calendar=CALENDAR)
-    with pytest.raises(ValueError, match=r"^reference_frame must be that of the motion, 'ICRF', got 'TEME'\.$"):
+    with pytest.raises(
+        ValueError, match=r"^reference_frame must be the reference frame of the motion, 'ICRF', got 'TEME'\.$"
+    ):
         pt.files.write_aem(motion, tmp_path / "n.aem", reference_frame="TEME")
 
 

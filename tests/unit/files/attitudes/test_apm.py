@@ -267,7 +267,7 @@ def test_euler_blocks(read, sequence):
     old += "".join(f"{axis}_ANGLE = {a!r} [deg]\n" for axis, a in zip(sequence, angles.tolist(), strict=True))
     old += "".join(f"{axis}_RATE = 1.0 [deg/s]\n" for axis in sequence)
     inertia = V1[V1.index("INERTIA_REF") :]
-    with pytest.warns(UserWarning, match=r"a\.apm, line 10 should have rates that the standard defines, got those of"):
+    with pytest.warns(UserWarning, match=r"a\.apm, line 10 should have rates that the standard defines, got rates of"):
         check(*read(HEAD.replace("2.0", "1.0", 1) + old + inertia), rates=False)
     with pytest.raises(ValueError, match=r"must have its angles in the order '\d{3}', got '\d{3}'"):
         read(HEAD.replace("2.0", "1.0", 1) + old.replace(digits, "231" if digits != "231" else "132"))

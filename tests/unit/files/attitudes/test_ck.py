@@ -89,10 +89,13 @@ def test_other_frames_of_spice():
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        ({"frame": "FOO"}, r"^frame must be one that SPICE knows, got 'FOO'\.$"),
+        ({"frame": "FOO"}, r"^frame must be a frame that SPICE defines, got 'FOO'\.$"),
         ({"frame": 3}, r"^frame must be a text, got int 3\.$"),
-        ({"reference_frame": "BAR"}, r"^reference_frame must be one that SPICE knows, got 'BAR'\.$"),
-        ({"reference_frame": "IAU_EARTH"}, r"^reference_frame must be one that does not rotate, got 'IAU_EARTH'\.$"),
+        ({"reference_frame": "BAR"}, r"^reference_frame must be a frame that SPICE defines, got 'BAR'\.$"),
+        (
+            {"reference_frame": "IAU_EARTH"},
+            r"^reference_frame must be a frame that does not rotate, got 'IAU_EARTH'\.$",
+        ),
         (
             {"times": [9.0, 11.0]},
             r"^kernels must say the attitude of 'SC_BODY_1' at 2026 NOV 21 00:00:43\.182 TDB, got SPICE\(NOFRAME",

@@ -144,5 +144,5 @@ def test_days_and_axes(tmp_path):
     table = pt.files.read_stk_attitude(path)
     np.testing.assert_allclose(table.times, 100 * TIMES, rtol=0, atol=1e-9)
     np.testing.assert_allclose(table.omega_body, motion.omega_body / 86400, rtol=1e-14)
-    with pytest.raises(ValueError, match=r"^reference_frame must be one that STK knows, got MCI\.$"):
+    with pytest.raises(ValueError, match=r"^reference_frame must be a name that STK defines, got MCI\.$"):
         pt.files.write_stk_attitude(motion, tmp_path / "n.a", calendar=days, reference_frame="MCI")

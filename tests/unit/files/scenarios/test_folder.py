@@ -284,10 +284,10 @@ OUT = {
     "": "must be a path from the folder of the scenario to a file in it or below, got ''.",
     "link.obj": "must be a file in the scenario's folder, got 'link.obj', which links out of it.",
     "out/secret.obj": "must be a file in the scenario's folder, got 'out/secret.obj', which links out of it.",
-    "loop.obj": "must be a file beside the scenario, got 'loop.obj': no such file.",
-    "none.obj": "must be a file beside the scenario, got 'none.obj': no such file.",
+    "loop.obj": "must be a file in the folder of the scenario, got 'loop.obj': no such file.",
+    "none.obj": "must be a file in the folder of the scenario, got 'none.obj': no such file.",
     "below": "must be a file, got 'below', a folder or a device.",
-    "x" * 300: "must be a file beside the scenario, got",
+    "x" * 300: "must be a file in the folder of the scenario, got",
 }
 
 
@@ -355,7 +355,9 @@ def test_results_say_what_their_times_mean(folder, tmp_path):
     table = pt.files.read_aem(pt.files.write_aem(back, tmp_path / "it.aem", reference_frame="ICRF"))
     assert table.calendar.date(table.times[-1]).isot == "2026-11-25T04:00:00.000"
     assert np.max(table.angle_to(back)) < 1e-14
-    with pytest.raises(ValueError, match=r"calendar must be that of the motion, Calendar\(zero='2026-11-21T00:00:00'"):
+    with pytest.raises(
+        ValueError, match=r"calendar must be the calendar of the motion, Calendar\(zero='2026-11-21T00:00:00'"
+    ):
         pt.files.write_aem(back, tmp_path / "b.aem", reference_frame="ICRF", calendar=CALENDAR)
 
 

@@ -349,7 +349,7 @@ def test_isotropic_attitudes_have_no_direction():
     np.testing.assert_allclose(np.mean(axes**2, axis=0), 1 / 3, rtol=0, atol=0.01)
     assert np.mean(turned.magnitude()) == pytest.approx(math.pi / 2 + 2 / math.pi, abs=0.02)
     for spread, sentence in {
-        'distribution = "isotropic"\nsize = 1': "size must not be beside isotropic, got both.",
+        'distribution = "isotropic"\nsize = 1': "size must not be given together with isotropic, got both.",
         'distribution = "uniform"': "size must be given, got none.",
     }.items():
         with pytest.raises(ValueError, match=rf"ensemble\.spread\[0\]\.{sentence}"):
@@ -464,7 +464,7 @@ WRONG = {
     ),
     "line 9: state.omega_body[1] must be a rate: rpm, or an angle (rad, mrad, deg, arcmin, arcsec, rev) over a time "
     "(s, min, h, d), got '0.1 deg/fortnight'.": ("0.1 deg/s", "0.1 deg/fortnight"),
-    "line 9: state.omega_body[1] must be a number where the file does not say its unit of time, got '0.1 deg/s'. "
+    "line 9: state.omega_body[1] must be a number where the file does not state its unit of time, got '0.1 deg/s'. "
     "Say units.time: s, min, h, d.": ('time = "s"', 'time = "year"'),
     "line 22: times.stop must be a time in s, min, h, d, got '2 km'.": ("2 h", "2 km"),
     "line 5: body must be one table, got a list. A scenario has one: [body].": ("[body]", "[[body]]"),
@@ -484,7 +484,7 @@ WRONG = {
         "omega_space = [0, 0, 0]\nomega_body",
     ),
     "line 8: state.quaternion must have unit norm": ("[1, 0, 0, 0]", "[1, 0, 0, 0.1]"),
-    "line 9: state.frame must be the name of a table under orbits, got 'mars'. There is earth.": (
+    "line 9: state.frame must be the name of a table under orbits, got 'mars'. Known tables are earth.": (
         ("omega_body", 'frame = "mars"\nomega_body')
     ),
     "line 6: body.moments must be finite, got moments[0] = nan.": ("400", "nan"),
@@ -500,9 +500,9 @@ WRONG = {
         ("[times]", '[run]\nmethod = "closed form"\n[times]')
     ),
     "line 21: times must have one of stop and periods, or values.": ("stop", "periods = 1\nstop"),
-    "line 21: times.orbit must be there beside periods, got none.": ('stop = "2 h"', "periods = 2"),
+    "line 21: times.orbit must be given together with periods, got none.": ('stop = "2 h"', "periods = 2"),
     "line 21: the text must be TOML, got ": ("[times]", "[times"),
-    "line 24: count must be there once, got it again.": ("count = 11", "count = 11\ncount = 12"),
+    "line 24: count must be given once, got it twice.": ("count = 11", "count = 11\ncount = 12"),
     "line 21: body must be one table, got [body] again.": ("[times]", "[body]\n[times]"),
     "line 10: forces[0].type must be given, got none. Known types are ": ('type = "GravityGradient"\n', ""),
     "line 22: in times.values, times must be strictly monotonic, but times[1]": (
@@ -566,7 +566,9 @@ def test_names_of_other_kinds_are_refused():
 
 def test_orbits_that_need_each_other_are_refused():
     around = '[orbits.a]\ntype = "PrecessingOrbit"\norbit = "b"\n[orbits.b]\ntype = "PrecessingOrbit"\norbit = "a"\n'
-    with pytest.raises(ValueError, match=r"b.orbit must be an orbit that needs not this one, got 'a', which does"):
+    with pytest.raises(
+        ValueError, match=r"b.orbit must be an orbit that does not require this orbit, got 'a', which requires it"
+    ):
         scenario(SATELLITE.replace('orbit = "earth"', 'orbit = "a"') + around)
 
 
