@@ -556,7 +556,10 @@ def test_a_notebook_shows_the_page_in_a_frame():
     assert isinstance(shown, View)
     assert re.fullmatch(r"View\(0\.\d MB of HTML\)", repr(shown))
     allowed = 'sandbox="allow-scripts allow-downloads"'
-    frame = re.fullmatch(rf'<iframe srcdoc="([^"]*)" {allowed} [^<>]*></iframe>', shown._repr_html_())
+    frame = re.fullmatch(
+        rf'<style>[^<>]*</style><div class="poinsot-view"><iframe srcdoc="([^"]*)" {allowed} [^<>]*></iframe></div>',
+        shown._repr_html_(),
+    )
     assert html.unescape(frame[1]) == shown.html
 
 
