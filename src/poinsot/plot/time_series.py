@@ -34,6 +34,8 @@ __all__ = [
 Array = NDArray[np.float64]
 
 FLOOR = 0.5 * np.finfo(float).eps
+ROUNDING = 1e-12
+"""Part of its largest value below which a torque is rounding, which a log axis does not show."""
 """The smallest value on the log axis of relative drifts: the rounding of a float."""
 
 
@@ -279,7 +281,10 @@ def torques(
     sizes = {name: np.linalg.norm(torque, axis=-1) for name, torque in found.items()}
     own = DerivedUnits(motion.system.units).energy
     unit = unit_of("torque_unit", own, torque_unit or TORQUE_UNITS.get(own))
-    shown = {in_words(name): np.where(size > 0, unit.factor * size, np.nan) for name, size in sizes.items()}
+    shown = {
+        in_words(name): np.where(size > ROUNDING * np.nanmax(size, initial=0), unit.factor * size, np.nan)
+        for name, size in sizes.items()
+    }
     layout = Layout(ax, title, time_unit, window)
     panel: Axes = against_time(reached(motion), {f"torque{unit.label}": shown}, layout, log=True)[0]
     return panel
