@@ -34,9 +34,9 @@ __all__ = [
 Array = NDArray[np.float64]
 
 FLOOR = 0.5 * np.finfo(float).eps
+"""The smallest value on the log axis of relative drifts: the rounding of a float."""
 ROUNDING = 1e-12
 """Part of its largest value below which a torque is rounding, which a log axis does not show."""
-"""The smallest value on the log axis of relative drifts: the rounding of a float."""
 
 
 @plot
