@@ -212,5 +212,5 @@ def bracketed(unit: str) -> str:
 
 def in_words(name: str) -> str:
     """Return the name of a class as words: "GravityGradient" becomes "gravity gradient"."""
-    words = re.split(r"(?<=[a-z])(?=[A-Z])", name)
+    words = re.split(r"(?<=[a-z])(?=[A-Z])", name.replace("Yorp", "YORP"))
     return " ".join(word[:1].lower() + word[1:] if word[1:2].islower() else word for word in words)
