@@ -41,6 +41,10 @@ CONTAINERS = frozenset((np.ndarray, dict, tuple, list))
 """Classes of values that contain numbers which somebody could write."""
 
 
+MAX_LEVELS = 64
+"""Levels of lists, tuples and dictionaries within each other; an array has at most 64 axes."""
+
+
 def read_only(value: Kind) -> Kind:
     """Return a value with its arrays made read-only in place; a dictionary becomes a `ReadOnlyDict`."""
     return _each(_locked, value)  # type: ignore[no-any-return]
@@ -58,15 +62,17 @@ def copied(value: Kind) -> Kind:
     return _each(np.copy, value)  # type: ignore[no-any-return]
 
 
-def _each(change: Callable[[Any], Any], value: Any) -> Any:
+def _each(change: Callable[[Any], Any], value: Any, level: int = 0) -> Any:
     """Return a value with its arrays changed, in dictionaries, tuples and lists too."""
     kind = value.__class__
     if kind is np.ndarray:
         return change(value)
+    if level > MAX_LEVELS:
+        raise ValueError(f"lists must contain each other at most {MAX_LEVELS} deep, got {quoted(value)} deeper.")
     if kind is dict:
-        return ReadOnlyDict({name: _each(change, one) for name, one in value.items()})
+        return ReadOnlyDict({name: _each(change, one, level + 1) for name, one in value.items()})
     if (kind is tuple or kind is list) and not CONTAINERS.isdisjoint(map(type, value)):
-        changed = [_each(change, one) for one in value]
+        changed = [_each(change, one, level + 1) for one in value]
         return value if all(map(operator.is_, changed, value)) else kind(changed)
     return value
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 import poinsot as pt
@@ -72,3 +73,29 @@ def test_a_default_with_an_annotation_replaces_the_default_of_the_base():
 
 def test_a_property_is_no_default():
     assert Derived.unchecked().friction == 0.1
+
+
+def nested(levels):
+    value = [1.0]
+    for _ in range(levels):
+        value = [value]
+    return value
+
+
+def endless():
+    value = [1.0]
+    value.append(value)
+    return value
+
+
+@pytest.mark.parametrize("value", [nested(3000), endless(), {"a": nested(3000)}], ids=["nested", "endless", "mapping"])
+def test_lists_within_each_other_raise_an_error(value):
+    with pytest.raises(ValueError, match=r"^lists must contain each other at most 64 deep, got ") as caught:
+        pt.analysis.SecularEvolution(value, {}, ())
+    assert len(str(caught.value)) < 300
+
+
+def test_nested_arrays_become_read_only():
+    inside = np.ones(3)
+    made = pt.analysis.SecularEvolution(np.zeros(2), {"a": [[[inside]]]}, ())
+    assert not made.values["a"][0][0][0].flags.writeable
