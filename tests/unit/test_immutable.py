@@ -38,7 +38,7 @@ def test_a_default_without_an_annotation_raises_an_error(bases, attributes, name
     assert str(caught.value) == refusal(name, value)
 
 
-@pytest.mark.parametrize("kind", sorted(concrete_subclasses(Parametric), key=lambda kind: kind.__qualname__))
+@pytest.mark.parametrize("kind", sorted(concrete_subclasses(Parametric), key=str))
 def test_a_default_without_an_annotation_raises_an_error_for_every_kind(kind):
     for field in dataclasses.fields(kind):
         with pytest.raises(TypeError) as caught:
