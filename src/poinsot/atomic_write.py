@@ -39,6 +39,8 @@ AT_FOLDER, EXCHANGE = -100, 2
 def new_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     """Yield the path of a file to write, which is moved to `path` if no error occurs and removed otherwise.
 
+    A symbolic link that is overwritten stays, and the file to which it leads is replaced.
+
     Raises
     ------
     FileNotFoundError, FileExistsError, IsADirectoryError
@@ -47,7 +49,7 @@ def new_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
     OSError
         If the system cannot write the file: the disk is full, or the user may not write there.
     """
-    path = Path(path)
+    path = _target(Path(path), overwrite)
     if path.is_dir():
         raise IsADirectoryError(f"{shortened(path)} must be the name of a file, got a folder.")
     if path.exists() and not path.is_file():
@@ -65,6 +67,7 @@ def new_file(path: str | Path, overwrite: bool) -> Iterator[Path]:
 @contextlib.contextmanager
 def new_folder(path: Path, overwrite: bool, mark: str) -> Iterator[Path]:
     """Yield the path of a folder to make, as `new_file` does; replace only a folder with the file `mark`."""
+    path = _target(path, overwrite)
     with _part(path, overwrite) as part:
         _check_mark(path, mark)
         yield part
@@ -104,6 +107,11 @@ def unwritable(path: Path | str, why: str) -> str:
 
 
 # ---------------------------------------------------------------------- names
+
+
+def _target(path: Path, overwrite: bool) -> Path:
+    """Return the name to replace: of a symbolic link, the name to which it leads."""
+    return Path(os.path.realpath(path)) if overwrite and path.is_symlink() else path
 
 
 def _check_free(path: Path) -> None:

@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
 
 import numpy as np
 
+from poinsot.printable import quoted
+
 __all__ = ["Immutable", "ReadOnlyDict", "copied", "owned", "read_only"]
 
 Kind = TypeVar("Kind")
@@ -39,6 +41,10 @@ CONTAINERS = frozenset((np.ndarray, dict, tuple, list))
 """Classes of values that contain numbers which somebody could write."""
 
 
+MAX_LEVELS = 64
+"""Levels of lists, tuples and dictionaries within each other; an array has at most 64 axes."""
+
+
 def read_only(value: Kind) -> Kind:
     """Return a value with its arrays made read-only in place; a dictionary becomes a `ReadOnlyDict`."""
     return _each(_locked, value)  # type: ignore[no-any-return]
@@ -56,15 +62,17 @@ def copied(value: Kind) -> Kind:
     return _each(np.copy, value)  # type: ignore[no-any-return]
 
 
-def _each(change: Callable[[Any], Any], value: Any) -> Any:
+def _each(change: Callable[[Any], Any], value: Any, level: int = 0) -> Any:
     """Return a value with its arrays changed, in dictionaries, tuples and lists too."""
     kind = value.__class__
     if kind is np.ndarray:
         return change(value)
+    if level > MAX_LEVELS:
+        raise ValueError(f"lists must contain each other at most {MAX_LEVELS} deep, got {quoted(value)} deeper.")
     if kind is dict:
-        return ReadOnlyDict({name: _each(change, one) for name, one in value.items()})
+        return ReadOnlyDict({name: _each(change, one, level + 1) for name, one in value.items()})
     if (kind is tuple or kind is list) and not CONTAINERS.isdisjoint(map(type, value)):
-        changed = [_each(change, one) for one in value]
+        changed = [_each(change, one, level + 1) for one in value]
         return value if all(map(operator.is_, changed, value)) else kind(changed)
     return value
 
@@ -118,6 +126,24 @@ else:
             return signature.replace(parameters=list(signature.parameters.values())[1:])
 
 
+def _refuse_defaults_without_annotation(cls: type) -> None:
+    """Raise a TypeError for a default of an inherited field without an annotation, which a dataclass ignores.
+
+    The `__init__` of the class would assign the default of the base class. A method or a property is no default.
+    """
+    fields = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    for name in sorted({field.name for field in fields} - inspect.get_annotations(cls).keys()):
+        for owner in cls.__mro__:
+            if name in vars(owner):
+                is_field = "__dataclass_fields__" in vars(owner) and name in inspect.get_annotations(owner)
+                if not is_field and not hasattr(value := vars(owner)[name], "__get__"):
+                    raise TypeError(
+                        f"{name} of {cls.__name__} must have an annotation, got the default {quoted(value)} without "
+                        "one. Repeat the annotation of the base class, as in `gain: float = 0.3`."
+                    )
+                break
+
+
 class Immutable(metaclass=Construction):
     """Base of objects that stay as they were made.
 
@@ -127,6 +153,10 @@ class Immutable(metaclass=Construction):
 
     _seals: ClassVar[bool] = True
     """Whether the values that `__init__` sets are sealed. False for an object of sealed values in every run."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        _refuse_defaults_without_annotation(cls)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name[0] != "_" and OPEN not in self.__dict__:

@@ -524,3 +524,23 @@ def test_shapes_that_fit_no_members_are_refused(case):
     call, message = WRONG[case]
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         call()
+
+
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("formula", ["position", "velocity", "inverse_distance", "direction"])
+def test_the_environment_of_states_is_at_the_time_of_each(formula, count):
+    """Members' orbits at the members' times, not at the times of all members."""
+    axes, times = np.linspace(1.0, 1.5, count), np.linspace(0.0, 1.0, count)
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=axes, eccentricity=0.3)
+    body = pt.Body((1.25, 1.0, 0.75))
+    system = pt.System(body, pt.GravityGradient(orbit))
+    for time in (times, 0.5):
+        state = system.state(np.tile((1.0, 0, 0, 0), (count, 1)), omega_body=(0, 0, 0.1), time=time)
+        instant = system.at(state)
+        got = np.asarray(getattr(instant.environment, formula)(orbit))
+        assert np.array_equal(got, np.asarray(getattr(instant, formula)(orbit)))
+        for k, axis in enumerate(axes):
+            own = pt.KeplerOrbit(1.0, semimajor_axis=axis, eccentricity=0.3)
+            one = pt.Environment(float(np.broadcast_to(time, count)[k]))
+            # Two roundings of the last bits: formulas of arrays and of scalars may differ.
+            np.testing.assert_allclose(got[..., k], np.asarray(getattr(one, formula)(own)), rtol=1e-15, atol=1e-15)

@@ -467,3 +467,21 @@ def test_times_of_jumps_in_a_file_are_checked(said):
     data.attrs["jumps"] = said
     with pytest.raises(ValueError, match=r"the dataset must have (parts by name|jumps of each member)"):
         pt.load(data)
+
+
+@pytest.mark.parametrize("roundings", [1, 2, 5, 9, 14])
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_a_run_goes_on_from_a_row_next_to_a_sample_and_an_impulse(number, roundings, kernel):
+    """On looped kernels the row before both shows neither, and a run from it does both, in one order."""
+    system, kick = pt.System(BODY, Remembering(0.9, 0.25)), 0.25 * (number + 1)
+    row, behind = kick * (1 - roundings * 2.0**-53), np.nextafter(kick, 9)
+    times, events = np.array([row, kick, behind, kick + 0.1]), [Push(kick)]
+    whole = pt.propagate(system, system.state(**START, time=-0.07), times, events=events, dense=True)
+    momenta, total = np.linalg.norm(whole.angular_momentum_body, axis=-1), whole.own["remembering"][:, 3:]
+    if kernel == "looped":
+        # A tenth more momentum; four roundings of momenta below 1.
+        assert np.max(np.abs(momenta[1:3] - 1.1 * momenta[0])) < 4 * np.finfo(float).eps
+    assert np.min(np.max(np.abs(total[1:3] - total[0]), axis=-1)) > 1e-2
+    assert joined(whole, times, events=events) < BOUND
+    for k in range(3):
+        assert difference(pt.propagate(system, whole(times[k]), times[k:], events=events), whole) < BOUND

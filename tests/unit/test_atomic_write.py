@@ -367,3 +367,33 @@ def test_one_of_many_writers_of_a_name_succeeds(tmp_path):
     assert {(turn, text_of(tmp_path / str(turn))) for turn in range(20)} == set(done)
     assert len(wrong) == 7 * 20
     assert all(each.endswith(" already exists; overwrite=True replaces it.") for each in wrong)
+
+
+@pytest.mark.parametrize("name", ["motion.nc", "motion.zarr", "text.txt"])
+def test_a_symbolic_link_stays_and_leads_to_the_new_result(tmp_path, name):
+    def write(path, factor):
+        if name == "text.txt":
+            return writing.write_text(path, str(factor), overwrite=True)
+        body = pt.Body((1.25, 1.0, 0.75))
+        start = body.state((1, 0, 0, 0), omega_body=(0, 0, factor))
+        return pt.save(pt.propagate(pt.System(body), start, [0.0, 1.0]), path, overwrite=True)
+
+    def read(path):
+        return path.read_text() if name == "text.txt" else pt.load(path).omega_body[0, 2]
+
+    (tmp_path / "data").mkdir()
+    target, link = tmp_path / "data" / name, tmp_path / name
+    link.symlink_to(Path("data") / name)
+    for factor in (1.0, 2.0):  # the link leads to nothing at first
+        write(link, factor)
+        assert link.is_symlink()
+        assert not target.is_symlink()
+        assert float(read(target)) == float(read(link)) == factor
+    assert {*os.listdir(tmp_path)} == {"data", name}
+
+
+def test_a_link_to_itself_is_replaced(tmp_path):
+    link = tmp_path / "loop.txt"
+    link.symlink_to(link)
+    writing.write_text(link, "text", overwrite=True)
+    assert link.read_text() == "text"

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from poinsot.printable import described, kind_of, message_of, printable, quoted, shortened
+from poinsot.printable import described, kind_of, message_of, nearest, printable, quoted, shortened
 
 
 class Silent:
@@ -54,3 +54,8 @@ def test_the_message_of_an_error_is_one_line():
 
     assert message_of(ValueError("a\n b\x07")) == r"a b\x07"
     assert message_of(MuteError()) == "MuteError (its str raises ValueError)"
+
+
+def test_the_nearest_known_name_is_a_question():
+    assert nearest("kane_dampr", ["rotor", "kane_damper"]) == " Did you mean kane_damper?"
+    assert nearest("wheel", ["kane_damper"]) == ""

@@ -234,7 +234,7 @@ def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
     drifts = np.full((*signals.shape[:-1], count), np.nan)
     for member in np.ndindex(signals.shape[:-1]):
         parts = (slice(None, half), slice(-half, None))
-        first, second = (_decomposed(signals[member][part], t[part], lines)[:2] for part in parts)
+        first, second = (_fitted(signals[member][part], lines).lines(t[part])[:2] for part in parts)
         drift = _followed(_faster(first, slowest), _faster(second, slowest))[:count]
         drifts[member][: drift.size] = drift
     return drifts
@@ -441,6 +441,15 @@ class _Fit:
         shifts = _reduced(np.append(pair, -pair if self.is_real else pair) - self.turns[line])
         return float(2 * np.pi * np.min(np.abs(shifts)))
 
+    def lines(self, t: Array) -> tuple[Array, Array, NDArray[np.int_]]:
+        """Return the frequencies, the amplitudes at t = 0 and the indices of the lines, the strongest line first."""
+        nu = 2 * np.pi * self.turns / ((t[-1] - t[0]) / (t.size - 1))
+        amplitudes = self.amplitudes * np.exp(-1j * nu * (t[0] + t[-1]) / 2)
+        if self.is_real:
+            nu, amplitudes = np.abs(nu), np.where(nu < 0, amplitudes.conj(), amplitudes)
+        order = np.argsort(-np.abs(amplitudes))
+        return nu[order], amplitudes[order], order
+
     @property
     def is_certain(self) -> bool:
         """Whether close lines exceed the noise and differ by more than it allows."""
@@ -467,21 +476,14 @@ class _Uncertainties:
 
 
 def _decomposed(signal: Array, t: Array, count: int) -> tuple[Array, Array, Array, Array, float]:
-    """Return frequencies, amplitudes at t = 0, errors and residual of one signal."""
+    """Return frequencies, amplitudes at t = 0, errors, resolved lines and residual of one signal."""
     fit = _fitted(signal, count)
-    step = (t[-1] - t[0]) / (t.size - 1)
-    backwards = np.sign(fit.turns) if fit.is_real else np.ones(fit.turns.size)
-    nu = 2 * np.pi * fit.turns / step
-    amplitudes = fit.amplitudes * np.exp(-1j * nu * (t[0] + t[-1]) / 2)
+    step, (nu, amplitudes, order) = (t[-1] - t[0]) / (t.size - 1), fit.lines(t)
     found = fit.uncertainties
     errors, resolved = found.turns.copy(), found.resolved
     for line in np.flatnonzero(~resolved):
         errors[line] = max(found.unresolved[line], fit.shift(int(line)))
-    errors = errors / step
-    order = np.argsort(-np.abs(amplitudes))
-    if fit.is_real:
-        nu, amplitudes = np.abs(nu), np.where(backwards < 0, amplitudes.conj(), amplitudes)
-    return nu[order], amplitudes[order], errors[order], resolved[order], fit.residual
+    return nu, amplitudes, (errors / step)[order], resolved[order], fit.residual
 
 
 def _fitted(signal: Array, count: int) -> _Fit:

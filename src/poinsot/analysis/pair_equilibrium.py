@@ -31,6 +31,7 @@ from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState
 from poinsot.mechanics.units import DerivedUnits
+from poinsot.printable import quoted
 
 __all__ = ["PairEquilibrium", "pair_equilibria", "refuse_open"]
 
@@ -112,7 +113,7 @@ class PairEquilibrium(Summarized):
         Raises
         ------
         ValueError
-            If there is no such frequency.
+            If there is no such frequency, or if the amplitude is larger than half a turn.
 
         Examples
         --------
@@ -127,6 +128,10 @@ class PairEquilibrium(Summarized):
         amplitude, number = float(real_array("amplitude", amplitude, ())), int(real_array("number", number, ()))
         if number not in range(-(count := len(self.frequencies)), count):
             raise ValueError(f"number must be a whole number from {-count} to {count - 1}, got {number}.")
+        if abs(amplitude) > np.pi:
+            raise ValueError(
+                f"amplitude must be at most pi in size, got {quoted(amplitude)}. Linear equations hold for small ones."
+            )
         point, pace = PairPoint.of(self.state), float(np.linalg.norm(self.rate))
         units = units_of_pair(self.system, self.distance, pace)
         axes = [symmetry_axis(body) for body in self.system.rigid_bodies]

@@ -154,11 +154,24 @@ def _horner(step: Value, ahead: Value, shape: tuple[int, int], out: Value) -> No
 
 
 class Action(NamedTuple):
-    """The variables after an event has acted at a time; times that differ by no more than `near` are the same."""
+    """The variables after an event has acted at a time; times that differ by no more than `near` are the same.
 
-    time: float
-    near: float
+    Attributes
+    ----------
+    since, until : float
+        The times of the last sample before the action and of the first one after it: rows at earlier times are the
+        variables before both, and rows at later times those after both.
+    """
+
+    time: Any
+    near: Any
     row: Array
+    since: Any = -np.inf
+    until: Any = np.inf
+
+    def at(self, times: Any) -> Any:
+        """Return whether rows at times are the variables after the action."""
+        return (np.abs(times - self.time) <= self.near) & (times >= self.since) & (times < self.until)
 
 
 class DenseOutput:
@@ -202,23 +215,23 @@ class DenseOutput:
 
     def _put_actions(self, times: Array, rows: Array) -> None:
         """Put the variables after actions into rows at their times."""
-        known, near, after = self._after_actions
-        behind = known.searchsorted(times)
-        for places in (np.maximum(behind - 1, 0), np.minimum(behind, known.size - 1)):
-            here = np.abs(times - known[places]) <= near[places]
-            rows[here] = after[places[here]]
+        known = self._after_actions
+        behind = known.time.searchsorted(times)
+        for places in (np.maximum(behind - 1, 0), np.minimum(behind, known.time.size - 1)):
+            some = Action(*(each[places] for each in known))
+            here = some.at(times)
+            rows[here] = some.row[here]
 
     @functools.cached_property
-    def _after_actions(self) -> tuple[Array, Array, Array]:
-        """Times that rise, how near to each the rows are the same, and rows: the last ones of actions at one time."""
+    def _after_actions(self) -> Action:
+        """The last ones of actions at one time, by times that rise."""
         last = [
             one
             for one, following in itertools.zip_longest(self.actions, self.actions[1:])
             if following is None or abs(following.time - one.time) > following.near
         ]
-        times, near = np.array([one[:2] for one in last]).T
-        order = np.argsort(times)
-        return times[order], near[order], np.array([one.row for one in last], dtype=float)[order]
+        order = np.argsort([one.time for one in last])
+        return Action(*(np.array(each, dtype=float)[order] for each in zip(*last, strict=True)))
 
     def _at(self, times: Array) -> Array:
         """Return the variables."""

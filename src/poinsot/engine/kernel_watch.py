@@ -24,6 +24,9 @@ AT_ONCE = 16 * np.finfo(float).eps
 coincide. A time in which the attitude changes is that of the run at most."""
 
 
+AT_TARGET = 0.125
+"""The part of the time of coincident events within which an event is at an output time, a sample or the end."""
+
 LINEAR = 2.0**-26
 """The part of a step in which variables are linear."""
 
@@ -83,7 +86,7 @@ class Watch:
         near = self._near(work).larger(kept[0])
         chosen, cut, waits = lines.constant(self._kernel.whole, -1), nowhere, nowhere
         linear = near.larger(LINEAR * abs(h))
-        sides, passed, shifts = self._starts(work, near, linear)
+        sides, passed, shifts, waiting = self._starts(work, near, linear)
         wrong = list[Value]()
         for i, side in enumerate(sides):
             reach = (abs(h).larger(passed[i])).intrinsic("copysign", way)
@@ -91,16 +94,20 @@ class Watch:
             given = coefficients, reach, side, passed[i] / abs(reach)
             found = lines.call(f"{{{kind}, {kind}}}", "first_change", *given)
             share, changes = found.part(0), found.part(1).is_("gt", 0.0)
+            if i - len(self.conditions) in waiting:
+                share = waiting[i - len(self.conditions)].choose(share.like(1.0), share)
             wrong.append(share.is_("eq", 0.0))
             earlier = share.is_("lt", 1.0) & ~wrong[-1]
             chosen = earlier.choose(changes.choose(chosen.like(i), -1), chosen)
             h, cut, waits = earlier.choose(share * reach, h), cut | earlier, waits | wrong[-1]
         kept[0] = near
-        targets = ["end", "output_time", *self._kernel.sampling.targets]
-        for target in targets if self.events else ():  # an event two roundings beside these is there
-            ahead = (work.array(target, kind)[0] - work.array("time", kind)[0]) - work.array("time", kind)[1]
-            there = chosen.is_("ge", len(self.conditions)) & abs(ahead - h).is_("le", 0.125 * near)
-            h = there.choose(ahead, h)
+        is_event, found = chosen.is_("ge", len(self.conditions)), h
+        for target in ("end", "output_time") if self.events else ():  # an event two roundings beside these is there
+            ahead = self._ahead(work, target)
+            h = (is_event & abs(ahead - h).is_("le", AT_TARGET * near)).choose(ahead, h)
+        for target in self._kernel.sampling.targets if self.events else ():  # a sample comes before its events
+            ahead = self._ahead(work, target)
+            h = (is_event & abs(ahead - found).is_("le", AT_TARGET * near)).choose(ahead, h)
         stops = self._note_all(lines, work, sides, shifts, wrong, active) | (self._switched(lines, work) & ~waits)
         waits = waits | stops
         for i, place in enumerate(self.conditions):
@@ -110,6 +117,11 @@ class Watch:
         self._turn(work, sides, here, ~waits)
         kept[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
         return waits.choose(h.like(0.0), h), cut | waits, waits, stops
+
+    def _ahead(self, work: Record, target: str) -> Value:
+        """Return the time from the start of the step to an output time, a sample or the end."""
+        time = work.array("time", self._kernel.kind)
+        return (work.array(target, self._kernel.kind)[0] - time[0]) - time[1]
 
     def defined(self, work: Record, finite: Value) -> Value:
         """Return where the values of all events are numbers too."""
@@ -135,16 +147,21 @@ class Watch:
             scale = (1.0 / fastest).smaller(scale)
         return scale.larger(abs(work.array("time", kind)[0])) * AT_ONCE
 
-    def _starts(self, work: Record, near: Value, linear: Value) -> tuple[list[Value], list[Value], list[Value]]:
+    def _starts(
+        self, work: Record, near: Value, linear: Value
+    ) -> tuple[list[Value], list[Value], list[Value], dict[int, Value]]:
         """Return the signs of the functions, the times behind which to look for zeros, and those to zeros of events.
 
         Of an event that is new the sign is the present one; where an action has left its value at zero, no farther
         than it was known to be there, that behind the zero. The rate behind an action may be so small that the zero of
         the rounded value is far ahead. Rounding may let a step pass a zero, by no more than is linear.
+
+        An event that is new and that is at the start but for rounding has happened, unless it waits for a sample
+        between the start and its zero. Events that wait are the last of what is returned.
         """
         kind, way = near.type, work.array("way", near.type)[0]
         sides = [1.0 - 2.0 * work.array("parameters", kind)[place] for place in self.conditions]
-        passed, shifts = [near] * len(sides), list[Value]()
+        passed, shifts, waiting = [near] * len(sides), list[Value](), dict[int, Value]()
         for i in range(self.events):
             value, slope = (work.array("watched", kind)[len(sides) * self._orders + n] for n in (0, 1))
             side, uncertain, shift = work.array("sides", kind)[i], work.array("uncertain", kind), -value / slope
@@ -152,9 +169,13 @@ class Watch:
             present = left.choose(slope * way, value)
             sides.append(side.is_("eq", 0.0).choose(side.like(1.0).intrinsic("copysign", present), side))
             passed.append(left.choose(near.larger((2.0 * abs(shift)).smaller(linear)), near))
+            for target in self._kernel.sampling.targets:
+                ahead = self._ahead(work, target)
+                new = side.is_("eq", 0.0) & ~left & shift.is_("le", near)
+                waiting[i] = new & ahead.is_("gt", 0.0) & shift.is_("ge", ahead - AT_TARGET * near)
             shifts.append(abs(shift).is_("le", linear).choose(shift, 0.0))
             uncertain[i] = near * abs(slope)
-        return sides, passed, shifts
+        return sides, passed, shifts, waiting
 
     def _switched(self, lines: Lines, work: Record) -> Value:
         """Return where a condition that stops a lane has switched since its last step, if it has taken one."""

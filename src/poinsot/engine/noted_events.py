@@ -71,6 +71,8 @@ class NotedEvents:
         self.failed: dict[int, str] = {}
         self.causes: dict[int, BaseException] = {}
         self._last = np.repeat(tasks["time"][:, :1], len(events), axis=1)
+        samples = tasks["numbers"] * tasks["periods"] + tasks["phases"]
+        self._to_sample = np.min(samples, axis=1, initial=np.inf) - tasks["time"][:, 0]
         self._since, self._longest = np.zeros((2, tasks.size, len(events)))
         self._bits = [(i, 1 << i) for i in range(len(events))]
 
@@ -82,7 +84,7 @@ class NotedEvents:
             found = [(i, 1 if rising & bit else -1) for i, bit in self._bits if which & bit and own[i]]
             new = [(i, direction) for i, direction in found if self._is_new(task, i, time, near)]
             if self._let_happen(task, new, time, row):
-                self.actions[task].append(Action(time, near, row))
+                self.actions[task].append(Action(time, near, row, *self._samples_around(task)))
                 self._put_rows(task, self.actions[task][-1])
         tasks = self._queue.tasks
         stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)
@@ -99,10 +101,13 @@ class NotedEvents:
         return counts
 
     def _is_new(self, task: int, number: int, time: float, near: float) -> bool:
-        """Whether the event has not just happened, and note that it has."""
+        """Return whether the event has not just happened, and note that it has.
+
+        What the start of a task is near to has happened, unless it comes after a sample.
+        """
         since = abs(time - self._last[task, number])
         self._last[task, number] = time
-        if since <= near:
+        if since <= near and not (self._since[task, number] == 0.0 and 0.0 < self._to_sample[task] <= near):
             return False
         if since >= self._since[task, number]:
             self._longest[task, number] = since
@@ -129,9 +134,15 @@ class NotedEvents:
         rows, stride = output.rows.reshape(-1, action.row.size), int(own["stride"])
         for back in range(1, int(own["index"]) + 1):
             step = (int(own["index"]) - back) * stride
-            if abs(output.times[own["first"] + step] - action.time) > action.near:
+            if not action.at(output.times[own["first"] + step]):
                 return
             rows[own["place"] + step] = action.row
+
+    def _samples_around(self, task: int) -> tuple[float, float]:
+        """Return the times of the last sample of a task that is done and of the next one."""
+        own = self._queue.tasks[task]
+        done, ahead = ((own["numbers"] - back) * own["periods"] + own["phases"] for back in (1.0, 0.0))
+        return float(np.max(done, initial=-np.inf)), float(np.min(ahead, initial=np.inf))
 
     def _act(self, task: int, number: int, time: float, row: Array) -> bool:
         """Give a task the state that an event returns, or note why not; return True if there is one."""

@@ -81,6 +81,11 @@ class SampledIntegration(Integration):
         ahead = self._ahead[lane]
         return np.append(ahead[ahead < until], until)
 
+    def _samples_around(self, lane: int) -> tuple[float, float]:
+        """Return the times of the last sample of a lane that is done and of the next one."""
+        done, ahead = (self._clock.times(self._numbers[lane] - back, self.members[lane]) for back in (1, 0))
+        return float(done.max()), float(ahead.min())
+
     def _take(self, leg: Integration, lanes: list[int], grids: list[Array]) -> None:
         """Keep what a leg has brought."""
         self.cause = self.cause or leg.cause
@@ -88,7 +93,8 @@ class SampledIntegration(Integration):
             rows = leg.rows(k)
             self.steps[lane] += leg.steps[k]
             self.events[lane] += leg.events[k]
-            self.actions[lane] += leg.actions[k]
+            since, until = self._samples_around(lane)
+            self.actions[lane] += [each._replace(since=since, until=until) for each in leg.actions[k]]
             self.failed[lane], self.reached[lane] = self.failed[lane] or leg.failed[k], leg.reached[k]
             there = len(rows) == grid.size
             self._rows[lane].append(rows[: grid.size - 1])

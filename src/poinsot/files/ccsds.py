@@ -17,7 +17,7 @@ from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import Rows
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import SCALES, Calendar
-from poinsot.printable import quoted
+from poinsot.printable import quoted, shortened
 
 INERTIAL = {
     "ICRF": ("ICRF", "ICRF1", "ICRF2", "ICRF3", "ICRS", "GCRF", "GCRF1", "GCRF2", "GCRF3", "GCRS", "EME2000", "J2000"),
@@ -307,13 +307,28 @@ def times_of(rows: Rows, calendar: Calendar | None) -> tuple[NDArray[np.float64]
         raise ValueError(f"{rows.places[0]}: {error}") from None
     times = _counted(calendar, rows.epochs, rows.places, scale)
     rows.check_rising(times)
-    stop = time_said(rows, "STOP_TIME", calendar)
-    if stop is not None and times.size > 1 and times[-1] + (times[-1] - times[-2]) < stop:
-        raise ValueError(
-            f"the rows of {rows.name} must reach STOP_TIME = {rows.says['STOP_TIME']}, got a last row of "
-            f"{rows.epochs[-1]}. The file is not whole."
-        )
+    if times.size > 1:
+        _check_span(rows, times, calendar)
     return times, calendar
+
+
+def _check_span(rows: Rows, times: NDArray[np.float64], calendar: Calendar) -> None:
+    """Raise a ValueError unless the rows extend from START_TIME to STOP_TIME, but for the interval between two rows."""
+    ends = (("START_TIME", "first", 0, times[0] - times[1]), ("STOP_TIME", "last", -1, times[-1] - times[-2]))
+    for key, which, place, interval in ends:
+        if (said := time_said(rows, key, calendar)) is None:
+            continue
+        missing = (said - times[place]) / interval
+        if missing > 1.0:
+            raise ValueError(
+                f"the rows of {rows.name} must reach {key} = {shortened(rows.says[key])}, got a {which} row of "
+                f"{rows.epochs[place]}. The file is not whole."
+            )
+        if missing < -1.0:
+            raise ValueError(
+                f"the rows of {rows.name} must lie between START_TIME and STOP_TIME, got a {which} row of "
+                f"{rows.epochs[place]}, and {key} = {shortened(rows.says[key])}."
+            )
 
 
 def time_said(rows: Rows, key: str, calendar: Calendar) -> float | None:

@@ -6,12 +6,12 @@ import dataclasses
 import difflib
 import warnings
 from collections.abc import Collection, Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from poinsot.errors import level_of_user
-from poinsot.printable import quoted, shortened
+from poinsot.printable import nearest, quoted, shortened
 
-__all__ = ["Entry", "Keys", "nearest"]
+__all__ = ["Entry", "Keys"]
 
 ALIKE = 0.85
 """Similarity, as difflib computes it, above which an unknown key is a misspelled one: one wrong letter of seven."""
@@ -90,9 +90,3 @@ class Keys:
     def resembles(self, key: str) -> bool:
         """Return whether a key is used, or is a misspelled one that is used."""
         return bool(difflib.get_close_matches(key[:40], sorted(self.used), 1, ALIKE))
-
-
-def nearest(name: Any, known: Iterable[str]) -> str:
-    """Return the suggestion of the nearest known name, or an empty string."""
-    found = difflib.get_close_matches(str(name)[:60], list(known), n=1)
-    return f" Did you mean {quoted(found[0])}?" if found else ""

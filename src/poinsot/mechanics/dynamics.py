@@ -19,7 +19,7 @@ from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.environment import Environment, shared_blocks
+from poinsot.mechanics.environment import Environment, EnvironmentOfStates, shared_blocks
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Parametric
@@ -169,7 +169,8 @@ class Dynamics(Collection):
         ]
         own = {name: scalars(values) for name, values in state.own.items()}
         twin = self.beside(state.shape) if any(record.member_axis for record in self.records) else self
-        return twin.instant(bodies, own, environment or Environment(state.time))
+        environment = environment or EnvironmentOfStates(state.time, len(state.shape))
+        return twin.instant(bodies, own, environment)
 
     def instant(
         self,

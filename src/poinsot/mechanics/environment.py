@@ -28,6 +28,7 @@ __all__ = [
     "SPACE_AXES_UNNAMED",
     "Dated",
     "Environment",
+    "EnvironmentOfStates",
     "Orbit",
     "OrbitBlock",
     "Views",
@@ -298,21 +299,21 @@ class Environment(Immutable):
     def position(self, orbit: Orbit) -> Vector:
         """Return the position of the body from the attractor of that orbit, space axes."""
         if (found := self._found(orbit)) is None:
-            return orbit.position_at(self.time)
+            return self._beside(orbit).position_at(self.time)
         block, own = found
         return self._vector(block.position(orbit, self.time, own), block, own)
 
     def velocity(self, orbit: Orbit) -> Vector:
         """Return the velocity of the body relative to the attractor of that orbit, space axes."""
         if (found := self._found(orbit)) is None:
-            return orbit.velocity_at(self.time)
+            return self._beside(orbit).velocity_at(self.time)
         block, own = found
         return self._vector(block.velocity(orbit, self.time, own), block, own)
 
     def inverse_distance(self, orbit: Orbit) -> Scalar:
         """Return 1 / r of the body from the attractor of that orbit."""
         if (found := self._found(orbit)) is None:
-            return orbit.inverse_distance_at(self.time)
+            return self._beside(orbit).inverse_distance_at(self.time)
         block, own = found
         return block.inverse_distance(orbit, self.time, own)
 
@@ -342,8 +343,32 @@ class Environment(Immutable):
         path = orbit.block if self.blocks else None
         return next(((block, own) for block, own in self.blocks if path and same(block, path)), None)
 
+    def _beside(self, orbit: Orbit) -> Orbit:
+        """Return an orbit whose formulas take the time: of members, the times are common to all."""
+        return orbit
+
     def _vector(self, vector: Vector, block: OrbitBlock, own: Vector) -> Vector:
         return ComovingVector(vector) if self._comoving else block.to_space(vector, self.time, own)
+
+
+class EnvironmentOfStates(Environment):
+    """Where the orbits are at the times of states, members first: each member's orbit at the time of its own state.
+
+    Parameters
+    ----------
+    time : array
+        The times of the states, or one for all.
+    axes : int
+        How many axes the states have.
+    """
+
+    def __init__(self, time: Any, axes: int) -> None:
+        super().__init__(time)
+        self._axes = axes
+
+    @override
+    def _beside(self, orbit: Orbit) -> Orbit:
+        return orbit.with_axes(self._axes) if orbit.member_axis and self._axes else orbit
 
 
 Views = tuple[int | None, ...]

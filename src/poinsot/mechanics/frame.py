@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import copy
+import functools
 from abc import abstractmethod
 from collections.abc import Callable
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.errors import member_array, real_numbers, refuse_other_members
+from poinsot.errors import member_array, real_numbers, reals_or_nan, refuse_other_members
 from poinsot.html_text import text_table
 from poinsot.immutable import Immutable
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
@@ -20,8 +22,9 @@ from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angl
 from poinsot.mechanics.formula_errors import explain_formulas
 from poinsot.mechanics.members import expanded, with_times
 from poinsot.mechanics.parameters import listed
-from poinsot.printable import described
+from poinsot.printable import described, kind_of
 from poinsot.quantities import AngularVelocities, Time, Times
+from poinsot.subclasses import is_own
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -31,6 +34,9 @@ __all__ = ["Frame", "RelativeOrbitFrame", "RotatingFrame", "from_roll_pitch_yaw"
 LEVEL = np.array([0.5, -0.5, -0.5, 0.5])
 """Forward, opposite to the normal, down -> radial, transverse, normal."""
 
+
+OF_TIME = {"quaternion": 4, "omega_space": 3}
+"""The functions of the time that a frame has, and how many components the values of each have."""
 
 PARALLEL = 1e-12
 """The sine of an angle below which two directions span no plane."""
@@ -49,6 +55,9 @@ class Frame(Immutable):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         explain_formulas(cls)
+        for name, length in OF_TIME.items():
+            if not is_own(cls) and isinstance(function := vars(cls).get(name), FunctionType):
+                setattr(cls, name, _with_shape(function, length))
 
     @property
     def member_axis(self) -> tuple[int, ...]:
@@ -80,6 +89,33 @@ class Frame(Immutable):
     def attitude(self, time: Times) -> Rotation:
         """Return the scipy rotation frame -> space."""
         return rotation(real_numbers("quaternion(time)", self.quaternion(time)))
+
+
+def _with_shape(function: Callable[..., Any], length: int) -> Callable[..., Any]:
+    """Return a function of a frame of the user's own that raises an error for values of another shape."""
+
+    @functools.wraps(function)
+    def shaped(frame: Frame, time: Times) -> NDArray[np.float64]:
+        name = f"{kind_of(frame)}.{function.__name__}(time)"
+        values = reals_or_nan(name, function(frame, time))
+        times = np.shape(time)
+        if values.shape[-1:] != (length,) or not _broadcasts(values.shape[:-1], times):
+            needed = ", ".join(map(str, (*times, length)))
+            raise ValueError(
+                f"{name} must have shape ({needed}{',' * (not times)}) at times of shape {times}, got shape "
+                f"{values.shape}."
+            )
+        return values
+
+    return shaped
+
+
+def _broadcasts(*shapes: tuple[int, ...]) -> bool:
+    try:
+        np.broadcast_shapes(*shapes)
+    except ValueError:
+        return False
+    return True
 
 
 def checked_frame(frame: Any) -> Frame:

@@ -8,6 +8,7 @@ from typing import Any
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
@@ -47,6 +48,7 @@ class PairInstant(Instant):
     (5.0, [3.0, 0.0, 4.0])
     """
 
+    @checked
     def __init__(
         self,
         pair: TwoBodies,

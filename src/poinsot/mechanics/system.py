@@ -32,7 +32,7 @@ from poinsot.mechanics.probing import sample_times, samples
 from poinsot.mechanics.state import Phase, State, changed, state_of, state_with
 from poinsot.mechanics.typeset import system_html, system_latex
 from poinsot.mechanics.units import checked_units, dated_units
-from poinsot.printable import described, quoted
+from poinsot.printable import described, nearest, quoted
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -207,7 +207,9 @@ class System(Dynamics):
         sizes = {part.name: part.size for part in self.parts if part.size}
         if unknown := [name for name in own if name not in sizes]:
             known = ", ".join(sizes) or "none"
-            raise ValueError(f"own must name parts with variables, {known}, got {quoted(unknown[0])}.")
+            raise ValueError(
+                f"own must name parts with variables, {known}, got {quoted(unknown[0])}.{nearest(unknown[0], sizes)}"
+            )
         return {name: member_array(name, values, (sizes[name],)) for name, values in own.items()}
 
     def numbered(self, count: int) -> NDArray[np.int_]:

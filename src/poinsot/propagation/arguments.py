@@ -18,7 +18,7 @@ from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.printable import quoted
+from poinsot.printable import nearest, quoted, shortened
 
 __all__ = [
     "broadcast_members",
@@ -112,7 +112,14 @@ def check_bodies(system: System, state: State) -> None:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
         words = {1: "one body", 2: "two bodies"}
         raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
-    system.check_variables({name: np.shape(values)[-1] for name, values in state.own.items()})
+    sizes = {name: np.shape(values)[-1] for name, values in state.own.items() if name != "orbit" or needed == 1}
+    names = [part.name for part in system.parts]
+    if unknown := next((name for name in sizes if name not in names), None):
+        raise ValueError(
+            f"state must have variables of the parts of the system, {', '.join(map(shortened, names)) or 'none'}, got "
+            f"{quoted(unknown)}.{nearest(unknown, names)} Make it by system.state(...)."
+        )
+    system.check_variables(sizes)
     if needed > 1 and all(isinstance(force, PotentialOn | TorqueOn) for force in system.forces):
         warnings.warn(
             f"system should have a force between its two bodies, got {', '.join(map(repr, system.forces)) or 'none'}. "

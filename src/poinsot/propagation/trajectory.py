@@ -31,6 +31,7 @@ from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
+from poinsot.printable import described
 from poinsot.propagation.columns import along_times
 from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, EventsOfMembers, EventSource, KnownEvents, StoredEvent
@@ -130,6 +131,8 @@ class Trajectory(Summarized):
         failures: Mapping[int, str] | None = None,
         environment: Callable[[], Environment] | None = None,
     ) -> None:
+        if failures.__class__ is not dict and not isinstance(failures, Mapping | None):
+            raise TypeError(f"failures must be a mapping of members to reasons, got {described(failures)}.")
         vars(self).update(  # in a tenth of the time of assignments
             system=system,
             initial=initial,

@@ -283,3 +283,17 @@ def test_a_frequency_that_there_is_not_is_refused():
             ValueError, match=f"^number must be a whole number from {-last - 1} to {last}, got {wrong}.$"
         ):
             rest.displaced(wrong, 0.01)
+
+
+@pytest.mark.parametrize("amplitude", [1e200, -1e308, 3.2])
+def test_amplitudes_of_more_than_half_a_turn_raise_an_error(amplitude):
+    body = pt.Body.from_ellipsoid(1.0, (1.2, 1.0, 0.9))
+    pair = pt.TwoBodies(body, body, G=1.0)
+    (rest,) = pt.analysis.pair_equilibria(
+        pt.System(pair, pt.forces.MutualGravity()), pair.doubly_synchronous(distance=9.0)
+    )
+    with pytest.raises(ValueError) as caught:
+        rest.displaced(-1, amplitude)
+    assert str(caught.value) == (
+        f"amplitude must be at most pi in size, got {amplitude!r}. Linear equations hold for small ones."
+    )

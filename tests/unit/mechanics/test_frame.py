@@ -148,3 +148,53 @@ def test_roll_pitch_and_yaw_are_turns_of_scipy(rng):
         np.max((attitude.inv() * Rotation.from_quat(from_roll_pitch_yaw(angles), scalar_first=True)).magnitude())
         < 1e-15
     )
+
+
+WRONG_VALUES = {
+    "no value": (None, "must be real numbers, got NoneType None."),
+    "text": ("x", "must be real numbers, got str 'x'."),
+    "one number": (1.0, "must have shape {needed}, got shape ()."),
+    "three components": (np.ones(3), "must have shape {needed}, got shape (3,)."),
+    "five components": (np.ones(5), "must have shape {needed}, got shape (5,)."),
+    "other times": (np.ones((3, 4)), "must have shape {needed}, got shape (3, 4)."),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG_VALUES)
+def test_a_users_frame_raises_an_error_for_values_of_another_shape(body, kind):
+    value, words = WRONG_VALUES[kind]
+    times = np.linspace(0.0, 1.0, 9)
+
+    class Wrong(pt.Frame):
+        def quaternion(self, time):  # noqa: ARG002
+            return value
+
+        def omega_space(self, time):
+            return np.broadcast_to((0.0, 0.0, 0.1), (*np.shape(time), 3))
+
+    message = f"Wrong.quaternion(time) {words}"
+    motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=OMEGA), times)
+    one, several = "(4,) at times of shape ()", "(9, 4) at times of shape (9,)"
+    calls = {
+        several: [lambda: Wrong().attitude(times), lambda: motion.relative_to(Wrong()).quaternion],
+        one: [lambda: body.state((1, 0, 0, 0), omega_body=OMEGA, frame=Wrong())],
+    }
+    for needed, each in calls.items() if kind != "other times" else [(several, calls[several])]:
+        for call in each:
+            with pytest.raises((TypeError, ValueError)) as caught:
+                call()
+            assert str(caught.value) == message.format(needed=needed)
+
+
+def test_a_users_frame_raises_an_error_for_rates_of_another_shape(body):
+    class Wrong(pt.Frame):
+        def quaternion(self, time):
+            return np.broadcast_to((1.0, 0.0, 0.0, 0.0), (*np.shape(time), 4))
+
+        def omega_space(self, time):  # noqa: ARG002
+            return np.ones(4)
+
+    with pytest.raises(
+        ValueError, match=r"^Wrong\.omega_space\(time\) must have shape \(3,\) at times of shape \(\), "
+    ):
+        body.state((1, 0, 0, 0), omega_body=OMEGA, frame=Wrong())

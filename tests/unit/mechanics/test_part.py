@@ -263,3 +263,19 @@ def test_orbits_of_a_law_of_a_part_are_those_of_the_system():
     motion = pt.propagate(system, start, [0.0, 400.0])
     # The wheels alone lead it to the axes of the orbit, but for what gravity holds against them.
     assert motion.relative_to(EARTH_ORBIT.frame).attitude[-1].magnitude() < 0.01  # from 0.57
+
+
+def test_a_state_with_variables_of_other_parts_raises_an_error():
+    damped, rigid = pt.System(BODY, pt.parts.KaneDamper(0.1, 0.05)), pt.System(BODY)
+    state = damped.state((1, 0, 0, 0), omega_body=OMEGA)
+    misspelled = pt.State(state.quaternion, state.conjugate_momenta, own={"kane_dampr": (1.0, 2.0, 3.0)})
+    rule, remedy = "state must have variables of the parts of the system, ", "Make it by system.state(...)."
+    for system, start, words in [
+        (rigid, state, f"none, got 'kane_damper'. {remedy}"),
+        (damped, misspelled, f"kane_damper, got 'kane_dampr'. Did you mean kane_damper? {remedy}"),
+    ]:
+        with pytest.raises(ValueError) as caught:
+            pt.propagate(system, start, [1.0])
+        assert str(caught.value) == rule + words
+    with pytest.raises(ValueError, match=r"^own must name parts .*, got 'kane_dampr'\. Did you mean kane_damper\?$"):
+        damped.state((1, 0, 0, 0), omega_body=OMEGA, kane_dampr=(1.0, 2.0, 3.0))

@@ -428,3 +428,13 @@ def test_variables_must_be_names_of_variables(names, kind, got):
     motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
     with pytest.raises(kind, match=f"^{got}$"):
         motion.variables(names)
+
+
+@pytest.mark.parametrize("failures", [np.ones(2), ["late"], 1.0])
+def test_failures_must_be_a_mapping(failures):
+    body = pt.Body((1.25, 1.0, 0.75))
+    motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
+    with pytest.raises(TypeError) as caught:
+        pt.Trajectory(motion.system, motion.initial, motion.times, dict, motion.run, failures=failures)
+    kind = type(failures).__name__
+    assert str(caught.value) == f"failures must be a mapping of members to reasons, got {kind}."

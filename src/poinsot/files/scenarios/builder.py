@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers, refuse_other_members
-from poinsot.files.keys import nearest
 from poinsot.files.scenarios.errors import MISSING, Errors, has, maker_at
 from poinsot.files.scenarios.folder import Folder
 from poinsot.files.scenarios.registry import Group, Key, default_of, makers
@@ -31,7 +30,7 @@ from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.printable import quoted
+from poinsot.printable import nearest, quoted
 from poinsot.propagation.arguments import (
     check_span,
     checked_times,

@@ -214,7 +214,7 @@ def test_another_calendar_and_utc(read):
 def parts(cut=20, second=None, **fields):
     numbers = columns("QUATERNION/ANGVEL")
     first = metadata("QUATERNION/ANGVEL", STOP_TIME=None) + rows(numbers[: cut + 1], TIMES[: cut + 1])
-    after = metadata(second or "QUATERNION/ANGVEL", STOP_TIME=None, **fields)
+    after = metadata(second or "QUATERNION/ANGVEL", START_TIME=None, STOP_TIME=None, **fields)
     return opening() + first + after + rows(columns(second or "QUATERNION/ANGVEL")[cut:], TIMES[cut:])
 
 
@@ -228,7 +228,7 @@ def test_segments_that_follow_each_other_are_one(read):
 def disagreeing(numbers, kind="QUATERNION/ANGVEL"):
     """Two segments of which the second begins at the last epoch of the first with other numbers."""
     first = metadata("QUATERNION/ANGVEL", STOP_TIME=None) + rows(columns("QUATERNION/ANGVEL")[:21], TIMES[:21])
-    return opening() + first + metadata(kind, STOP_TIME=None) + rows(numbers[20:], TIMES[20:])
+    return opening() + first + metadata(kind, START_TIME=None, STOP_TIME=None) + rows(numbers[20:], TIMES[20:])
 
 
 @pytest.mark.parametrize("what", ["attitude", "rate"])
@@ -318,6 +318,7 @@ HEAD = opening() + metadata("QUATERNION/ANGVEL")
         (HEAD + "".join(ROWS[:-1]), r"a\.aem, line 19 must be followed by DATA_STOP, got the end of the file"),
         (HEAD[:-20], r"a\.aem, line 5 must be followed by META_STOP|must be KEY = VALUE or META_STOP"),
         (HEAD + "".join(ROWS[:20]) + "DATA_STOP\n", r"must reach STOP_TIME = .* The file is not whole\.$"),
+        (HEAD + "".join(ROWS[5:]) + "DATA_STOP\n", r"must reach START_TIME = .* The file is not whole\.$"),
         (HEAD + "".join(ROWS[:2] + ROWS[:1:-1]), r"a\.aem, line \d+ must"),
         (HEAD + ROWS[0] + ROWS[3] + ROWS[2] + ROWS[-1], r"a\.aem, line 21 must be later than the row before"),
         (HEAD + ROWS[0] + ROWS[3] + ROWS[3] + ROWS[-1], r"a\.aem, line 21 must be later than the row before"),

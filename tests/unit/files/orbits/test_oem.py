@@ -145,7 +145,7 @@ def test_leap_second_between_rows(read):
             else (late - dt.timedelta(seconds=1)).isoformat()
         )
 
-    orbit = read(OPENING + metadata(STOP_TIME=None) + lines(dates=dates))
+    orbit = read(OPENING + metadata(START_TIME=None, STOP_TIME=None) + lines(dates=dates))
     assert "T23:59:60 " in lines(dates=dates)
     assert apart(orbit, np.linspace(0, STEP * (COUNT - 1), 3001))[0] < 1e-8
 
@@ -203,12 +203,12 @@ def test_usable_times_of_one_out_of_two(read):
 @pytest.mark.parametrize(
     ("second", "reason"),
     [
-        (metadata() + lines(51), r"the state at 2026-11-21T01:42:00\.000"),
-        (metadata() + lines(52), r"the state at 2026-11-21T01:44:00\.000"),
-        (metadata(REF_FRAME="TEME") + lines(50), "REF_FRAME"),
-        (metadata(CENTER_NAME="MOON") + lines(50), "CENTER_NAME"),
-        (metadata(TIME_SYSTEM="TAI") + lines(50), "TIME_SYSTEM"),
-        (metadata(OBJECT_ID="1998-067A") + lines(50), "OBJECT_ID"),
+        (metadata(START_TIME=None) + lines(51), r"the state at 2026-11-21T01:42:00\.000"),
+        (metadata(START_TIME=None) + lines(52), r"the state at 2026-11-21T01:44:00\.000"),
+        (metadata(START_TIME=None, REF_FRAME="TEME") + lines(50), "REF_FRAME"),
+        (metadata(START_TIME=None, CENTER_NAME="MOON") + lines(50), "CENTER_NAME"),
+        (metadata(START_TIME=None, TIME_SYSTEM="TAI") + lines(50), "TIME_SYSTEM"),
+        (metadata(START_TIME=None, OBJECT_ID="1998-067A") + lines(50), "OBJECT_ID"),
     ],
 )
 def test_other_segments_are_chosen_from(read, second, reason):
@@ -253,6 +253,21 @@ ROWS = lines().splitlines(keepends=True)
         (
             OPENING + metadata() + "".join(ROWS[:60]),
             r"the rows of .* must reach STOP_TIME = .* The file is not whole\.$",
+        ),
+        (
+            OPENING + metadata() + "".join(ROWS[2:]),
+            r"the rows of .* must reach START_TIME = 2026-11-21T00:00:00\.000, got a first row of "
+            r"2026-11-21T00:04:00\.000\. The file is not whole\.$",
+        ),
+        (
+            OPENING + metadata(START_TIME=dated(2.5 * STEP)) + "".join(ROWS),
+            r"the rows of .* must lie between START_TIME and STOP_TIME, got a first row of 2026-11-21T00:00:00\.000, "
+            r"and START_TIME = 2026-11-21T00:05:00\.000\.$",
+        ),
+        (
+            OPENING + metadata(STOP_TIME=dated(40 * STEP)) + "".join(ROWS),
+            r"the rows of .* must lie between START_TIME and STOP_TIME, got a last row of 2026-11-21T04:00:00\.000, "
+            r"and STOP_TIME = 2026-11-21T01:20:00\.000\.$",
         ),
         (WHOLE[:9000], r"a\.oem, line \d+ must have a time and numbers for X, Y, Z, .*, got '2026"),
         (OPENING + metadata() + "".join(ROWS[:40] + ROWS[60:]), r"line 18 to line 118: times must have no gaps"),
