@@ -57,5 +57,5 @@ def test_the_message_of_an_error_is_one_line():
 
 
 def test_the_nearest_known_name_is_a_question():
-    assert nearest("kane_dampr", ["rotor", "kane_damper"]) == " Did you mean kane_damper?"
+    assert nearest("kane_dampr", ["rotor", "kane_damper"]) == " Did you mean 'kane_damper'?"
     assert nearest("wheel", ["kane_damper"]) == ""

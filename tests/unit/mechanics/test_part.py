@@ -272,10 +272,10 @@ def test_a_state_with_variables_of_other_parts_raises_an_error():
     rule, remedy = "state must have variables of the parts of the system, ", "Make it by system.state(...)."
     for system, start, words in [
         (rigid, state, f"none, got 'kane_damper'. {remedy}"),
-        (damped, misspelled, f"kane_damper, got 'kane_dampr'. Did you mean kane_damper? {remedy}"),
+        (damped, misspelled, f"kane_damper, got 'kane_dampr'. Did you mean 'kane_damper'? {remedy}"),
     ]:
         with pytest.raises(ValueError) as caught:
             pt.propagate(system, start, [1.0])
         assert str(caught.value) == rule + words
-    with pytest.raises(ValueError, match=r"^own must name parts .*, got 'kane_dampr'\. Did you mean kane_damper\?$"):
+    with pytest.raises(ValueError, match=r"^own must name parts .*, got 'kane_dampr'\. Did you mean 'kane_damper'\?$"):
         damped.state((1, 0, 0, 0), omega_body=OMEGA, kane_dampr=(1.0, 2.0, 3.0))
