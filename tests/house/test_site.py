@@ -20,6 +20,8 @@ STYLE_REQUEST = re.compile(r"""(?:url\(|@import\s)\s*["']?(?:https?:)?//""")
 def test_every_example_is_in_one_group_of_the_gallery():
     grouped = [name for group in gallery.GROUPS.values() for name in group.split()]
     assert sorted(grouped) == sorted({path.stem for path in (ROOT / "examples").glob("*.[pt][yo]*")})
+    assert sorted(gallery.QUESTIONS) == sorted(grouped)
+    assert all(len(question) < 60 and question.endswith("?") for question in gallery.QUESTIONS.values())
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)
