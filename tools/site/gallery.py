@@ -112,12 +112,12 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import poinsot as pt
+from poinsot.plot.labels import rate_unit_of, time_unit_of
 motion = pt.files.read_scenario(sys.argv[1]).propagate(progress=False)
 pt.view(motion.member(0) if motion.is_ensemble else motion, sys.argv[2], overwrite=True)
 drawn = {
     **dict.fromkeys(("io", "titan", "moon", "boom_satellite"), "long axis"),
     "mercury": "obliquity",
-    "contact_binary": "obliquity",
 }.get(Path(sys.argv[1]).stem)
 orbit = next(iter(motion.system.orbits), None)
 if len(motion.of_bodies) > 1:
@@ -130,21 +130,23 @@ elif drawn and orbit is not None:
     }[drawn]
     angle = np.degrees(np.arccos(np.clip(np.abs(axis), 0, 1)))
     figure, panel = plt.subplots(figsize=(7, 5), layout="constrained")
-    panel.plot(motion.times / orbit.period, angle.T, lw=1)
+    panel.plot(motion.times / orbit.period, angle.T, color="#0072B2", lw=0.3 if motion.is_ensemble else 1)
     panel.set(xlabel="time [revolutions]", ylabel=label)
     panel.grid(alpha=0.25)
 else:
     figure, panel = plt.subplots(figsize=(7, 5), layout="constrained")
-    rates = motion.omega_body
-    several = motion.is_ensemble
-    unit = motion.system.units["time"]
-    names = ("first", "second", "third")
-    for i, name in enumerate(names):
-        lines = panel.plot(motion.times, rates[..., i].T, color=f"C{i}", lw=0.5 if several else 1.2)
-        lines[0].set_label(name + " body axis")
-    time = "time (dimensionless)" if unit == "1" else f"time [{unit}]"
-    rate = "angular velocity [rad / unit of time]" if unit == "1" else f"angular velocity [rad/{unit}]"
-    panel.set(xlabel=time, ylabel=rate)
+    units, rates = motion.system.units, motion.omega_body
+    unit = rate_unit_of(units, None, rates)
+    if motion.is_ensemble:
+        sizes = unit.factor * np.linalg.norm(rates, axis=-1)
+        for place, label in ((0, "first time"), (-1, "last time")):
+            panel.hist(sizes[:, place], bins=40, alpha=0.6, label=label)
+        panel.set(xlabel="angular velocity" + unit.label, ylabel="number of members")
+    else:
+        time = time_unit_of(units, None, motion.times)
+        for i, name in enumerate(("first", "second", "third")):
+            panel.plot(time.factor * motion.times, unit.factor * rates[:, i], label=name + " body axis")
+        panel.set(xlabel="time" + time.label, ylabel="angular velocity" + unit.label)
     panel.legend(frameon=False)
     panel.grid(alpha=0.25)
 figure.savefig("scenario.png", dpi=110)
