@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT))
 
 from tools.site.build import write_pages  # noqa: E402
 from tools.site.names import canonical_names, linked_names  # noqa: E402
-from tools.site.search import keep_text, write_texts  # noqa: E402
+from tools.site.search import keep_text, with_index_entries, write_texts  # noqa: E402
 
 import poinsot  # noqa: E402
 
@@ -136,6 +136,9 @@ def setup(app):
     app.connect("builder-inited", lambda app: write_pages(Path(app.srcdir) / "generated"))
     app.connect("autodoc-process-docstring", without_substitutions, priority=900)
     app.connect("source-read", with_links_on_the_site)
+    app.connect(
+        "source-read", lambda app, name, text: with_index_entries(name, text, Path(app.env.doc2path(name)).suffix)
+    )
     app.connect("doctree-read", with_links_to_names)
     app.connect("missing-reference", known_elsewhere)
     app.connect("html-page-context", without_requests)

@@ -6,7 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from tools.site import api, gallery, names
+from tools.site import api, gallery, names, search
 
 ROOT = Path(__file__).parents[2]
 SITE = ROOT / "docs" / "_build" / "html"
@@ -158,6 +158,18 @@ def test_the_search_from_disk_finds_what_propagates_an_attitude(browser):
     summaries.nth(19).wait_for(timeout=20000)
     assert sum("attitude" in summary.lower() for summary in summaries.all_text_contents()) > 10
     assert visit.complaints() == []
+
+
+@pytest.mark.docs
+@pytest.mark.browser
+@pytest.mark.parametrize("page", search.FIRST_RESULTS)
+def test_the_search_lists_the_page_of_a_query_first(browser, page):
+    visit = Visit(browser)
+    for query in search.FIRST_RESULTS[page].split(", "):
+        visit.open("search", f"?q={query.replace(' ', '+')}")
+        visit.page.wait_for_selector("#search-results li a", timeout=20000)
+        first = visit.page.eval_on_selector("#search-results li a", "link => link.getAttribute('href')")
+        assert re.split(r"[?#]", first)[0] == f"{page}.html", query
 
 
 @pytest.mark.docs

@@ -41,8 +41,6 @@ TITLES = {
 OF_RECORDS = sorted({name for name in vars(Parametric) if not name.startswith("_")} | {"formula"})
 """What every record has for the engine, and no user calls, and the formula, which is typeset."""
 
-SEARCHED = {"poinsot.propagate": "attitude", "poinsot.free_motion": "Euler-Poinsot motion"}
-"""Words that the search leads to a page whose text has others."""
 
 ON_TWO_BODIES = {"MutualGravity", "MutualMascons", "ThirdBody"}
 """Potentials of a pair, whose letters mean something else."""
@@ -146,8 +144,7 @@ def object_page(name: str, thing: object) -> str:
         body = f"{typeset(thing)}{body}" if issubclass(thing, Force) else body
     else:
         body = f".. autofunction:: {name}\n"
-    word = f".. index:: ! {SEARCHED[name]}\n\n" if name in SEARCHED else ""
-    return f"{word}{titled(name.removeprefix('poinsot.'))}\n{body}"
+    return f"{titled(name.removeprefix('poinsot.'))}\n{body}"
 
 
 def typeset(kind: type) -> str:

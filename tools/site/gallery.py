@@ -129,12 +129,12 @@ elif drawn and orbit is not None:
         "obliquity": (matrix[..., 2, 2], "third body axis from the normal of the orbit [deg]"),
     }[drawn]
     angle = np.degrees(np.arccos(np.clip(np.abs(axis), 0, 1)))
-    figure, panel = plt.subplots(figsize=(7, 5), layout="constrained")
+    figure, panel = plt.subplots(figsize=(6, 6), layout="constrained")
     panel.plot(motion.times / orbit.period, angle.T, color="#0072B2", lw=0.3 if motion.is_ensemble else 1)
     panel.set(xlabel="time [revolutions]", ylabel=label)
     panel.grid(alpha=0.25)
 else:
-    figure, panel = plt.subplots(figsize=(7, 5), layout="constrained")
+    figure, panel = plt.subplots(figsize=(6, 6), layout="constrained")
     units, rates = motion.system.units, motion.omega_body
     unit = rate_unit_of(units, None, rates)
     if motion.is_ensemble:

@@ -50,7 +50,7 @@ EVENTS = {
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Bifurcation(Summarized):
-    """Where a multiplier leaves or enters the unit circle, or the branch turns round.
+    """Point of a branch at which a multiplier crosses the unit circle, or at which the branch folds.
 
     Attributes
     ----------

@@ -61,7 +61,7 @@ SHARES = 4
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class ChaosIndicators(Summarized):
-    """What the growth of tangent vectors says about motions; arrays (n,) along the times, (members, n) of an ensemble.
+    """Chaos indicators from the growth of tangent vectors; arrays (n,) along the times, (members, n) for an ensemble.
 
     Attributes
     ----------

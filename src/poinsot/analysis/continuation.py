@@ -83,14 +83,14 @@ class Branch(Summarized):
 
     @property
     def state(self) -> State:
-        """Where the motions start, as one State of n members."""
+        """Initial states of the motions, as one State of n members."""
         states = [motion.state for motion in self.motions]
         phase = {name: np.array([state.phase[name] for state in states]) for name in states[0].phase}
         return state_of(phase, np.array([state.time for state in states]))
 
     @property
     def periods(self) -> Array:
-        """Of the motions, (n,)."""
+        """Periods of the motions, (n,)."""
         return np.array([motion.period for motion in self.motions])
 
     @property
@@ -100,7 +100,7 @@ class Branch(Summarized):
 
     @property
     def stable(self) -> Array:
-        """Whether the linear equations let nothing grow, (n,)."""
+        """True if no solution of the linear equations grows, (n,)."""
         return np.array([motion.stable for motion in self.motions])
 
     @override

@@ -101,7 +101,7 @@ class Equilibrium(Summarized):
 
     @property
     def stable(self) -> bool:
-        """Whether it is "lyapunov", "asymptotic" or "linear"."""
+        """True if the stability is "lyapunov", "asymptotic" or "linear"."""
         return self.stability in ("lyapunov", "asymptotic", "linear")
 
     @override

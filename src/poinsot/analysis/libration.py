@@ -66,7 +66,7 @@ class Librations(Summarized):
 
     @property
     def tumbles(self) -> Any:
-        """Whether yaw or roll exceeds a right angle at one of the times: it loses its side or its pole."""
+        """True if yaw or roll exceeds a right angle at one of the times."""
         return np.any((np.abs(self.yaw) > np.pi / 2) | (np.abs(self.roll) > np.pi / 2), axis=-1)
 
     @override

@@ -95,7 +95,7 @@ class PairEquilibrium(Summarized):
 
     @property
     def distance(self) -> float:
-        """That of the centres of mass."""
+        """Distance of the centres of mass."""
         return float(np.linalg.norm(self.state.position))
 
     @checked
@@ -144,7 +144,7 @@ class PairEquilibrium(Summarized):
 
     @property
     def stable(self) -> bool:
-        """Whether it is "lyapunov" or "linear"."""
+        """True if the stability is "lyapunov" or "linear"."""
         return self.stability in ("lyapunov", "linear")
 
     @override

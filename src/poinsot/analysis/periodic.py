@@ -92,18 +92,18 @@ class PeriodicMotion(Summarized):
 
     @property
     def stable(self) -> bool:
-        """Whether the linear equations let nothing grow exponentially."""
+        """True if no solution of the linear equations grows exponentially."""
         return not self.growth_rates.size
 
     @property
     def turn(self) -> float:
-        """By which angle the frame turns in a period; of two bodies about their total angular momentum."""
+        """Angle by which the frame rotates in a period; for two bodies, about their total angular momentum."""
         times = self.state.time + self.period * np.arange(SAMPLES) / SAMPLES
         return self.period * float(np.mean(np.linalg.norm(self.frame.omega_space(times), axis=-1)))
 
     @property
     def rotations(self) -> Array:
-        """How often each body turns in a period, by its mean angular velocity in space; shape (1,), of two (2,).
+        """Rotations of each body in a period, from its mean angular velocity in space; shape (1,), for two bodies (2,).
 
         Newton's method may lead from a guess to another resonance than that meant: 1 is synchronous, 3 in two orbits
         that of Mercury.

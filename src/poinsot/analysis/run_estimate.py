@@ -32,7 +32,7 @@ AT_ONCE = 16
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RunEstimate(Summarized):
-    """What a run of `propagate` takes.
+    """Time and memory of a run of `propagate`.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class RunEstimate(Summarized):
 def estimate_run(
     system: System, state: State, times: Times, *, threads: int | None = None, **options: Any
 ) -> RunEstimate:
-    """Return what `propagate` with the same arguments takes: a sample of members and times is run and timed.
+    """Estimate time and memory of `propagate` with the same arguments from a timed sample of members and times.
 
     Parameters
     ----------

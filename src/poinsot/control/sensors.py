@@ -21,7 +21,7 @@ __all__ = ["NoisySensors", "Sensors"]
 
 
 class Sensors(Parametric):
-    """What a sampled law sees: the motion as it is. Subclasses measure it.
+    """Ideal sensors of a sampled law. Subclasses add measurement errors.
 
     Examples
     --------
@@ -31,7 +31,7 @@ class Sensors(Parametric):
 
     @property
     def draws(self) -> tuple[int, Scalar]:
-        """How many numbers are drawn for each sample, and their seed."""
+        """Number of random numbers for each sample, and their seed."""
         return 0, 0.0
 
     @of_scalars

@@ -160,7 +160,7 @@ class HarmonicGravity(Potential):
 
 
 class Oblateness(Potential):
-    """What the flattening of an attractor adds to its gravity on a body, to second degree of the body.
+    """Gravity torque of an attractor's flattening on a body, to second degree of the body.
 
     U = 3 mu f / (2 r^3) [5/2 (1 + 3 s^2) J(n) - J(k - 5 s n)], f = j2 (equatorial_radius / r)^2, where n points
     from the attractor to the body, k along the pole, s = n . k and J(v) = v . I v. With `GravityGradient` it is the

@@ -102,7 +102,7 @@ class Body(Parametric):
     # ------------------------------------------------------------------ momentum and rate
 
     def kinetics(self, scale: Scalar = 1) -> Kinetics:
-        """Return what turns this body's momentum, times a scale, into its rate."""
+        """Return the matrix that multiplies this body's momentum, times a scale, to give its angular velocity."""
         moments = quat.component_product(self.moments, assemble([scale] * 3, self.moments))
         return Kinetics.of(moments, self.member_axis)
 
@@ -137,7 +137,7 @@ class Body(Parametric):
 
     @property
     def moves_center_of_mass(self) -> bool:
-        """Whether a part moves the centre of mass along the body axes."""
+        """True if a part moves the centre of mass along the body axes."""
         return False
 
     def own(self, block: Block) -> functions.Vector:

@@ -114,12 +114,12 @@ class Orbit(Dated, ABC):
 
     @property
     def closed_form(self) -> bool:
-        """Whether the formulas run on symbols."""
+        """True if the formulas accept symbols."""
         return True
 
     @property
     def integrated(self) -> bool:
-        """Whether a kernel integrates its block along in any axes; otherwise in comoving ones alone."""
+        """True if a kernel integrates the orbit in any axes; False if in comoving axes only."""
         return not self.closed_form
 
     @property
@@ -129,7 +129,7 @@ class Orbit(Dated, ABC):
 
     @property
     def sample_reach(self) -> Any:
-        """How far from that time formulas may be tried; shape () or (members,)."""
+        """Interval around the time in which formulas may be evaluated; shape () or (members,)."""
         return np.inf
 
     @property
@@ -266,7 +266,7 @@ class OrbitBlock(Block):
 
 
 class Environment(Immutable):
-    """Where the orbits are at an instant: by the variables of their blocks, or else by their formulas.
+    """Positions on the orbits at an instant, from integrated variables or from formulas.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ class Event(Parametric, ABC):
 
     @property
     def acts(self) -> bool:
-        """Whether the event changes the state."""
+        """True if the event changes the state."""
         return type(self).act is not Event.act
 
     @property

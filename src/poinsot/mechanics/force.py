@@ -121,7 +121,7 @@ class Torque(Force):
 
 
 class Load(NamedTuple):
-    """What acts on two bodies.
+    """Force and torques on two bodies.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ NOTHING = Vector((0.0, 0.0, 0.0))
 
 
 class PairLoad(Force):
-    """What acts on two bodies and has no potential, by one formula.
+    """Force and torques on two bodies without a potential, by one formula.
 
     The force is the one along which the separation accelerates, reduced mass times relative acceleration.
 

@@ -68,7 +68,7 @@ class Instant(Immutable):
 
     @property
     def acted_on(self) -> Any:
-        """What the action of an event is given: the body with its parts, or two bodies."""
+        """Kind of bodies that the action of an event receives: the body with its parts, or two bodies."""
         return self.body
 
     @property

@@ -249,7 +249,7 @@ class Parametric(Immutable):
         return union_of_knots(self.records) if _fields_with_records(kind) else NO_KNOTS
 
     def between_knots(self, time: ArrayLike) -> Self:
-        """Return what the record is between the knots around a time, or around each of an array of times."""
+        """Return the record between the knots around a time, or around each of an array of times."""
         if not self.knots.size:
             return self
         fields = {name: getattr(self, name) for name in _fields_of(self)}

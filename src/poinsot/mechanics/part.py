@@ -33,7 +33,7 @@ __all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "jumps_at", "named_parts"
 
 
 class Jump(NamedTuple):
-    """When variables of a part get new values: at k period + phase, k whole; what is held between is right-continuous.
+    """Sample times of a part, k period + phase for integer k; variables are constant between samples, right-continuous.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Part(Block, Force):
 
     @property
     def jump(self) -> Jump | None:
-        """When the variables become those of `update`; None: never. Such a motion runs forwards only."""
+        """Sample times of `update`; None without samples. A motion with samples runs forwards only."""
         return None
 
     @of_scalars
@@ -139,7 +139,7 @@ class Part(Block, Force):
 
     @of_scalars
     def internal_energy(self, own: Vector, time: Scalar) -> Scalar:  # noqa: ARG002
-        """Return what the part adds to (g - h) . K (g - h) / 2."""
+        """Return the energy of the part in addition to (g - h) . K (g - h) / 2."""
         return 0.0
 
     @of_scalars
@@ -157,7 +157,7 @@ class Part(Block, Force):
 
     @property
     def checks_start(self) -> bool:
-        """Whether the part may refuse a start; others cost a run nothing."""
+        """True if the part checks initial states."""
         return type(self).check_start is not Part.check_start
 
     @of_scalars

@@ -174,7 +174,7 @@ class State(Summarized):
 
     @property
     def rigid(self) -> Phase:
-        """What the state is made of without the variables of parts."""
+        """The state without the variables of parts."""
         return {name: values for name, values in self.phase.items() if name in RIGID}
 
     @property

@@ -246,11 +246,11 @@ class System(Dynamics):
         return (self.body,)
 
     def momentum_ratios(self, state: State) -> dict[str, Any]:  # noqa: ARG002
-        """Return what the angular momenta of the bodies are multiplied by to be of the size of the first one's."""
+        """Return the factors that scale the angular momenta of the bodies to the size of the first."""
         return {"": 1.0}
 
     def sizes_of_blocks(self, state: State) -> dict[str, NDArray[np.float64]]:
-        """Return how large variables of parts are, or how far they go while the body turns by a radian; (..., k).
+        """Return the sizes of the variables of parts, or their change while the body rotates by a radian; (..., k).
 
         A part at rest goes as far as one without momentum in a body that turns as fast, about any axis. Those of parts
         that are angular momenta alone are left out.

@@ -53,7 +53,7 @@ class OsculatingElements(Summarized):
 
     @property
     def period(self) -> Any:
-        """That of the osculating ellipse; NaN for other orbits."""
+        """Period of the osculating ellipse; NaN for other orbits."""
         with np.errstate(invalid="ignore"):
             return 2 * np.pi * np.sqrt(self.semimajor_axis**3 / self.mu)
 

@@ -176,7 +176,7 @@ class KeplerOrbit(ConicOrbit):
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64] | None:
-        """On a circle (to rounding), the mean motion about the normal; None otherwise."""
+        """Mean motion about the normal on a circle (to rounding); None otherwise."""
         return np.asarray(self.mean_motion)[..., None] * self.normal if is_circle(self) else None
 
     @cached_property

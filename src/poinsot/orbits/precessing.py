@@ -120,7 +120,7 @@ class PrecessingOrbit(Orbit):
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64] | None:
-        """On a circle whose plane stays, the rate of the argument of latitude about the normal; else None."""
+        """Rate of the argument of latitude about the normal on a circle in a fixed plane; None otherwise."""
         if not is_circle(self.orbit):
             return None
         rate = self.mean_motion + self.periapsis_rate

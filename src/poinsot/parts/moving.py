@@ -54,7 +54,7 @@ class Transition(Part):
     @of_scalars
     @abstractmethod
     def changes(self) -> tuple[Matrix, Matrix]:
-        """Return what the inertia changes by, times the progress and times its square."""
+        """Return the changes of inertia that multiply the progress and its square."""
 
     @override
     def inertia(self, own: Vector, time: Scalar) -> Matrix:

@@ -136,7 +136,7 @@ class ReactionWheels(Part):
 
     @override
     def limits(self, instant: Instant, torque: functions.Vector | None = None) -> Mapping[str, Scalar]:
-        """Return whether each motor is at the limit of its torque, or of its torque at the speed of its wheel."""
+        """Return True for each motor at the limit of its torque, or of its torque at the speed of its wheel."""
         found = dict(self.law.limits(instant))
         for i, (wanted, speed) in enumerate(zip(*self._demand(instant), strict=True)):
             downwards, upwards = self._largest(i, speed)

@@ -78,7 +78,7 @@ class EventRecord(Summarized):
 
     @checked
     def member(self, member: int) -> EventRecord:
-        """Return those of one member."""
+        """Return the events of one member."""
         return self._rows(self.members == member)
 
     def _rows(self, chosen: Array) -> EventRecord:

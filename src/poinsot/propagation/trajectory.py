@@ -259,7 +259,7 @@ class Trajectory(Summarized):
 
     @property
     def has_dense_output(self) -> bool:
-        """Whether the motion can be called at any time."""
+        """True if the motion has dense output and can be called at any time."""
         return self._interpolant is not None
 
     @checked
@@ -317,7 +317,7 @@ class Trajectory(Summarized):
 
     @property
     def is_ensemble(self) -> bool:
-        """Whether arrays have members as their first axis."""
+        """True if the first axis of arrays is the axis of members."""
         return next(iter(self.phase.values())).ndim == 3
 
     def __iter__(self) -> Iterator[Any]:
@@ -462,7 +462,7 @@ class Trajectory(Summarized):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """How the motion was computed and how far its invariants moved, as one flat record.
+        """Record of the method and of the drift of the invariants.
 
         Of one in a store it says the first alone: the other would read all of it.
         """
@@ -666,7 +666,7 @@ class Trajectory(Summarized):
 
     @property
     def calendar(self) -> Calendar | None:
-        """What the times mean as dates: by the orbits, or by the scenario or file that made the motion."""
+        """Calendar of the times, from the orbits, the scenario or the file of the motion."""
         calendar: Calendar | None = self.system.calendar or self.provenance.get("calendar")
         return calendar
 

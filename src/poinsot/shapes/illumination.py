@@ -104,7 +104,7 @@ class Lighting:
 
 @checked
 def lit_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -> Flags:
-    """Return whether a distant light reaches the centroids of the faces of a mesh; shape (..., faces).
+    """Return True for each face of a mesh whose centroid receives light from a direction; shape (..., faces).
 
     A ray that meets an edge or a corner of another face is stopped by it.
 

@@ -49,7 +49,7 @@ class AttitudeFormat(ABC):
 
     @classmethod
     def sniff(cls, head: bytes) -> bool:
-        """Return whether a file is of this format, by its first bytes."""
+        """Return True if the first bytes of a file identify this format."""
         return cls.mark.search(head) is not None
 
     @staticmethod
