@@ -3,6 +3,7 @@
 import doctest
 import importlib
 import inspect
+import re
 import shutil
 
 import matplotlib as mpl
@@ -37,6 +38,65 @@ EXAMPLES = {
     for test in FINDER.find(thing, name, module=False, globs=GIVEN)
     if test.examples
 } | {name: doctest.DocTestParser().get_doctest(text, GIVEN, name, None, None) for name, text in ANNOTATIONS.items()}
+
+
+FIRST_WORDS = [
+    "What",
+    "Whether",
+    "That",
+    "Those",
+    "These",
+    "Which",
+    "How",
+    "When",
+    "Where",
+    "Of",
+    "It",
+    "Its",
+    "In",
+    "On",
+    "By",
+    "As",
+    "Give",
+    "Say",
+    "Tell",
+]
+PRIVATE_WORDS = [
+    "told",
+    "tell",
+    "tells",
+    "say",
+    "says",
+    "said",
+    "judge",
+    "judges",
+    "judged",
+    "film",
+    "films",
+    "kept",
+    "worlds",
+]
+
+
+def test_public_docstrings_begin_with_a_noun_or_a_verb_and_use_public_words():
+    found = {test.name: test.docstring for test in finder_of_all()}
+    assert len(found) > 400
+    first = {name: text.split("\n")[0].split()[:2] for name, text in found.items() if text.strip()}
+    assert [name for name, words in first.items() if words[0] in FIRST_WORDS] == []
+    assert [
+        name
+        for name, words in first.items()
+        if words[0] == "Return" and words[-1].title() in ("What", "That", "Whether")
+    ] == []
+    words = {name: set(re.findall(r"[a-z]+", text)) & set(PRIVATE_WORDS) for name, text in found.items()}
+    assert {name: used for name, used in words.items() if used} == {}
+
+
+def finder_of_all():
+    """Return a test for each docstring of public names and of their methods, examples or not."""
+    finder = doctest.DocTestFinder(exclude_empty=True)
+    found = [test for name, thing in CALLABLE.items() for test in finder.find(thing, name, module=False, globs={})]
+    return [test for test in found if "._" not in test.name]
 
 
 def test_every_public_name_has_an_example():

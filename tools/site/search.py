@@ -54,13 +54,11 @@ KEPT = "poinsot_texts"
 def with_index_entries(page: str, content: list[str], suffix: str) -> None:
     """Add a main index entry for each query to the page that the search lists first."""
     if queries := FIRST_RESULTS.get(page):
-        if suffix == ".rst":
-            entries = "".join(f".. index:: ! {query}\n" for query in queries.split(", "))
-            content[0] = f"{entries}\n{content[0]}"
-        else:
-            entries = "".join(f"single: ! {query}\n" for query in queries.split(", "))
-            index = f"```{{index}}\n{entries}```\n"
-            content[0] = re.sub(r"^(# .*\n)", rf"\1\n{index}", content[0], count=1, flags=re.MULTILINE)
+        rst = suffix == ".rst"
+        entry = ".. index:: ! {}\n" if rst else "```{{index}} ! {}\n```\n"
+        entries = "".join(map(entry.format, queries.split(", ")))
+        heading = r"\A" if rst else r"^# .*\n"
+        content[0] = re.sub(heading, lambda found: f"{found[0]}\n{entries}\n", content[0], count=1, flags=re.MULTILINE)
 
 
 def keep_text(app: Any, doctree: nodes.Node, page: str) -> None:

@@ -58,7 +58,7 @@ class Bifurcation(Summarized):
         "fold": the parameter is extreme, two motions meet. "branching": a multiplier passes 1 elsewhere, and another
         branch crosses. "doubling": one passes -1. "collision": two pairs of a system of potentials meet on the unit
         circle and leave it, or come back (Krein). "torus": a complex pair of another system passes the circle.
-        "unresolved": some of these within the interval, where no motion is found or they cannot be told apart.
+        "unresolved": some of these within the interval, where no motion is found or they cannot be distinguished.
     value : float
         Of the parameter.
     interval : (float, float)
@@ -67,7 +67,7 @@ class Bifurcation(Summarized):
         How many multipliers more are outside the unit circle after it.
     motion : PeriodicMotion
     tangent : array (k + 1,)
-        How the branch goes on there: rotation vector, angular momentum, variables of parts, value of the parameter.
+        Direction of the branch there: rotation vector, angular momentum, variables of parts, value of the parameter.
     after : int
         The point of the branch before it.
 

@@ -128,8 +128,8 @@ def continue_motion(
 ) -> Branch:
     """Follow a periodic motion while its system changes, round folds too; or the branch that crosses another.
 
-    It ends where the parameter is `to`, or is back where it began, or where no next motion is found; the branch says
-    which, and has a bifurcation wherever the number of multipliers outside the unit circle changes.
+    It ends where the parameter is `to`, or is back where it began, or where no next motion is found; the branch
+    contains which, and has a bifurcation wherever the number of multipliers outside the unit circle changes.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def continue_motion(
         Of `periodic_motion`, or that of a `CassiniState`. Of a "branching" or "doubling" of another branch: what
         crosses it or has twice the period, on the side of `to`, and of two that are mirror images there one.
     parameter : str or function of a float
-        "forces[0].orbit.eccentricity", or the end of it where that says which, as in `state_transition`. Or what
+        "forces[0].orbit.eccentricity", or the end of it where that is unambiguous, as in `state_transition`. Or what
         returns the system at a value: `lambda ratio: System(Body.from_ratios(ratio, 0.1), gravity)`.
     to : float
         The last value.

@@ -41,7 +41,7 @@ class FreeRotation(Summarized):
     Raises
     ------
     TypeError, ValueError
-        If an argument is not what its name says, or members do not match.
+        If an argument is invalid, or members do not match.
 
     Notes
     -----
@@ -178,7 +178,7 @@ class FreeRotation(Summarized):
 
         They are Andoyer's (l, g, h) without the periodic part, of the principal axes in cyclic order with the axis
         third and towards the momentum; a symmetric body has no periodic part. In steady rotation the body axes do
-        not tell l from g, and their sum alone grows. On the separatrix the first one, which takes for ever, is NaN; of
+        not distinguish l from g, and their sum alone grows. On the separatrix the first one, which takes for ever, is NaN; of
         a member at rest all are.
 
         Raises

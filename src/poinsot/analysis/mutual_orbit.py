@@ -85,7 +85,7 @@ def revolutions(motion: PairTrajectory) -> Revolutions:
     Raises
     ------
     ValueError
-        If the longitude goes on by more than an eighth of a revolution between two times.
+        If the longitude advances by more than an eighth of a revolution between two times.
 
     Notes
     -----

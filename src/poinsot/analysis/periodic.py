@@ -67,7 +67,7 @@ class PeriodicMotion(Summarized):
         two less for each body with an axis of symmetry, 14 at a relative equilibrium.
     frequencies : array, ascending
         Positive angles of the multipliers over the period, in (0, pi/period]: a motion looked at once in a period
-        does not tell w from 2 pi/period - w, nor from w + 2 pi/period.
+        does not distinguish w from 2 pi/period - w and from w + 2 pi/period.
     growth_rates : array, ascending
         Positive logarithms of their moduli over the period. Both without those below 1e-6/period.
 
@@ -144,7 +144,7 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     """Return the motion near a guess that repeats itself in a frame after one period.
 
     Newton's method on the motion over a period, with its state-transition matrix. From far away it may lead to another
-    resonance: `rotations` of the result tells.
+    resonance: see `rotations` of the result.
 
     Parameters
     ----------

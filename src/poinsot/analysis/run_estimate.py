@@ -42,7 +42,7 @@ class RunEstimate(Summarized):
     times : array (n,)
     bytes : int
         What the motions are made of, in double precision: that in a store by default, and the memory of a result that
-        is kept there.
+        is stored there.
     memory : int
         Bytes that this process may use: a result that needs more goes to a store, `out=`.
     threads : int
@@ -105,7 +105,7 @@ def estimate_run(
     system, state, times, threads
         As in `propagate`.
     **options
-        The others of `propagate` that do not say where results go.
+        The other arguments of `propagate` except the destination of results.
 
     Examples
     --------

@@ -180,7 +180,7 @@ def state_transition(
         As in `propagate`; "planar" gives the two coordinates of a body that turns about its third axis alone.
     parameters : sequence of str
         Names of numbers: "body.moments[0]", "forces[0].orbit.eccentricity", or the end of one, "eccentricity", where
-        it says which. An orbit that several forces share is one.
+        it is unambiguous. An orbit that several forces share is one.
     order : {1, 2}
         With second derivatives or without.
     **chunking

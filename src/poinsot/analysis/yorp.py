@@ -92,7 +92,7 @@ class YorpCoefficients(Summarized):
 
         The first harmonic of the absorbed light in the rotation phase is radiated times
         1 / (1 + (1 + i) Theta / 2), and no other one counts in a mean (Capek and Vokrouhlicky 2004, Icarus 172, 526;
-        Vokrouhlicky 1998, A&A 335, 1093). The depth of the heat is small beside the faces.
+        Vokrouhlicky 1998, A&A 335, 1093). The depth of the heat is small compared with the faces.
 
         Parameters
         ----------

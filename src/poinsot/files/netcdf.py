@@ -178,7 +178,7 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
     Times, quaternions (n, 4), momenta, initial state, events and orbits integrated along are read bit for bit. Body,
     forces and orbits are made again from the text in the file and the arrays that it names. Where it has none (classes
     from outside the package; every `motion.dataset`), the trajectory has the body alone: its potential energy and its
-    integrals are those of the file, and its system says why it cannot be run, `motion.system.not_rerunnable`. The wall
+    integrals are read from the file, and `motion.system.not_rerunnable` is the reason why it cannot be run. The wall
     time is NaN, and there is no dense output.
 
     Parameters

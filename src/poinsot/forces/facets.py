@@ -67,7 +67,7 @@ class Facets(Parametric):
     ------
     ValueError
         If an area is negative, a normal is no unit vector, a share is not in [0, 1], specular and diffuse add up to
-        more than 1, or facets that are said to be closed are not, or point inwards.
+        more than 1, or facets with closed=True are not closed, or point inwards.
 
     Examples
     --------

@@ -165,7 +165,7 @@ class Oblateness(Potential):
     U = 3 mu f / (2 r^3) [5/2 (1 + 3 s^2) J(n) - J(k - 5 s n)], f = j2 (equatorial_radius / r)^2, where n points
     from the attractor to the body, k along the pole, s = n . k and J(v) = v . I v. With `GravityGradient` it is the
     part of -tr(W'' I) / 2 that depends on the attitude, with W'' the second derivatives of -mu/r (1 - f P2(s))
-    (Roithmayr 1990, Flight Mechanics/Estimation Theory Symposium). It goes beside any gravity of the same attractor as
+    (Roithmayr 1990, Flight Mechanics/Estimation Theory Symposium). Add it to any gravity of the same attractor as
     a point.
 
     Parameters

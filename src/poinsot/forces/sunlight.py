@@ -113,7 +113,7 @@ class Yorp(MeshRadiation):
         mesh : Mesh
             Lengths as of the pressure: m for N/m^2.
         degree : int
-            Of the smooth field, from 0 to 32; its `maximum_error` and `rms_error` say what it leaves out.
+            Of the smooth field, from 0 to 32; its `maximum_error` and `rms_error` are the errors of the truncation.
         shadows : bool
             Whether faces are dark whose centroids are in the shadow of others.
         occulters, pressure, distance, sun_radius

@@ -29,7 +29,7 @@ class Andoyer(Summarized):
 
     The attitude is R3(h) R1(I) R3(g) R1(J) R3(l) with cos I = H/G and cos J = L/G: from the space axes through
     the plane across the angular momentum to the body axes. Where I or J is zero the angles next to it are
-    determined by their sum only; the outer one is then zero. The cosines do not tell an I or J below 1e-8 from zero.
+    determined by their sum only; the outer one is then zero. An I or J below 1e-8 is indistinguishable from zero.
     (Andoyer 1923; Deprit 1967, Am. J. Phys. 35, 424.)
 
     Parameters

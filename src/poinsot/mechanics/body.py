@@ -230,7 +230,7 @@ class Body(Parametric):
         ----------
         C20, C22, C21, S21, S22 : float
             Coefficients along the body axes, not normalised: sqrt(5) (C20), sqrt(5/3) (C21, S21) and
-            sqrt(5/12) (C22, S22) times normalised ones, which cannot be told from them. J2 is -C20.
+            sqrt(5/12) (C22, S22) times normalised ones, which cannot be distinguished from them. J2 is -C20.
             Principal axes with C20 < -2 C22 < 0 have A < B < C, the long axis on the prime meridian.
         polar_moment_factor : float
             c = I33 / (mass radius^2); C / (M R^2) of principal axes. A mean factor m has c = m - 2/3 C20.

@@ -98,19 +98,19 @@ class Calendar(Immutable):
         Parameters
         ----------
         epoch : str, astropy.time.Time, datetime with a time zone, float, or array of these
-            A date that says its scale: "2026-11-21T00:00:00 UTC", "... TDB"; a final Z is UTC. A number is a time
+            A date with its time scale: "2026-11-21T00:00:00 UTC", "... TDB"; a final Z is UTC. A number is a time
             already, and returned as it is.
 
         Returns
         -------
         float or array
-            As exact as a float can say it: to half a nanosecond within 50 days of zero, to 0.1 microseconds within
+            As exact as a float: to half a nanosecond within 50 days of zero, to 0.1 microseconds within
             30 years.
 
         Raises
         ------
         ValueError
-            If a date is none, or does not say its scale.
+            If a date is invalid, or has no time scale.
         ImportError
             If a date is given and astropy is missing.
         """

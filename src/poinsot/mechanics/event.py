@@ -26,7 +26,8 @@ __all__ = ["Event"]
 class Event(Parametric, ABC):
     """A zero of one scalar formula along a motion.
 
-    A subclass that also has the method `act` changes the state there, and the motion goes on from what it returns.
+    A subclass that also has the method `act` changes the state there, and the motion continues from the state that it
+    returns.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ class Event(Parametric, ABC):
         return 1.0
 
     def act(self, body: Body, state: State) -> State:  # noqa: ARG002
-        """Return the state with which the motion goes on.
+        """Return the state from which the motion continues.
 
         `body` and the fields are those of the member; of two bodies `TwoBodies` and a `PairState`. Of a system with
         parts the body has them: `body.state` takes the rates of body and parts together, `body.own(part)` and

@@ -126,7 +126,7 @@ class GravityField(Parametric):
 
     @property
     def inertia_deviator(self) -> Array:
-        """The inertia tensor less its mean, which no gravity field tells; shape (..., 3, 3).
+        """The inertia tensor minus its mean, which a gravity field does not determine; shape (..., 3, 3).
 
         Times mass radius^2: I11, I22, I33 less their mean are C20/3 -+ 2 C22 and -2/3 C20; I12 = -2 S22, I13 = -C21,
         I23 = -S21.

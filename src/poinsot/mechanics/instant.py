@@ -107,7 +107,7 @@ class Instant(Immutable):
 
     @cached_property
     def scaled_kinetics(self) -> Any:
-        """What turns the angular momentum times the scale into the angular velocity."""
+        """The matrix that multiplies the angular momentum, times the scale, to give the angular velocity."""
         return self.body.kinetics(self.scale)
 
     @property

@@ -41,7 +41,7 @@ class Jump(NamedTuple):
     draws : int
         How many independent numbers of the standard normal distribution each jump is given.
     seed : scalar
-        Of these numbers, which member and k choose beside it.
+        Seed of these numbers, together with the member and k.
 
     Examples
     --------

@@ -372,7 +372,7 @@ def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:
 
 
 def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
-    """Return Q - (q . Q) q / |q|^2, the momenta tangent to the unit sphere; the angular momentum is kept.
+    """Return Q - (q . Q) q / |q|^2, the momenta tangent to the unit sphere, with the same angular momentum.
 
     Parameters
     ----------

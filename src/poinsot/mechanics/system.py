@@ -67,7 +67,7 @@ class System(Dynamics):
     Raises
     ------
     TypeError
-        If an argument is not what its name says, or a formula does not return what it must.
+        If an argument is invalid, or a formula returns a value of another shape or type.
 
     Examples
     --------
@@ -147,7 +147,7 @@ class System(Dynamics):
 
     @cached_property
     def integrals(self) -> tuple[Integral, ...]:
-        """What the motion conserves; empty where nothing is (such as the paper's Sec. 6.2)."""
+        """Integrals of the motion; empty if there are none (for example in the paper's Sec. 6.2)."""
         return integrals_of(self)
 
     @checked

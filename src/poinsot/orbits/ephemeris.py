@@ -145,7 +145,7 @@ class Ephemeris(Orbit):
         """Return the ephemeris of a function of time between two times.
 
         Pieces are halved until the polynomials, of degree 12, are right at times between those that made them, or
-        until only the rounding of the function is left. Some 4000 times or more, evenly over the span, judge the
+        until only the rounding of the function is left. Some 4000 times or more, evenly over the span, check the
         result: the `error` is twice the largest difference seen. What is shorter than the span over 4000 may pass
         unseen between them; then split the span. A jump of the function becomes a knot at which the orbit jumps, and
         a warning names its time and its size.
@@ -303,13 +303,13 @@ class Ephemeris(Orbit):
         "pieces.error",
         """A bound, by estimate, of the difference to the function or to what lies between the rows of a table, length.
 
-        NaN for a table too short to tell.""",
+        NaN for a table that is too short for an estimate.""",
     )
     position_jump = shown("pieces.position_jump", "The largest jump of the position at a knot, length.")
     velocity_jump = shown("pieces.velocity_jump", "The largest jump of the velocity at a knot, length over time.")
     reference_frame = shown("pieces.reference_frame", "The space axes, as their source names them.")
     origin = shown("pieces.origin", "The attractor, as its source names it.")
-    calendar = shown("pieces.calendar", "What the times mean as dates; None where the source has none.")
+    calendar = shown("pieces.calendar", "Calendar of the times; None if the source has no calendar.")
     periapsis_distance = shown("pieces.closest", "The smallest distance found at 17 times of each piece.")
 
     @property

@@ -107,7 +107,7 @@ class KeplerOrbit(ConicOrbit):
     ) -> KeplerOrbit:
         """Return the ellipse with exactly one of the three anomalies at the epoch, radians.
 
-        The true anomaly is what is kept: at its error of one rounding, the place on an ellipse of
+        The orbit stores the true anomaly: at its error of one rounding, the place on an ellipse of
         eccentricity e is off by up to 1/sqrt(1 - e) roundings.
 
         Raises
@@ -181,11 +181,11 @@ class KeplerOrbit(ConicOrbit):
 
     @cached_property
     def elongated(self) -> bool:
-        """Whether the eccentricity is above 0.7, of any member: then rounding is felt near the periapsis."""
+        """True if the eccentricity of a member is above 0.7, where rounding matters near the periapsis."""
         return bool(np.any(np.asarray(self.eccentricity) > ELONGATED))
 
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
-        """Return the same record with other scalars, of which symbols cannot tell whether it is elongated."""
+        """Return the record with other scalars; symbols do not determine whether the orbit is elongated."""
         twin = super().with_numbers(scalars)
         object.__setattr__(twin, "elongated", self.elongated)
         return twin

@@ -59,7 +59,7 @@ def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar
     """Return the position of the Sun, the Moon or a planet relative to another of them, without any data file.
 
     The planets are those of VSOP2013 (Simon et al. 2013), the Moon that of ELP2000-82B (Chapront-Touze and Chapront
-    1988), as heyoka has them, and without their smallest terms. docs/ephemerides.md says how far they are from DE440:
+    1988), as heyoka has them, and without their smallest terms. docs/ephemerides.md lists the differences from DE440:
     some km for Mercury to Mars, less than one for the Moon.
 
     Parameters
@@ -68,7 +68,7 @@ def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar
         Two of "sun", "moon", "mercury", "venus", "earth", "mars", "jupiter", "saturn", "uranus", "neptune", "pluto".
         From Mars on they are the barycenter of the planet and its moons, with the `mu` of both.
     start, stop : float, str or astropy.time.Time
-        The span: times of the calendar, or dates that say their scale. Within the years -4000 to 8000.
+        The span: times of the calendar, or dates with their time scale. Within the years -4000 to 8000.
     calendar : Calendar, optional
         Counts seconds; default: TDB from 2000-01-01T12:00:00. Orbits of one system share one.
 

@@ -83,9 +83,9 @@ class PrecessingOrbit(Orbit):
 
     mu = shown("orbit.mu", "Gravitational parameter of the attractor.")
     epoch = shown("orbit.epoch", "The time at which the angles are those of the orbit.")
-    eccentricity = shown("orbit.eccentricity", "That of the ellipse.")
+    eccentricity = shown("orbit.eccentricity", "Eccentricity of the ellipse.")
     periapsis_distance = shown("orbit.periapsis_distance", "The smallest distance, a (1 - e).")
-    radius = shown("orbit.radius", "That of the attractor's surface, in the unit of length; 0: a point.")
+    radius = shown("orbit.radius", "Radius of the attractor's surface, in the unit of length; 0 for a point.")
     parameter = shown("orbit.parameter", "The semi-latus rectum p = a (1 - e^2).")
 
     @property

@@ -61,7 +61,7 @@ class ControlMomentGyro(Gimbal):
     h = H (cos(angle) s + sin(angle) m x s), angle' = gimbal_rate, with the unit vectors m along the gimbal axis and s
     along the rotor's at angle 0. The torque on the body is H gimbal_rate across both axes, and the turning of h with
     the body. Left out are the momentum of the turning gimbal and the change of the inertia with its angle, both small
-    beside H; the energy is that without the motors' part, (g - h) . omega / 2 and what has potentials.
+    in addition to H; the energy is the energy without the motors' part, (g - h) . omega / 2 and what has potentials.
 
     Parameters
     ----------

@@ -68,10 +68,10 @@ def animate(
     view: ArrayLike | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Write a motion as a film, drawn without a screen: the body with its axes, G, omega and the trace of an axis.
+    """Write an animation of a motion: the body with its axes, G, omega and the trace of an axis.
 
-    Two bodies move about their barycentre, to scale. The film takes equal times of the motion for equal times; between
-    stored times it follows the dense output, or else the great circle from one attitude to the next.
+    Two bodies move about their barycentre, to scale. Equal times of the motion take equal times of the animation;
+    between stored times it follows the dense output, or else the great circle from one attitude to the next.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def animate(
     path : str or Path
         Ends in `.gif`, or in `.mp4` where there is ffmpeg: on the path, or from the package imageio-ffmpeg.
     seconds : float
-        How long the film is, at most 600, with 20 frames per second. A part of the motion is `motion[:1000]`.
+        Duration of the animation, at most 600, with 20 frames per second. A part of the motion is `motion[:1000]`.
     view : array (2,), optional
         Elevation and azimuth of the eye in degrees; (22, -59) by default.
     overwrite : bool
@@ -94,7 +94,7 @@ def animate(
     ------
     TypeError, ValueError, FileNotFoundError, FileExistsError
         If it is no trajectory, is an ensemble, has fewer than two times, the path cannot be written, or there is no
-        ffmpeg for a film that needs it.
+        ffmpeg for an animation in .mp4.
 
     Examples
     --------

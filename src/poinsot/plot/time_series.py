@@ -55,7 +55,7 @@ def quaternions(
     ----------
     motion : Trajectory
         Of an ensemble the median of the members is drawn, with bands between the quartiles and between the 5th and the
-        95th percentile, as in all plots against time; q and -q, the same attitude, are told apart by the median one.
+        95th percentile, as in all plots against time; q and -q, the same attitude, are resolved by the median attitude.
     {options}
 
     Returns

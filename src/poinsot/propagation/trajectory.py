@@ -156,7 +156,7 @@ class Trajectory(Summarized):
 
     @cached_property
     def phase(self) -> Phase:
-        """What the motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
+        """State variables by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
 
         The momenta are those that were integrated; from them follow the others.
         """
@@ -170,7 +170,7 @@ class Trajectory(Summarized):
 
     @cached_property
     def events(self) -> tuple[EventRecord, ...]:
-        """What happened of each event that was watched for, in the order of `propagate(..., events=[...])`.
+        """Records of the events, in the order of `propagate(..., events=[...])`.
 
         Of a motion in a file or a store it is read here, of a member no more than its chunk has. An event of a file
         has its `kind`, its `repr` and whether it is `terminal`; its formula is not there.
@@ -190,7 +190,7 @@ class Trajectory(Summarized):
     def environment(self) -> Environment:
         """The environment at the times: `motion.environment.position(orbit)`, along the space axes, three arrays (n,).
 
-        An orbit that was integrated along is where it came out, any other where its formulas say.
+        Positions on integrated orbits are results of the run; positions on other orbits follow from formulas.
         """
         return Environment(self.times) if self._environment is None else self._environment()
 
@@ -333,7 +333,7 @@ class Trajectory(Summarized):
         """Return the motion of one member of an ensemble as of one body, with its own system, start and events.
 
         Its rows are those of the ensemble bit for bit; times that the member did not reach are left out, and
-        `failures[0]` says why. `run` stays that of the ensemble.
+        `failures[0]` contains the reason. `run` remains the run of the ensemble.
         """
         return self.isel(member=member)
 
@@ -464,7 +464,7 @@ class Trajectory(Summarized):
     def summary(self) -> dict[str, Any]:
         """Record of the method and of the drift of the invariants.
 
-        Of one in a store it says the first alone: the other would read all of it.
+        For a motion in a store it contains the method only: the drift would require reading the whole store.
         """
         if self.store is not None:
             return self._told_run | self.store.summary

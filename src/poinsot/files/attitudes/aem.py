@@ -220,7 +220,7 @@ def write_aem(
     reference_frame : str, optional
         The name of the space axes, such as "ICRF"; default: that of the system's orbits or of the table.
     body_frame, object_name, object_id, center_name, originator : str
-        Names in the message; the body frame is "SC_BODY_1" where neither says another one.
+        Names in the message; the body frame is "SC_BODY_1" where neither states another one.
     rates : bool
         Whether angular velocities go along.
     version : {"2.0", "1.0"}
@@ -230,7 +230,7 @@ def write_aem(
     Raises
     ------
     TypeError, ValueError, OSError
-        If an argument is not what its name says, the motion is an ensemble, or the file exists.
+        If an argument is invalid, the motion is an ensemble, or the file exists.
 
     Examples
     --------

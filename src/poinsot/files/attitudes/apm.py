@@ -131,7 +131,7 @@ class _Attitude(NamedTuple):
 
 @checked
 def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[AttitudeTable, Body | None]:
-    """Return the attitude in a CCSDS Attitude Parameter Message (504.0-B), and the body if it says its inertia.
+    """Return the attitude in a CCSDS Attitude Parameter Message (504.0-B), and the body if it contains its inertia.
 
     `table.state(body)` is then the state from which a propagation starts. The attitude is read from the first block of
     quaternion, Euler angles or spin between the body and a frame that does not rotate. The angular velocity is read
@@ -433,7 +433,7 @@ def write_apm(
     Raises
     ------
     TypeError, ValueError, OSError
-        If an argument is not what its name says, there are several members, or the file exists.
+        If an argument is invalid, there are several members, or the file exists.
 
     Examples
     --------

@@ -55,7 +55,7 @@ class AttitudeFormat(ABC):
     @staticmethod
     @abstractmethod
     def read(path: str | Path) -> AttitudeTable:
-        """Return the attitudes in a file; `calendar` says what counts its times."""
+        """Return the attitudes in a file; `calendar` counts its times."""
 
     @staticmethod
     @abstractmethod

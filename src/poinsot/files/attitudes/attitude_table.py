@@ -60,7 +60,7 @@ class AttitudeTable(Summarized):
     Raises
     ------
     TypeError, ValueError
-        If an argument is not what its name says.
+        If an argument is invalid.
 
     Examples
     --------

@@ -100,7 +100,7 @@ def spice_attitude(
     frame : str
         The axes of the body, such as "IAU_MOON" or one of a frame kernel.
     times : array (n,) of float, str or astropy.time.Time
-        Rising: times of the calendar, or dates that say their scale.
+        Rising: times of the calendar, or dates with their time scale.
     kernels : sequence of paths
         All files that are needed: for a C-kernel also those of its clock and its frames. What spiceypy has loaded is
         not used.
@@ -160,7 +160,9 @@ def _table(
 
 @checked
 def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
-    """Return the attitudes in a C-kernel at its own instants; clock and frame are beside it, with .tsc and .tf.
+    """Return the attitudes in a C-kernel at its own instants.
+
+    Clock and frame are the files of the same name with .tsc and .tf.
 
     The kernel has one segment, of type 3, relative to an inertial frame. Of one written here the millisecond at both
     ends is left out. Times are 0.1 microseconds apart.
@@ -237,7 +239,7 @@ def write_ck(
     Raises
     ------
     TypeError, ValueError, OSError, ImportError
-        If an argument is not what its name says, the motion is an ensemble or has fewer than two times, or a file
+        If an argument is invalid, the motion is an ensemble or has fewer than two times, or a file
         exists; or spiceypy is missing.
 
     Examples

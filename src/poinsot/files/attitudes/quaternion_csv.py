@@ -42,10 +42,11 @@ EXAMPLE = "# order: scalar first, # direction: body to reference"
 
 @checked
 def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -> AttitudeTable:
-    """Return the attitudes in a CSV file that says the order and the direction of its quaternions.
+    """Return the attitudes in a CSV file that states the order and the direction of its quaternions.
 
-    Comment lines before the names of the columns must say `# order: scalar first` (or `scalar last`) and
-    `# direction: body to reference` (x_reference = q x_body q~, Hamilton product) or `reference to body`. They may say
+    Comment lines before the names of the columns must state `# order: scalar first` (or `scalar last`) and
+    `# direction: body to reference` (x_reference = q x_body q~, Hamilton product) or `reference to body`. They may
+    state
     `# reference_frame: ICRF`, `# body_frame: SC_BODY_1` and `# time: s from 2026-11-21T00:00:00 UTC`. The columns are
     the time, the four of the quaternion and, where `# rate: rad per unit of time, inertial, along the body axes` stands
     above, three rates.
@@ -54,7 +55,7 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     ----------
     path : str or Path
     calendar : Calendar, optional
-        Counts the times; default: the one that the file says, or none.
+        Counts the times; default: the calendar that the file states, or none.
 
     Returns
     -------
@@ -63,7 +64,8 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     Raises
     ------
     OSError, ValueError, ImportError
-        If the file cannot be read; the file does not say what its numbers are, a row is not whole, a quaternion is off
+        If the file cannot be read; the file does not state the meaning of its numbers, a row is not whole, a
+        quaternion is off
         unit norm by more than a thousandth, or times do not rise; or astropy is missing and the file has dates.
 
     Examples
@@ -165,7 +167,7 @@ def write_quaternion_csv(
     rates: bool = True,
     overwrite: bool = False,
 ) -> Path:
-    """Write the attitudes of a motion, or of a table, as comma-separated values that say what they are.
+    """Write the attitudes of a motion, or of a table, as comma-separated values with their conventions.
 
     Numbers have all their digits: reading them gives them back.
 
@@ -174,12 +176,12 @@ def write_quaternion_csv(
     motion, path, rates, overwrite
         As of `write_aem`.
     calendar, reference_frame, body_frame : optional
-        What the file says of its times and axes; default: those of the motion, if any.
+        Calendar and axes that the file states; default: the calendar and axes of the motion, if any.
 
     Raises
     ------
     TypeError, ValueError, OSError
-        If an argument is not what its name says, the motion is an ensemble, or the file exists.
+        If an argument is invalid, the motion is an ensemble, or the file exists.
 
     Examples
     --------

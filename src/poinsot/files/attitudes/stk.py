@@ -65,7 +65,7 @@ def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> 
 
     Read are AttitudeTimeQuaternions, AttitudeTimeQuatScalarFirst, AttitudeTimeQuatAngVels and AttitudeTimeEulerAngles.
     Their quaternions turn the reference axes into those of the body, as ours do, with the scalar last (or first, as
-    the name says); rates are degrees per second along the body axes; Euler angles are degrees, about axes that turn
+    the name states); rates are degrees per second along the body axes; Euler angles are degrees, about axes that turn
     along.
 
     Parameters
@@ -198,7 +198,7 @@ def write_stk_attitude(
     Raises
     ------
     TypeError, ValueError, OSError
-        If an argument is not what its name says, the motion is an ensemble, or the file exists.
+        If an argument is invalid, the motion is an ensemble, or the file exists.
 
     Examples
     --------

@@ -47,7 +47,7 @@ def read_field(
     Parameters
     ----------
     path : str or Path
-        At most 64 MiB; whether the coefficients are normalised is what the table says.
+        At most 64 MiB; the table states whether its coefficients are normalised.
     degree : int, optional
         Where to stop, from 2 to 80; default: the degree of the table.
     mass : float

@@ -62,7 +62,7 @@ def read_mesh(
     Parameters
     ----------
     path : str or Path
-        Its end says the format. At most 200 MB and 5 million faces.
+        Its suffix is the format. At most 200 MB and 5 million faces.
     mass, density : float
         Exactly one of them; the density per cube of the user's length.
     unit : float

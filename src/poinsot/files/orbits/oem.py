@@ -62,7 +62,7 @@ def read_oem(
     Returns
     -------
     Ephemeris
-        km and km/s from the centre of the message, along its frame: "ICRF" (also where the message says GCRF,
+        km and km/s from the centre of the message, along its frame: "ICRF" (also where the message states GCRF,
         EME2000 or J2000), "TEME", "TOD", "MOD" or "MCI". Its span is the usable one of the message.
 
     Raises

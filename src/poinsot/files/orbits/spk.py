@@ -46,7 +46,7 @@ def spice_orbit(
     target, center : str or int
         Bodies by their names or numbers in SPICE; the centre is the attractor.
     start, stop : float, str or astropy.time.Time
-        The span: times of the calendar, or dates that say their scale.
+        The span: times of the calendar, or dates with their time scale.
     kernels : sequence of paths
         All files that are needed: SPK, and text of constants, clocks and frames. What spiceypy has loaded is not used.
     frame : str

@@ -138,7 +138,7 @@ def tle_orbit(
     lines : str or sequence of str
         The two lines, with a line for the name before them or without; as text, or one by one.
     start, stop : float, str or astropy.time.Time
-        The span: times of the calendar, or dates that say their scale.
+        The span: times of the calendar, or dates with their time scale.
     max_age : float
         Largest distance of the span from the epoch of the set, days; the errors of SGP4 grow to kilometres within days.
     reference_frame : {"TEME", "ICRF"}

@@ -75,11 +75,11 @@ def free_motion(
     Raises
     ------
     TypeError, ValueError
-        If an argument is not what its name says.
+        If an argument is invalid.
 
     Notes
     -----
-    Attitude by theta functions, momentum kept in space, elements as in Landau and Lifshitz, Mechanics, Sec. 37,
+    Attitude by theta functions, constant momentum in space, elements as in Landau and Lifshitz, Mechanics, Sec. 37,
     all in the forms that hold on and near the separatrix and for symmetric bodies.
 
     Examples
