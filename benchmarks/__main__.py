@@ -154,6 +154,7 @@ def _write(results, partly):
             place.parent.mkdir(parents=True, exist_ok=True)
             shutil.move(path, place)
     if not results["short"]:
+        (ROOT / "benchmarks" / "targets.md").write_text(report.targets_page(results))
         print(*history.append(results), sep="\n")
     missing = report.not_measured(results)
     if missing:

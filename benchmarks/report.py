@@ -22,22 +22,19 @@ from benchmarks.targets import (
 from benchmarks.variational import BEFORE
 
 PICTURES = ("P2", "P3")
-ONE_RUN = (
-    "Every figure on this page is from one run of `make bench`, on one machine; the last columns of the targets alone",
-    "are from the last runs on other processors (`benchmarks/history.csv`), in bold what misses its target there.",
-)
+ONE_RUN = ("All figures on this page come from one run of `make bench` on one machine.",)
 ABOUT = (
-    "Single bodies and overheads run on one core, pinned, and their times are processor times. The tools take turns,",
-    "round after round, and the median of the rounds counts; compare times within a table. What compiles once",
-    "(heyoka's and poinsot's kernels, numba, JAX) is compiled before the clock runs, and each peer is written as its",
-    "own user would write it, in `benchmarks/peers/`. The time of poinsot is that of the whole call of `propagate`;",
-    "that of heyoka by hand is `propagate_until` with an integrator that is there already. The script by hand is",
-    "written in several ways (`benchmarks/peers/heyoka_by_hand.py`), and the fastest on this machine counts.",
+    "Runs of single bodies and overheads use one pinned core and measure processor time. The tools alternate, and the",
+    "tables give medians; compare times within one table only. Compilation is excluded (kernels of heyoka and poinsot,",
+    "numba, JAX). The script of each tool is written as a user of the tool would write it (`benchmarks/peers/`). The time",
+    "of poinsot is the time of the whole call of `propagate`; the time of heyoka by hand is the time of `propagate_until`",
+    "with an existing integrator. The script by hand exists in several versions",
+    "(`benchmarks/peers/heyoka_by_hand.py`), and the fastest version on this machine counts.",
 )
-JUDGED = (
-    f"The error is the angle between the attitude at the end and that of poinsot in {WIDE} precision, which integrates",
-    f"in other variables than the default run; a result with a larger error than {Contender.limit:.0e} rad",
-    f"({RIGHT:.0e} rad in ensembles) is not counted.",
+ERRORS = (
+    f"The error is the angle between the final attitude and the final attitude of poinsot in {WIDE} precision, which",
+    f"integrates other variables than the default run. A result with an error above {Contender.limit:.0e} rad",
+    f"({RIGHT:.0e} rad in ensembles) is excluded.",
 )
 
 
@@ -99,8 +96,9 @@ def text(results):
         (_on_workers, "on_workers"),
         (_sweeps, "work_precision"),
     )
-    told = [part(results[section]) for part, section in parts if section in results]
-    return "\n".join((_head(results), _targets(results), *told, SEE_ALSO))
+    (first, section), *others = [(part, section) for part, section in parts if section in results]
+    rest = [part(results[section]) for part, section in others]
+    return "\n".join(("# Benchmarks\n", first(results[section]), _method(results), *rest, SEE_ALSO))
 
 
 SEE_ALSO = (
@@ -115,7 +113,7 @@ def not_measured(results):
     return [f"{peers.TITLES[name]} was not measured: {why}." for name, why in missing.items()]
 
 
-def _head(results):
+def _method(results):
     machine = results["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
     facts = [
@@ -125,12 +123,12 @@ def _head(results):
     if results["short"]:
         facts.append("**A short run: few repeats, few settings. For a quick look only.**")
     missing = not_measured(results)
-    parts = (ONE_RUN, facts, *([missing] if missing else ()), ABOUT, JUDGED)
-    title = "# Benchmarks\n"
-    return "\n".join((title, *(prose(*part) for part in parts)))
+    parts = (ONE_RUN, facts, *([missing] if missing else ()), ABOUT, ERRORS)
+    return "\n".join(("## Method\n", *(prose(*part) for part in parts)))
 
 
-def _targets(results):
+def targets_page(results):
+    """Return the page of the targets."""
     rows = targets.all_of(results)
     met, unknown = (sum(row.verdict == verdict for row in rows) for verdict in ("met", "not measured"))
     rest = f", {unknown} not measured" if unknown else ""
@@ -138,7 +136,11 @@ def _targets(results):
     dates = {name: max(row["date"] for row in last.values()) for name, last in others.items()}
     return "\n".join(
         (
-            f"## Targets: {met} of {len(rows)} met{rest}\n",
+            f"# Targets of performance: {met} of {len(rows)} met{rest}\n",
+            prose(
+                "The last columns are the last runs on other processors (`benchmarks/history.csv`). Bold values miss the",
+                "target.",
+            ),
             table(
                 ("what", "target", "reached", "", *(f"on {name}, {date}" for name, date in dates.items())),
                 [
@@ -159,18 +161,28 @@ def _elsewhere(target, last):
 
 
 def _one_body(measured):
-    parts = ["## One body, work and precision\n"]
-    for key, problem in measured["problems"].items():
-        parts.append(f"### {key}: {problem['title']}\n")
-        if key in PICTURES:
-            picture = f"images/benchmark-{key.lower()}.png"
-            parts.append(f"![Error against time of every tool on {key}]({picture})\n")
-        parts.append(_most_accurate(problem))
+    problems = measured["problems"]
+    pictures = [
+        f"![Error against time of every tool on {key}](images/benchmark-{key.lower()}.png)\n"
+        for key in PICTURES
+        if key in problems
+    ]
+    faster = [f"{factor(at_equal_error(one, BY_HAND)[0])} ({key})" for key, one in problems.items()]
+    parts = [
+        *pictures,
+        prose(
+            f"At equal error poinsot is faster than heyoka with equations written by hand by the factors"
+            f" {', '.join(faster)}.",
+            "The tables list each tool at its most accurate setting.",
+        ),
+    ]
+    for key, problem in problems.items():
+        parts += [f"## {key}: {problem['title']}\n", _most_accurate(problem)]
     parts.append(
         prose(
-            "Each tool at its most accurate setting. The last column is the time over that of poinsot at the smallest",
-            "error that both reach, interpolated between the settings of the sweep in logarithms; below 1,",
-            "poinsot is slower. A looser setting than poinsot's loosest counts as that one.",
+            "The last column is the ratio to the time of poinsot at the smallest error that both tools reach, interpolated",
+            "between the settings of the sweep in logarithms; below 1, poinsot is slower. A setting looser than poinsot's",
+            "loosest setting counts as poinsot's loosest.",
         )
     )
     references = [

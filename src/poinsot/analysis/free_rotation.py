@@ -178,8 +178,8 @@ class FreeRotation(Summarized):
 
         They are Andoyer's (l, g, h) without the periodic part, of the principal axes in cyclic order with the axis
         third and towards the momentum; a symmetric body has no periodic part. In steady rotation the body axes do
-        not distinguish l from g, and their sum alone grows. On the separatrix the first one, which takes for ever, is NaN; of
-        a member at rest all are.
+        not distinguish l from g, and their sum alone grows. On the separatrix the first one, which takes for ever, is
+        NaN; of a member at rest all are.
 
         Raises
         ------
