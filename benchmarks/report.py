@@ -26,8 +26,10 @@ ONE_RUN = ("All figures on this page come from one run of `make bench` on one ma
 ABOUT = (
     "Runs of single bodies and overheads use one pinned core and measure processor time. The tools alternate, and the",
     "tables give medians; compare times within one table only. Compilation is excluded (kernels of heyoka and poinsot,",
-    "numba, JAX). The script of each tool is written as a user of the tool would write it (`benchmarks/peers/`). The time",
-    "of poinsot is the time of the whole call of `propagate`; the time of heyoka by hand is the time of `propagate_until`",
+    "numba, JAX). The script of each tool is written as a user of the tool would write it",
+    "(`benchmarks/peers/`). The time",
+    "of poinsot is the time of the whole call of `propagate`; the time of heyoka by hand is the time of",
+    "`propagate_until`",
     "with an existing integrator. The script by hand exists in several versions",
     "(`benchmarks/peers/heyoka_by_hand.py`), and the fastest version on this machine counts.",
 )
@@ -96,9 +98,8 @@ def text(results):
         (_on_workers, "on_workers"),
         (_sweeps, "work_precision"),
     )
-    (first, section), *others = [(part, section) for part, section in parts if section in results]
-    rest = [part(results[section]) for part, section in others]
-    return "\n".join(("# Benchmarks\n", first(results[section]), _method(results), *rest, SEE_ALSO))
+    written = [part(results[section]) for part, section in parts if section in results]
+    return "\n".join(("# Benchmarks\n", *written[:1], _method(results), *written[1:], SEE_ALSO))
 
 
 SEE_ALSO = (
@@ -138,7 +139,8 @@ def targets_page(results):
         (
             f"# Targets of performance: {met} of {len(rows)} met{rest}\n",
             prose(
-                "The last columns are the last runs on other processors (`benchmarks/history.csv`). Bold values miss the",
+                "The last columns are the last runs on other processors (`benchmarks/history.csv`). Bold values miss",
+                "the",
                 "target.",
             ),
             table(
@@ -180,8 +182,10 @@ def _one_body(measured):
         parts += [f"## {key}: {problem['title']}\n", _most_accurate(problem)]
     parts.append(
         prose(
-            "The last column is the ratio to the time of poinsot at the smallest error that both tools reach, interpolated",
-            "between the settings of the sweep in logarithms; below 1, poinsot is slower. A setting looser than poinsot's",
+            "The last column is the ratio to the time of poinsot at the smallest error that both tools reach,",
+            "interpolated",
+            "between the settings of the sweep in logarithms; below 1, poinsot is slower. A setting looser than",
+            "poinsot's",
             "loosest setting counts as poinsot's loosest.",
         )
     )

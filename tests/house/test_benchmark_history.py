@@ -57,6 +57,6 @@ def test_the_table_of_targets_shows_the_last_run_on_each_other_processor(monkeyp
     monkeypatch.setattr(history, "read", lambda: rows)
     monkeypatch.setattr(targets, "all_of", lambda _: [Target("time (1 to 2 in 7 processes)", 2.0, 3.0, True, " ms")])
     machine = {"date": "2026-11-22", "processor": "this", "cores": 2, "system": "", "versions": {}}
-    page = report.text({"machine": machine, "short": False})
+    page = report.targets_page({"machine": machine, "short": False})
     assert "| what | target | reached |  | on that, 2026-11-21 | on fast, 2026-11-21 |" in page
     assert "| at most 3 ms | 2 ms | met | **4 ms** | 3 ms |" in page
