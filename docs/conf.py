@@ -14,7 +14,8 @@ sys.path.insert(0, str(ROOT))
 
 from tools.site.build import write_pages  # noqa: E402
 from tools.site.names import canonical_names, linked_names  # noqa: E402
-from tools.site.search import keep_text, with_index_entries, write_texts  # noqa: E402
+from tools.site.queries import with_index_entries  # noqa: E402
+from tools.site.search import keep_text, write_texts  # noqa: E402
 
 import poinsot  # noqa: E402
 

@@ -218,12 +218,14 @@ def test_a_result_is_read_where_they_are_not_known(told):
 def test_the_recipe_of_a_tippe_top_refuses_a_surface_that_is_no_sphere():
     """Rolling is not holonomic: with another surface the formulas of the page would run and be wrong."""
     page = (Path(__file__).parents[2] / "docs" / "parts.md").read_text()
-    (recipe,) = [code for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "class TippeTop" in code]
+    (recipe,) = [
+        code for code in re.findall(r"```\{code-cell\} ipython3\n(.*?)```", page, re.DOTALL) if "class TippeTop" in code
+    ]
     names: dict[str, Any] = {"pt": pt, "np": np, "fn": pt.functions}
-    exec(recipe.split("\n\n\ntop = ")[0], names)
+    exec(recipe.split("\n\n\nsphere = ")[0], names)
     top, sphere = names["TippeTop"], pt.Body((5.2e-7, 5.2e-7, 5.4e-7))
     pt.System(sphere, top(0.006, [0.015] * 3, 0.003, 0.02))
-    message = "semiaxes must be equal, got [0.015 0.015 0.012]. These formulas hold for a sphere alone."
+    message = "semiaxes must be equal, got [0.015 0.015 0.012]. The equations of this part hold for a sphere only."
     egg = pt.Body.from_ellipsoid(0.006, (0.015, 0.015, 0.012))
     for body, semiaxes in ((sphere, (0.015, 0.015, 0.012)), (egg, [0.015] * 3)):
         with pytest.raises(ValueError, match=r"^semiaxes must be equal") as caught:

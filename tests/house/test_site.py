@@ -6,7 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
-from tools.site import api, gallery, names, search
+from tools.site import api, gallery, names, queries
 
 ROOT = Path(__file__).parents[2]
 SITE = ROOT / "docs" / "_build" / "html"
@@ -162,10 +162,10 @@ def test_the_search_from_disk_finds_what_propagates_an_attitude(browser):
 
 @pytest.mark.docs
 @pytest.mark.browser
-@pytest.mark.parametrize("page", search.FIRST_RESULTS)
+@pytest.mark.parametrize("page", queries.FIRST_RESULTS)
 def test_the_search_lists_the_page_of_a_query_first(browser, page):
     visit = Visit(browser)
-    for query in search.FIRST_RESULTS[page].split(", "):
+    for query in queries.FIRST_RESULTS[page].split(", "):
         visit.open("search", f"?q={query.replace(' ', '+')}")
         visit.page.wait_for_selector("#search-results li a", timeout=20000)
         first = visit.page.eval_on_selector("#search-results li a", "link => link.getAttribute('href')")

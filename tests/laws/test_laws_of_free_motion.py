@@ -530,5 +530,5 @@ def test_wrong_arguments_get_a_sentence(name):
 
 
 def test_an_ensemble_cannot_be_called():
-    with pytest.raises(ValueError, match="a trajectory must have dense output to be called, but it has none"):
+    with pytest.raises(ValueError, match="a trajectory must have dense output to be called, got none"):
         pt.free_motion(BODY, THREE, [0.0, 1.0])(0.5)

@@ -124,5 +124,7 @@ def test_a_section_at_all_times_has_the_points_of_the_motion():
 @pytest.mark.parametrize("run", [pt.propagate, analysis.state_transition, analysis.chaos_indicators])
 def test_one_of_two_bodies_does_not_move_alone(run):
     one = MOTION.secondary
-    with pytest.raises(ValueError, match=r"^system must be that of both bodies, got .* motion\.system of the pair\.$"):
+    with pytest.raises(
+        ValueError, match=r"^system must be the system of both bodies, got .* motion\.system of the pair\.$"
+    ):
         run(one.system, one.initial, [8.0])

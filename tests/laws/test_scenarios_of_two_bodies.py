@@ -222,7 +222,7 @@ WRONG = {
     "line 31: forces[1].on must be 'primary' or 'secondary', got 'secundary'. Did you mean 'secondary'?": (
         ('on = "secondary"', 'on = "secundary"')
     ),
-    "line 28: forces[1].on must be there for LinearDamping, which acts on one body, got none.": (
+    "line 28: forces[1].on must be given for LinearDamping, which acts on one body, got none.": (
         'on = "secondary"\n',
         "",
     ),

@@ -280,7 +280,7 @@ def torques(
         raise ValueError("motion must have forces to draw their torques, got one without, or of a file without theirs.")
     sizes = {name: np.linalg.norm(torque, axis=-1) for name, torque in found.items()}
     own = DerivedUnits(motion.system.units).energy
-    unit = unit_of("torque_unit", own, torque_unit or TORQUE_UNITS.get(own))
+    unit = unit_of("torque_unit", own, TORQUE_UNITS.get(own) if torque_unit is None else torque_unit)
     shown = {
         in_words(name): np.where(size > ROUNDING * np.nanmax(size, initial=0), unit.factor * size, np.nan)
         for name, size in sizes.items()

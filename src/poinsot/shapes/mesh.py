@@ -143,7 +143,7 @@ class Mesh(Shape):
         if self.volume < 0:
             raise ValueError(
                 f"faces must be anticlockwise seen from outside, but they enclose the volume {self.volume:.3g}. "
-                "repair=True turns them."
+                "Pass repair=True to reverse them."
             )
 
 

@@ -192,7 +192,7 @@ WRONG = {
 @pytest.mark.parametrize(("mesh", "volume"), WRONG.values(), ids=WRONG)
 def test_a_surface_wound_inwards_is_a_hollow_or_turned(mesh, volume):
     with pytest.raises(
-        ValueError, match=r"must be anticlockwise seen from outside.* Pass repair=True to reverse it\.$"
+        ValueError, match=r"must be anticlockwise seen from outside.* Pass repair=True to reverse (it|them)\.$"
     ):
         pt.shapes.Mesh(*mesh, density=1.0)
     right = pt.shapes.Mesh(*mesh, density=1.0, repair=True)

@@ -153,7 +153,7 @@ def test_surfaces_that_are_not_closed_or_inverted_name_the_file(tmp_path):
     with pytest.raises(ValueError, match=r"open\.obj: faces must close the surface"):
         pt.files.read_mesh(opened, mass=1)
     inverted = written(tmp_path, "in.obj", obj(faces=BOX.faces[:, ::-1] + 1))
-    with pytest.raises(ValueError, match=r"in\.obj: faces must be anticlockwise .* repair=True turns them"):
+    with pytest.raises(ValueError, match=r"in\.obj: faces must be anticlockwise .* Pass repair=True to reverse them"):
         pt.files.read_mesh(inverted, mass=1)
     assert pt.files.read_mesh(inverted, mass=1, repair=True).volume == 6
     flat = written(tmp_path, "flat.obj", obj(vertices=BOX.vertices * (1, 1, 0)))
