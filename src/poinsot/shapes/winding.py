@@ -31,7 +31,8 @@ def check_closed(faces: Faces) -> Faces:
     if not agree.all():
         one, other = sharing[np.argmin(agree)]
         raise ValueError(
-            f"faces must all be wound to the same side, but faces {one} and {other} disagree. Pass repair=True to reverse them."
+            f"faces must all be wound to the same side, but faces {one} and {other} disagree. "
+            "Pass repair=True to reverse them."
         )
     return sharing
 
