@@ -81,9 +81,9 @@ class QuaternionFeedback(_Feedback):
     """Proportional-derivative attitude control towards a target fixed in space.
 
     u_i = clip(-kp q_i - kd w_i, -limit, limit) along the body axes, with q the quaternion target -> body with positive
-    q0, so that the rotation is the shorter one. At an error of exactly half a turn, q has the sign of the state. The
-    gain kp multiplies half the angle: small errors obey I s^2 + kd s + kp/2 = 0 (Wie 1998, Space Vehicle Dynamics and
-    Control, Sec. 7.3). The actuator is ideal, and gyroscopic torques are not compensated.
+    q0, so that the rotation is the shorter one. At an error of exactly half a turn, q retains the sign of the state's
+    quaternion. The gain kp multiplies half the angle: small errors obey I s^2 + kd s + kp/2 = 0 (Wie 1998, Space
+    Vehicle Dynamics and Control, Sec. 7.3). The actuator is ideal, and gyroscopic torques are not compensated.
 
     Parameters
     ----------
@@ -116,8 +116,8 @@ class QuaternionFeedback(_Feedback):
 class OrbitPointing(_Feedback):
     """Proportional-derivative attitude control in the orbital frame, with feedforward of the orbital rate.
 
-    The torque is that of `QuaternionFeedback` with attitude and angular velocity relative to the radial, transverse and
-    normal axes. These rotate at h/r^2 about the normal; the law ignores precession of the orbital plane.
+    The torque equals the torque of `QuaternionFeedback` with attitude and angular velocity relative to the radial,
+    transverse and normal axes. These rotate at h/r^2 about the normal; the law ignores precession of the orbital plane.
 
     Parameters
     ----------

@@ -319,7 +319,7 @@ FAR = 50
 class IGRF(_OfSources):
     """International Geomagnetic Reference Field (IGRF-14), 1900 to 2030, with coefficients linear between epochs.
 
-    The field is that of `MagneticHarmonics` with coefficients from the package ppigrf, `pip install 'poinsot[sky]'`
+    `MagneticHarmonics` defines the field, with coefficients from the package ppigrf, `pip install 'poinsot[sky]'`
     (Alken et al. 2021, Earth, Planets and Space 73, 49). The integration stops at each epoch, every five years.
 
     Parameters

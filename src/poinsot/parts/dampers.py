@@ -22,8 +22,8 @@ class KaneDamper(Part):
     """Kane damper: a homogeneous sphere in a spherical cavity filled with viscous fluid.
 
     p' = p x omega - coefficient (p / moment - omega), with p the inertial angular momentum of the sphere along the body
-    axes. The fluid has no inertia. The part models any internal energy dissipation (Kane, Likins and Levinson 1983,
-    Spacecraft Dynamics).
+    axes. The model ignores the inertia of the fluid. The part models any internal energy dissipation (Kane, Likins and
+    Levinson 1983, Spacecraft Dynamics).
 
     Parameters
     ----------

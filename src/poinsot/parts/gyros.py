@@ -119,8 +119,8 @@ class GimballedRotor(Gimbal):
 
     h = H e(angle) + p m, angle' = p / J - omega . m and p' = omega . (m x H e) + torque - stiffness angle - damping
     angle'. Here p is the inertial angular momentum of gimbal and rotor along the gimbal axis m, and e the axis of the
-    rotor. The inertia tensor of gimbal and rotor is taken as independent of the angle. The energy excludes the work of
-    the rotor's motor.
+    rotor. The inertia tensor of gimbal and rotor does not depend on the angle in this model. The energy excludes the
+    work of the rotor's motor.
 
     Parameters
     ----------

@@ -141,8 +141,8 @@ class MomentumWheel(Wheel):
 
     p' = T - friction s, with T = gain (commanded_speed - s) limited to +-largest_torque. Here p is the inertial angular
     momentum of the wheel along its axis and s = p / moment - axis . omega its speed relative to the body. Friction
-    causes a steady error of s, the fraction friction / (gain + friction) of the commanded speed. `Gyrostat` has an
-    exactly constant speed.
+    causes a steady error of s, the fraction friction / (gain + friction) of the commanded speed. `Gyrostat` maintains
+    the speed exactly.
 
     Parameters
     ----------
