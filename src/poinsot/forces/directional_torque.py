@@ -124,7 +124,7 @@ class DirectionalTorque(Parametric):
 
         T(u) = -sum of A c r x [(1 - s) u + 2 (d/3 + s c) n] over the lit faces, with c = n.u. Light that is absorbed
         and radiated at once counts as diffuse. For a gas, use s = d = 0: T times density times speed squared is then
-        the torque of fully accommodated molecules, which is half the torque for a drag coefficient of 2.
+        the torque of fully accommodated molecules, with a drag coefficient of 2.
 
         Parameters
         ----------

@@ -104,10 +104,32 @@ class EscapeOrbit(ConicOrbit):
         epoch: Time = 0.0,
         radius: Real = 0.0,
     ) -> EscapeOrbit:
-        """Return the orbit with one of two lengths and one of three anomalies at the epoch, radians.
+        """Return the orbit with one of two lengths and one of three anomalies at the epoch.
 
         A hyperbola has a < 0, the mean anomaly M = sqrt(mu/|a|^3) (t - t_p), and the hyperbolic anomaly H as eccentric
         anomaly, M = e sinh H - H. A parabola requires the periapsis distance and the true anomaly.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        periapsis_distance, semimajor_axis : float, optional
+            Exactly one of the two, in length.
+        eccentricity : float
+            Eccentricity, at least 1.
+        inclination, node, argument_of_periapsis : float
+            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
+        true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
+            Exactly one of the three at the epoch, radians.
+        epoch : float
+            Time to which the anomaly refers.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        EscapeOrbit
+            The hyperbola or parabola.
 
         Raises
         ------
@@ -128,10 +150,26 @@ class EscapeOrbit(ConicOrbit):
     def from_vectors(
         cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
     ) -> EscapeOrbit:
-        """Return the orbit through a position and velocity, space axes, shape (3,), at the epoch.
+        """Return the hyperbola or parabola through a position and velocity at the epoch.
 
         The position is reproduced to machine precision. The velocity error is up to r/q roundings, which is the effect
         of rounding the eccentricity at the distance r.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        position, velocity : array (3,), space axes
+            Position in length and velocity in length per time of the body relative to the attractor.
+        epoch : float
+            Time of the position and velocity.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        EscapeOrbit
+            The hyperbola or parabola.
 
         Raises
         ------

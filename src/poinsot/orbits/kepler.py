@@ -104,10 +104,32 @@ class KeplerOrbit(ConicOrbit):
         epoch: Time = 0.0,
         radius: Real = 0.0,
     ) -> KeplerOrbit:
-        """Return the ellipse with exactly one of three anomalies at the epoch, radians.
+        """Return the ellipse with exactly one of three anomalies at the epoch.
 
         The orbit stores the true anomaly. Its rounding error changes the position on an ellipse of eccentricity e by up
         to 1/sqrt(1 - e) roundings.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        semimajor_axis : float
+            Semimajor axis, in length.
+        eccentricity : float
+            Eccentricity, in [0, 1).
+        inclination, node, argument_of_periapsis : float
+            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
+        true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
+            Exactly one of the three at the epoch, radians.
+        epoch : float
+            Time to which the anomaly refers.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        KeplerOrbit
+            The ellipse.
 
         Raises
         ------
@@ -131,10 +153,26 @@ class KeplerOrbit(ConicOrbit):
     def from_vectors(
         cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
     ) -> KeplerOrbit:
-        """Return the ellipse through a position and velocity, space axes, shape (3,), at the epoch.
+        """Return the ellipse through a position and velocity at the epoch.
 
         The position is reproduced to machine precision, at any eccentricity and inclination. Undefined angles are zero:
         the node of an equatorial orbit, the argument of periapsis of a circular orbit.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        position, velocity : array (3,), space axes
+            Position in length and velocity in length per time of the body relative to the attractor.
+        epoch : float
+            Time of the position and velocity.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        KeplerOrbit
+            The ellipse.
 
         Raises
         ------

@@ -211,12 +211,23 @@ class NutatingRotation(RotationModel):
     """Rotation model with periodic terms of the angles: nutation and physical libration.
 
     The periodic terms are amplitude sin(phase + rate (time - epoch)) for right ascension and prime meridian, and
-    amplitude cos(phase + rate (time - epoch)) for the declination.
+    amplitude cos(phase + rate (time - epoch)) for the declination. The other parameters describe the angles without
+    these terms.
 
     Parameters
     ----------
-    right_ascension, declination, prime_meridian, rate : float
-        Angles and rates without the periodic terms, as for `RotationModel`, which also describes the other parameters.
+    right_ascension, declination, prime_meridian : float
+        Direction of the pole and prime meridian at the epoch, radians, relative to the space axes.
+    rate, right_ascension_rate, declination_rate : float
+        Rates of the prime meridian and of the pole, radians per unit of time.
+    acceleration : float
+        Second derivative of the prime meridian, radians per unit of time squared.
+    epoch : float
+        Time to which the angles and phases refer.
+    reference_frame : str
+        Name of the space axes.
+    calendar : Calendar, optional
+        Dates of the times.
     terms : int
         Number of periodic terms.
     periodic : array (terms, 5)
