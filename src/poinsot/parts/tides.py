@@ -24,9 +24,9 @@ class CreepingTide(Part):
 
     D' = (D_e - D) / relaxation_time along the body axes, with D the trace-free change of the inertia tensor. The
     equilibrium D_e is the trace-free part of k R^5 / (3 G) [omega omega^T - 3 mu / r^3 n n^T], due to rotation and an
-    attractor in the direction n (Correia, Boue, Laskar and Rodriguez 2014, Astron. Astrophys. 571, A50). Gravity acts
-    on D, which produces the tidal torque; the body requires exactly one gravitational force. At the frequency w, k2 = k
-    / (1 + i w relaxation_time).
+    attractor in the direction n (Correia, Boue, Laskar and Rodriguez 2014, Astron. Astrophys. 571, A50). The
+    gravitational forces of the system, such as `GravityGradient`, act on D; their torque on D is the tidal torque. At
+    the frequency w, k2 = k / (1 + i w relaxation_time).
 
     Parameters
     ----------
