@@ -51,7 +51,7 @@ class _Limited:
 
     @of_scalars
     def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:
-        """Return whether a component of the torque is at the limit."""
+        """Return, by name, True if a component of the torque is at the limit."""
         given = self.torque(instant) if torque is None else torque
         largest = functools.reduce(functions.maximum, map(abs, given))
         return {f"{default_name(type(self))}_at_limit": largest >= self.limit}

@@ -127,7 +127,7 @@ class Sunlight(Torque):
 
     @of_scalars
     def sunlight(self, instant: Instant) -> Scalar:
-        """Return which part of the Sun's disc is seen, from 0 to 1."""
+        """Return the visible fraction of the Sun's disc, from 0 to 1."""
         seen: Scalar = 1.0
         for occulter in self.occulters:
             seen = seen * occulter.sunlight(instant, self.sun, self.sun_radius)
