@@ -51,7 +51,7 @@ class _Limited:
 
     @of_scalars
     def limits(self, instant: Instant, torque: Vector | None = None) -> Mapping[str, Scalar]:
-        """Return whether a component of the torque is at the limit."""
+        """Return, by name, True if a component of the torque is at the limit."""
         given = self.torque(instant) if torque is None else torque
         largest = functools.reduce(functions.maximum, map(abs, given))
         return {f"{default_name(type(self))}_at_limit": largest >= self.limit}
@@ -78,23 +78,23 @@ class _Feedback(_Limited, Torque):
 
 
 class QuaternionFeedback(_Feedback):
-    """Proportional and derivative feedback to an attitude fixed in space.
+    """Proportional-derivative attitude control towards a target fixed in space.
 
-    u_i = clip(-kp q_i - kd w_i, -limit, limit) along the body axes, q the quaternion target -> body with the sign of
-    positive q0, so that the body takes the shorter way; at half a turn exactly, that of q as it is. kp acts on half the
-    angle: for small errors I s^2 + kd s + kp/2 = 0 (Wie 1998, Space Vehicle Dynamics and Control, Sec. 7.3). The torque
-    is that of an ideal actuator. Gyroscopic torques are not compensated.
+    u_i = clip(-kp q_i - kd w_i, -limit, limit) along the body axes, with q the quaternion target -> body with positive
+    q0, so that the rotation is the shorter one. At an error of exactly half a turn, q retains the sign of the state's
+    quaternion. The gain kp multiplies half the angle: small errors obey I s^2 + kd s + kp/2 = 0 (Wie 1998, Space
+    Vehicle Dynamics and Control, Sec. 7.3). The actuator is ideal, and gyroscopic torques are not compensated.
 
     Parameters
     ----------
     kp : float
-        Torque per vector part of the quaternion; a warning is given where it is negative, and for kd.
+        Torque per component of the vector part of the error quaternion. A negative gain causes a warning.
     kd : float
-        Torque per rate.
+        Torque per angular velocity. A negative gain causes a warning.
     limit : float
-        The largest torque about each axis, positive. Default: one that is never reached.
+        Largest torque about each body axis, positive. Default: no effective limit.
     target : array (4,)
-        The attitude, a unit quaternion body -> space. Default: the space axes.
+        Target attitude, a unit quaternion body -> space. Default: the space axes.
 
     Examples
     --------
@@ -114,18 +114,23 @@ class QuaternionFeedback(_Feedback):
 
 
 class OrbitPointing(_Feedback):
-    """Proportional and derivative feedback to an attitude in the axes of an orbit, with their rate fed forward.
+    """Proportional-derivative attitude control in the orbital frame, with feedforward of the orbital rate.
 
-    As `QuaternionFeedback` with the quaternion relative to the axes radial, transverse, normal, and with the rate
-    relative to these, which turn at h/r^2 about the normal. What turns the plane of the orbit is left out.
+    The torque equals the torque of `QuaternionFeedback` with attitude and angular velocity relative to the radial,
+    transverse and normal axes. These rotate at h/r^2 about the normal; the law ignores precession of the orbital plane.
 
     Parameters
     ----------
-    kp, kd, limit : float
-        As those of `QuaternionFeedback`.
+    kp : float
+        Torque per component of the vector part of the error quaternion. A negative gain causes a warning.
+    kd : float
+        Torque per angular velocity relative to the orbital frame. A negative gain causes a warning.
+    limit : float
+        Largest torque about each body axis, positive.
     orbit : Orbit
+        Orbit that defines the radial, transverse and normal axes.
     target : array (4,)
-        The attitude, a unit quaternion body -> radial, transverse, normal. Default: along these.
+        Target attitude, a unit quaternion body -> radial, transverse, normal. Default: aligned with these axes.
 
     Examples
     --------
@@ -152,14 +157,14 @@ class OrbitPointing(_Feedback):
 
 
 class RateDamping(_Limited, Torque):
-    """A torque against the inertial rate within limits: u_i = clip(-gain w_i, -limit, limit) along the body axes.
+    """Damping torque with a limit, u_i = clip(-gain w_i, -limit, limit) along the body axes.
 
     Parameters
     ----------
     gain : float
-        Torque per rate; a warning is given where it is negative.
+        Torque per inertial angular velocity. A negative gain causes a warning.
     limit : float
-        The largest torque about each axis, positive. Default: one that is never reached.
+        Largest torque about each body axis, positive. Default: no effective limit.
 
     Examples
     --------

@@ -19,24 +19,25 @@ __all__ = ["Sampled"]
 
 
 class Sampled(Part, Torque):
-    """A digital controller: a law computed at the times k period + phase, its torque held between them.
+    """Digital controller: a control law evaluated at times k period + phase, with constant torque in between.
 
-    A motion that starts at a sample begins with it; before the first one the torque is that of the state at the start,
-    zero unless one is given. At a sample the new torque is in the results (right-continuous); motions run forwards
-    only. The law may be that of any torque. Within another force, such as wheels that a law drives, it is a law as any
-    other.
+    An integration that starts at a sample time begins with that sample. Before the first sample the torque is part of
+    the initial state, by default zero. The results at a sample time contain the new torque (right-continuous).
+    Integrations run forwards only. Any torque can serve as the law. Inside another part, such as reaction wheels, the
+    controller acts like any other law.
 
     Parameters
     ----------
     law : Torque
+        Control law to evaluate.
     period : float
-        Between samples, positive.
+        Time between samples, positive.
     phase : float
-        The time of one of the samples.
+        Time of one of the samples.
     sensors : Sensors
-        What the law sees. Default: the motion as it is.
+        Sensor model that supplies attitude and angular velocity to the law. Default: ideal sensors.
     name : str
-        Of the torque among the variables of the motion. Default: "sampled".
+        Name of the torque among the variables of the motion. Default: "sampled".
 
     Examples
     --------

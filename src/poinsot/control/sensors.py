@@ -21,7 +21,7 @@ __all__ = ["NoisySensors", "Sensors"]
 
 
 class Sensors(Parametric):
-    """Ideal sensors of a sampled law. Subclasses add measurement errors.
+    """Ideal sensors of a sampled control law, without noise; base class of sensor models.
 
     Examples
     --------
@@ -31,12 +31,12 @@ class Sensors(Parametric):
 
     @property
     def draws(self) -> tuple[int, Scalar]:
-        """Number of random numbers for each sample, and their seed."""
+        """Number of random numbers per sample, and their seed."""
         return 0, 0.0
 
     @of_scalars
     def measured(self, instant: Instant, draws: Vector) -> Instant:  # noqa: ARG002
-        """Return the instant as a law sees it, from numbers of the standard normal distribution."""
+        """Return the instant as the control law measures it, from standard normal random numbers."""
         return instant
 
 
@@ -57,26 +57,26 @@ def _refuse_coarse(name: str, value: Any, _: str) -> None:
 
 
 class NoisySensors(Sensors):
-    """Sensors of attitude and rate with white noise and quantisation.
+    """Attitude and angular-velocity sensors with white noise and quantisation.
 
-    Measured are omega + s n, rounded to multiples of a quantum, and the body axes turned by d = s' n' about themselves,
-    by the angle 2 atan(|d|/2); n, n' are three independent numbers each of the standard normal distribution. The four
-    components of the measured quaternion are rounded to multiples of half a quantum, and divided by its length. Noise
-    depends on seed, member and number of the sample alone, not on threads or output times: the same run gives the same
-    noise. Drifts of a gyro are left out.
+    The measured angular velocity is omega + s n, rounded to multiples of a quantum. The measured attitude is rotated by
+    d = s' n' in body axes, with the angle 2 atan(|d|/2). n and n' each contain three independent standard normal
+    numbers. The components of the measured quaternion are rounded to multiples of half a quantum and normalised. The
+    noise depends only on the seed, the member and the sample number, not on threads or output times, so a run is
+    reproducible. The model ignores gyroscope drift.
 
     Parameters
     ----------
     rate_noise : float
-        s, the standard deviation of each component of the rate at a sample.
+        Standard deviation s of each component of the angular velocity at a sample, in angle per time.
     attitude_noise : float
-        s', radians, that of the turn about each body axis.
+        Standard deviation s' of the rotation about each body axis, radians.
     rate_quantum : float
-        Of which measured rates are multiples; 0: of none.
+        Quantum of the measured angular velocity, in angle per time; 0: no rounding.
     attitude_quantum : float
-        Radians, at most 1; 0: no rounding. Small angles are its multiples.
+        Quantum of small attitude angles, radians, at most 1; 0: no rounding.
     seed : float
-        A whole number from 0 to 2^52.
+        Integer from 0 to 2^52.
 
     Examples
     --------

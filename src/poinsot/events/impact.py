@@ -19,23 +19,29 @@ AXES = ("space", "orbit")
 
 
 class Impact(AtTime):
-    """An impulse at a time changes the velocity of one of two bodies: see `TwoBodies.kick`.
+    """Impulsive velocity change of one of two bodies at a given time, as in `TwoBodies.kick`.
 
-    A run backwards adds the change too: take the opposite one to undo an impact.
+    A backward integration adds the same change; pass the opposite vector to undo an impact.
 
     Parameters
     ----------
     time : float
+        Time of the impact.
     delta_velocity : array (3,), space axes
-        Of the body, length over time; along the axes of the orbit with `axes="orbit"`.
+        Change of the body's velocity, in length per time; along the orbital axes if `axes` is "orbit".
     body : {"secondary", "primary"}
+        Body whose velocity changes.
     axes : {"space", "orbit"}
-        Those of the change; "orbit": radial, transverse, normal.
+        Axes of the change; "orbit" means radial, transverse and normal.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        False, because an event that changes the state must not stop the integration.
 
     Raises
     ------
     ValueError
-        If there is no such body or no such axes.
+        If the body or the axes are unknown, or `terminal` is True.
 
     Examples
     --------

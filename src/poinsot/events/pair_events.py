@@ -25,7 +25,16 @@ Semiaxes = Annotated[BodyVector, Rule(refuse_nonpositive)]
 
 
 class PairApsis(Event):
-    """The distance of two bodies is stationary: rising, the periapsis; falling, the apoapsis.
+    """Apsis of the mutual orbit of two bodies: periapsis where the event function rises, apoapsis where it falls.
+
+    The event function is the rate of change of the distance, up to a positive factor.
+
+    Parameters
+    ----------
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Examples
     --------
@@ -44,11 +53,16 @@ class PairApsis(Event):
 
 
 class DistanceCrossing(Event):
-    """The distance of the centres of two bodies passes a value: rising, as at an escape; falling, as at an approach.
+    """Crossing of a distance between the centres of two bodies: rising at an escape, falling at an approach.
 
     Parameters
     ----------
     distance : float
+        Distance between the centres, in the unit of the separation; positive.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Raises
     ------
@@ -69,19 +83,25 @@ class DistanceCrossing(Event):
 
 
 class Contact(Event):
-    """Two ellipsoids touch, and the motion ends there.
+    """Contact of two ellipsoids, which by default stops the integration.
 
-    The value is the factor by which both must grow about their centres to touch, less one: see `algebra.ellipsoids`.
+    The event function is the common scale factor of both ellipsoids about their centres at which they touch, minus one
+    (see `algebra.ellipsoids`).
 
     Parameters
     ----------
     primary, secondary : array (3,), body axes
-        Semiaxes; three equal ones are a sphere. `Contact.of_shapes(pair)` takes those of the bodies.
+        Semiaxes of each body in the unit of the separation; three equal semiaxes define a sphere.
+        `Contact.of_shapes(pair)` uses the shapes of the bodies.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both. Default: -1, at an approach.
+    terminal : bool
+        True if the integration stops at the event. Default: True.
 
     Raises
     ------
     ValueError
-        If a semiaxis is not positive; by `propagate`, if the ellipsoids overlap at the start.
+        If a semiaxis is not positive. `propagate` raises it if the ellipsoids overlap in the initial state.
 
     Examples
     --------
@@ -102,14 +122,24 @@ class Contact(Event):
     @classmethod
     @checked
     def of_shapes(cls, pair: TwoBodies) -> Contact:
-        """Return the contact of two bodies that are made of shapes, or by `Body.from_ellipsoid`.
+        """Return the contact event of two bodies that are defined by shapes or by `Body.from_ellipsoid`.
 
-        It is that of ellipsoids along the axes of their bodies, and of spheres that hold any other shapes.
+        An ellipsoid is used with its semiaxes along the body axes, any other shape with its circumscribed sphere.
+
+        Parameters
+        ----------
+        pair : TwoBodies
+            The two bodies.
+
+        Returns
+        -------
+        Contact
+            The event, which stops the integration.
 
         Raises
         ------
         ValueError
-            If a body was not made of a shape.
+            If a body is not defined by a shape.
         """
         return cls(*(_semiaxes(name, body) for name, body in pair.bodies.items()))
 
@@ -123,19 +153,24 @@ class Contact(Event):
 
 
 class LibrationExtreme(Event):
-    """One of two bodies turns about the orbit's normal as fast as the line of centres: an extreme of its libration.
+    """Extreme of the libration of one of two bodies, relative to the line of centres.
 
-    The value is (omega - r x v / r^2) . (r x p): falling, the libration angle is largest; rising, least. A body that
-    circulates about the line of centres has none as a rule.
+    The event function is (omega - r x v / r^2) . (r x p). At a falling zero the libration angle is a maximum, at a
+    rising zero a minimum. A circulating body produces no such event in general.
 
     Parameters
     ----------
     body : {"secondary", "primary"}
+        Librating body.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Raises
     ------
     ValueError
-        If there is no such body.
+        If the body is unknown.
 
     Examples
     --------

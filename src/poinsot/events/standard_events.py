@@ -29,17 +29,21 @@ HalfOpening = Annotated[Angle, Rule(_refuse_other_angle, "Along the direction it
 
 
 class AxisCrossing(Event):
-    """A body axis crosses a cone about a direction in space, or the plane across it.
+    """Crossing of a cone or plane about a direction in space by a body axis.
 
     Parameters
     ----------
     axis : array (3,), body axes
-        Any length but zero.
+        Body axis, of any length except zero.
     target : array (3,), space axes
-        Any length but zero.
+        Axis of the cone, of any length except zero.
     angle : float
-        Half the opening of the cone, radians, in (0, pi). Default: the plane. The value rises where axis and
-        target close up.
+        Half-opening angle of the cone, radians, in (0, pi). Default: the plane, pi/2. The event function rises where
+        the axis approaches the target.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Raises
     ------
@@ -67,15 +71,21 @@ class AxisCrossing(Event):
 
 
 class AttractorCrossing(Event):
-    """A body axis crosses a cone about the direction to the attractor of an orbit, or the plane across it.
+    """Crossing of a cone or plane about the direction to an attractor by a body axis.
 
     Parameters
     ----------
     axis : array (3,), body axes
-        Any length but zero.
+        Body axis, of any length except zero.
     orbit : Orbit
+        Orbit of the body about the attractor.
     angle : float
-        As of `AxisCrossing`.
+        Half-opening angle of the cone about the direction to the attractor, radians, in (0, pi). Default: the plane,
+        pi/2. The event function rises where the axis approaches the direction.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Raises
     ------
@@ -102,14 +112,18 @@ class AttractorCrossing(Event):
 
 
 class RateCrossing(Event):
-    """The inertial angular velocity along a body axis passes a value.
+    """Crossing of a value by the inertial angular velocity along a body axis.
 
     Parameters
     ----------
     axis : array (3,), body axes
-        Any length but zero.
+        Body axis, of any length except zero.
     rate : float
-        Radians per unit of time.
+        Value of the angular velocity, radians per unit of time.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Raises
     ------
@@ -135,12 +149,16 @@ class RateCrossing(Event):
 
 
 class SpinFlip(Event):
-    """The angular momentum along a body axis changes its sign.
+    """Sign change of the angular momentum along a body axis.
 
     Parameters
     ----------
     axis : array (3,), body axes
-        Any length but zero.
+        Body axis, of any length except zero.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Raises
     ------
@@ -164,18 +182,22 @@ class SpinFlip(Event):
 
 
 class AndoyerCrossing(Event):
-    """Andoyer's angle g passes a value: a section of a motion that leaves the plane (l, L).
+    """Crossing of a value by Andoyer's angle g, for sections in the plane (l, L).
 
-    With G the angular momentum, s the third body axis and k the pole, sin g and cos g are in the ratio of
-    k . (G x s) |G| and (k . G)(G . s) - (k . s) G^2; the value is the sine of g - angle times a number of the size G^2,
-    and counts where its cosine is positive. Rising: g grows.
+    With G the angular momentum, s the third body axis and k the pole, sin g and cos g are proportional to k . (G x s)
+    |G| and (k . G)(G . s) - (k . s) G^2. The event function is proportional to G^2 sin(g - angle), and the event
+    requires cos(g - angle) > 0. It rises where g increases.
 
     Parameters
     ----------
     angle : float
-        Radians.
+        Value of g, radians.
     pole : array (3,), space axes
-        The axis from which the angles g and h are counted; `Andoyer` has the third one.
+        Axis that defines the angles g and h, of any length except zero. `Andoyer` uses the third space axis.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Raises
     ------
@@ -212,11 +234,18 @@ class AndoyerCrossing(Event):
 
 
 class Apsis(Event):
-    """The distance from the attractor of an orbit is stationary: rising, the periapsis; falling, the apoapsis.
+    """Apsis of a given orbit: the periapsis where the event function rises, the apoapsis where it falls.
+
+    The event function is the rate of change of the distance from the attractor, up to a positive factor.
 
     Parameters
     ----------
     orbit : Orbit
+        Orbit of the body about the attractor.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Examples
     --------
@@ -235,11 +264,16 @@ class Apsis(Event):
 
 
 class AtTime(Event):
-    """The time is reached: for what acts then.
+    """Event at a given time, for actions at that time.
 
     Parameters
     ----------
     time : float
+        Time of the event.
+    direction : {-1, 0, 1}
+        1: only where the event function rises with time, -1: only where it falls, 0: both.
+    terminal : bool
+        True if the integration stops at the event.
 
     Examples
     --------

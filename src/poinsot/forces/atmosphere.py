@@ -20,15 +20,15 @@ __all__ = ["Atmosphere", "ExponentialAtmosphere"]
 
 
 class Atmosphere(Dated, ABC):
-    """The air about the attractor of an orbit, by its density.
+    """Atmosphere of a planet, given by its density; base class of the models.
 
-    To add one, write a subclass with the method `density`; its fields are its parameters.
+    A subclass defines the method `density`. The fields of the subclass are the parameters of the model.
 
     Parameters
     ----------
     omega_space : array (3,), space axes
-        The angular velocity at which the air turns, that of the planet: (0, 0, 7.2921159e-5) rad/s of the Earth.
-        Default: at rest.
+        Angular velocity of the rotating atmosphere, in angle per time: (0, 0, 7.2921159e-5) rad/s for the Earth.
+        Default: zero, an atmosphere at rest.
 
     Examples
     --------
@@ -46,7 +46,7 @@ class Atmosphere(Dated, ABC):
     @of_scalars
     @abstractmethod
     def density(self, instant: Instant, orbit: Orbit) -> Scalar:
-        """Return the density where the body is, by its orbit about the planet."""
+        """Return the density at the position of the body, in mass per length^3."""
 
     @of_scalars
     def relative_velocity(self, instant: Instant, orbit: Orbit) -> Vector:
@@ -56,18 +56,18 @@ class Atmosphere(Dated, ABC):
 
 
 class ExponentialAtmosphere(Atmosphere):
-    """Air whose density falls by a factor of e with each scale height: rho0 exp(-(r - r0) / H).
+    """Atmosphere with exponential density, rho0 exp(-(r - r0) / H).
 
     Parameters
     ----------
     reference_density : float
-        rho0, not negative.
+        Density rho0 at the reference radius, in mass per length^3; not negative.
     reference_radius : float
-        r0, the distance from the centre of the planet at which that is the density, in the unit of the orbit.
+        Distance r0 from the centre of the planet, in the unit of length of the orbit.
     scale_height : float
-        H, in that unit.
+        Scale height H, in the unit of length of the orbit.
     omega_space : array (3,), space axes
-        The angular velocity at which the air turns, that of the planet. Default: at rest.
+        Angular velocity of the rotating atmosphere, in angle per time. Default: zero, an atmosphere at rest.
 
     Raises
     ------

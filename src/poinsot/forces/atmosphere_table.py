@@ -59,15 +59,15 @@ class _Rows(Table):
 
 
 class TabulatedAtmosphere(Atmosphere):
-    """Air whose density along one orbit is a table of the time; `TabulatedAtmosphere.from_table` makes it.
+    """Atmosphere with the density tabulated in time along one orbit, built by `TabulatedAtmosphere.from_table`.
 
-    Between its rows the logarithm is a cubic spline, and the integrator stops at each row. A time outside of the
+    A cubic spline interpolates the logarithm of the density, and the integration stops at each row. A time outside the
     table raises a ValueError.
 
     Parameters
     ----------
     omega_space : array (3,), space axes
-        The angular velocity at which the air turns, that of the planet. Default: at rest.
+        Angular velocity of the rotating atmosphere, in angle per time. Default: zero, an atmosphere at rest.
 
     Examples
     --------
@@ -88,20 +88,26 @@ class TabulatedAtmosphere(Atmosphere):
     def from_table(
         cls, times: Times, densities: ArrayLike, *, omega_space: AngularVelocities = (0.0, 0.0, 0.0)
     ) -> TabulatedAtmosphere:
-        """Return air with densities at times.
+        """Return an atmosphere from densities at given times.
 
         Parameters
         ----------
         times : array (n,)
-            Strictly rising, at least two.
+            Times, strictly increasing; at least two.
         densities : array (n,)
-            Positive.
+            Densities in mass per length^3, positive.
         omega_space : array (3,), space axes
+            Angular velocity of the rotating atmosphere, in angle per time.
+
+        Returns
+        -------
+        TabulatedAtmosphere
+            The interpolated atmosphere.
 
         Raises
         ------
         ValueError
-            If the times do not rise, or a density is not positive.
+            If the times do not increase, or a density is not positive.
         """
         known = real_array("times", times, (None,))
         values = real_array("densities", densities, known.shape)
@@ -123,29 +129,34 @@ class TabulatedAtmosphere(Atmosphere):
         omega_space: AngularVelocities = (0.0, 0.0, 7.2921159e-5),
         calendar: Calendar | None = None,
     ) -> TabulatedAtmosphere:
-        """Return the Earth's air along an orbit by NRLMSIS 2.1, kg/m3; the package pymsis is needed.
+        """Return the Earth's atmosphere along an orbit from NRLMSIS 2.1, in kg/m3; requires the package pymsis.
 
-        The third space axis is taken for the pole and UT1 for UTC.
+        The third space axis is the axis of the Earth. UT1 is set equal to UTC.
 
         Parameters
         ----------
         orbit : Orbit
-            About the Earth, in metres.
+            Orbit of the body about the Earth, in metres.
         times : array (n,)
-            Strictly rising; a minute apart is enough in low orbits.
+            Times, strictly increasing. In a low orbit, intervals of one minute are sufficient.
         f107, f107a : float
-            Solar flux at 10.7 cm of the day before, and its mean over 81 days, 1e-22 W/m2/Hz.
+            Solar flux at 10.7 cm of the previous day, and its mean over 81 days, in 1e-22 W/m2/Hz.
         ap : float
-            Geomagnetic index of the day.
+            Daily geomagnetic index.
         omega_space : array (3,), space axes
-            Default: that of the Earth, rad/s.
+            Angular velocity of the rotating atmosphere. Default: the rotation of the Earth, in rad/s.
         calendar : Calendar
-            What the times are as dates; default: that of the orbit.
+            Dates of the times. Default: the calendar of the orbit.
+
+        Returns
+        -------
+        TabulatedAtmosphere
+            The interpolated atmosphere.
 
         Raises
         ------
         ValueError
-            If there is no calendar, or a position is not 0 to 2000 km above the Earth in metres.
+            If there is no calendar, or an altitude is outside 0 to 2000 km with positions in metres.
         ImportError
             If pymsis is missing.
         """
@@ -169,16 +180,16 @@ class TabulatedAtmosphere(Atmosphere):
 
     @property
     def knots(self) -> Array:
-        """The times of its rows."""
+        """Times of the rows."""
         return self.rows.knots
 
     @property
     def span(self) -> tuple[float, float]:
-        """The first and the last time of the table."""
+        """First and last time of the table."""
         return self.rows.span
 
     def between_knots(self, time: ArrayLike) -> _Piece:  # type: ignore[override]
-        """Return the air between the rows around a time; of an array of times, all of theirs side by side."""
+        """Return the atmosphere between the rows around a time, or, for an array of times, around each time."""
         return self._piece(self.rows.pieces_around(time))
 
     def _piece(self, i: NDArray[np.int_]) -> _Piece:
@@ -188,7 +199,7 @@ class TabulatedAtmosphere(Atmosphere):
 
     @override
     def density(self, instant: Instant, orbit: Orbit) -> Scalar:
-        """Return the density at the time of the instant, or raise a ValueError for a time outside of the table."""
+        """Return the density at the time of the instant, or raise a ValueError for a time outside the table."""
         known = real_numbers("time", number(instant.time))
         piece = self._piece(self.rows.pieces_at(known))
         powers = (known - piece.start)[..., None] ** np.arange(piece.terms)

@@ -13,12 +13,12 @@ __all__ = ["LinearDamping"]
 
 
 class LinearDamping(Torque):
-    """A torque against the inertial rate, -coefficient * omega.
+    """Linear damping torque, -coefficient * omega, against the inertial angular velocity.
 
     Parameters
     ----------
     coefficient : float
-        Torque per rate: the unit of inertia over the unit of time.
+        Torque per angular velocity, in the unit of inertia per unit of time; not negative.
 
     Raises
     ------

@@ -33,20 +33,21 @@ BLOCK = 4_000_000
 
 
 class DirectionalTorque(Parametric):
-    """The torque of a parallel stream of unit pressure on a body, by the direction u from which it comes.
+    """Torque of a parallel stream of unit pressure on a body, as a smooth function of the stream's direction.
 
-    T(u) = sum_(n <= degree) sum_(m = -n ... n) c_nm Y_nm(u), with c_nm along the body axes, Y_nm the real harmonic of
-    mean square 1 over the sphere: of cos(m longitude) for m >= 0, of sin(|m| longitude) for m < 0.
+    T(u) = sum_(n <= degree) sum_(m = -n ... n) c_nm Y_nm(u). The unit vector u points towards the source of the stream.
+    The coefficients c_nm are vectors along the body axes. Y_nm is the real harmonic with mean square 1 over the sphere,
+    with cos(m longitude) for m >= 0 and sin(|m| longitude) for m < 0.
 
     Parameters
     ----------
     degree : int
-        From 0 on.
+        Highest degree of the series, at least 0.
     coefficients : array (3, (degree + 1)^2)
-        c_nm in column n^2 + n + m, cubes of lengths.
+        Coefficients along the body axes, in length^3. Column n^2 + n + m contains c_nm.
     maximum_error, rms_error : float
-        Of the series: the greatest length of what it leaves, and the root of its mean square, over directions other
-        than those of a fit. They change nothing.
+        Largest and root-mean-square residual of the series, in length^3, over directions that were not used in the fit.
+        They document a fit and do not affect the torque.
 
     Raises
     ------
@@ -73,12 +74,12 @@ class DirectionalTorque(Parametric):
 
     @property
     def terms(self) -> int:
-        """The number of harmonics, (degree + 1)^2."""
+        """Number of harmonics, (degree + 1)^2."""
         return (self.degree + 1) ** 2
 
     @of_scalars
     def torque(self, direction: Any) -> Vector:
-        """Return the torque of unit pressure from a unit vector along the body axes, three scalars of any kind."""
+        """Return the torque of unit pressure for a unit vector along the body axes, three scalars of any kind."""
         harmonics, factors = SolidHarmonics(direction, squared=1), norms(self.degree)
         return Vector(self._component(harmonics, factors, row) for row in self.coefficients)
 
@@ -93,19 +94,24 @@ class DirectionalTorque(Parametric):
     @classmethod
     @checked
     def of_emission(cls, mesh: Mesh, degree: int, *, shadows: bool = True) -> Self:
-        """Return the torque of light that a mesh sends back at once and evenly: that of YORP without thermal inertia.
+        """Fit the torque of light that a mesh emits at once and diffusely: YORP without thermal inertia.
 
-        T(u) = -2/3 sum of A (n.u) r x n over the faces that are lit (Rubincam 2000, Icarus 148, 2), r from the centre
-        of mass to the centroid.
+        T(u) = -2/3 sum of A (n.u) r x n over the lit faces (Rubincam 2000, Icarus 148, 2), with r from the centre of
+        mass to the centroid of a face.
 
         Parameters
         ----------
         mesh : Mesh
-            Axes of the shape are those of the body.
+            Surface of the body. The axes of the mesh are the body axes.
         degree : int
-            From 0 to 32.
+            Degree of the series, from 0 to 32.
         shadows : bool
-            Whether faces are dark whose centroids are in the shadow of others.
+            True if a face is dark when another face shadows its centroid.
+
+        Returns
+        -------
+        DirectionalTorque
+            The fitted series with its errors.
         """
         return cls._fitted(mesh, degree, shadows, (0.0, 1.0, 0.0))
 
@@ -114,22 +120,28 @@ class DirectionalTorque(Parametric):
     def of_stream(
         cls, mesh: Mesh, degree: int, *, specular: float = 0.0, diffuse: float = 0.0, shadows: bool = True
     ) -> Self:
-        """Return the torque of light that a mesh absorbs and reflects; without reflection that of a fast, thin gas.
+        """Fit the torque of light that a mesh absorbs and reflects, or of a fast, thin gas.
 
-        T(u) = -sum of A c r x [(1 - s) u + 2 (d/3 + s c) n] over the faces that are lit, c = n.u. Light that is
-        absorbed and radiated at once is diffuse here. In a gas T times density times the square of the speed is the
-        torque of molecules that stay: half a drag coefficient of 2.
+        T(u) = -sum of A c r x [(1 - s) u + 2 (d/3 + s c) n] over the lit faces, with c = n.u. Light that is absorbed
+        and radiated at once counts as diffuse. For a gas, use s = d = 0: T times density times speed squared is then
+        the torque of fully accommodated molecules, with a drag coefficient of 2.
 
         Parameters
         ----------
         mesh : Mesh
-            Axes of the shape are those of the body.
+            Surface of the body. The axes of the mesh are the body axes.
         degree : int
-            From 0 to 32.
+            Degree of the series, from 0 to 32.
         specular, diffuse : float
-            s and d, the shares of the light: not negative, and at most 1 together.
+            Fractions s and d of the light that are reflected specularly and diffusely; not negative, and at most 1 in
+            total.
         shadows : bool
-            Whether faces are dark whose centroids are in the shadow of others.
+            True if a face is dark when another face shadows its centroid.
+
+        Returns
+        -------
+        DirectionalTorque
+            The fitted series with its errors.
         """
         s, d = (float(real_array(*share, ())) for share in (("specular", specular), ("diffuse", diffuse)))
         if s < 0 or d < 0 or s + d > 1:

@@ -19,19 +19,22 @@ __all__ = ["AtmosphericDrag", "MeshDrag"]
 
 
 class AtmosphericDrag(Torque):
-    """The torque of air on facets, in free molecular flow much faster than the molecules themselves.
+    """Torque of the atmosphere on facets, in free molecular flow with a speed far above the thermal speed.
 
-    F_i = -rho/2 C_i A_i c (a_i v + 2 (1 - a_i) c n_i) at the position of facet i, c = max(0, n_i . v), v the velocity
-    relative to the air, C the drag coefficient, a the accommodation: drag along v, and lift by the molecules that are
-    reflected as from a mirror (Maxwell 1879, Phil. Trans. R. Soc. 170, 231). The temperature of the air, the velocity
-    of facets by the rotation of the body, and shades are left out.
+    F_i = -rho/2 C_i A_i c (a_i v + 2 (1 - a_i) c n_i) acts at the position of facet i, with c = max(0, n_i . v). Here v
+    is the velocity relative to the air, rho the density, A the area, n the normal, C the drag coefficient and a the
+    accommodation. The first term is drag along v; the second is lift from molecules that are reflected specularly
+    (Maxwell 1879, Phil. Trans. R. Soc. 170, 231). The model ignores the temperature of the air, the velocity of facets
+    due to the rotation of the body, and shadows.
 
     Parameters
     ----------
     orbit : Orbit
-        Where the body is, about the planet of the air.
+        Orbit of the body about the planet.
     atmosphere : Atmosphere
+        Density and rotation of the air, in the units of the orbit.
     facets : Facets
+        Areas, normals, positions and drag coefficients of the surface.
 
     Examples
     --------
@@ -61,20 +64,22 @@ class AtmosphericDrag(Torque):
 
 
 class MeshDrag(Torque):
-    """The torque of air on a mesh, through a smooth field: a run costs the same for any number of faces.
+    """Torque of the atmosphere on a mesh through a fitted series, at a cost independent of the number of faces.
 
-    tau = rho/2 C v^2 T(v / |v|), v the velocity relative to the air along the body axes: that of `AtmosphericDrag` on
-    all faces with one drag coefficient C and full accommodation, and with shadows if the field has them.
+    tau = rho/2 C v^2 T(v / |v|), with v the velocity relative to the air along the body axes. The torque approximates
+    `AtmosphericDrag` on all faces with one drag coefficient C and full accommodation. It includes shadows if the fit of
+    T includes them.
 
     Parameters
     ----------
     orbit : Orbit
-        Where the body is, about the planet of the air.
+        Orbit of the body about the planet.
     atmosphere : Atmosphere
+        Density and rotation of the air, in the units of the orbit.
     field : DirectionalTorque
-        T, such as `DirectionalTorque.of_stream(mesh, degree)`.
+        Series T in length^3, such as `DirectionalTorque.of_stream(mesh, degree)`.
     coefficient : float
-        C, not negative.
+        Drag coefficient C, not negative.
 
     Examples
     --------

@@ -44,29 +44,30 @@ NODES = (
 
 
 class EllipsoidGravity(Potential):
-    """An attractor's gravity on a homogeneous ellipsoid, exactly, less what no attitude changes.
+    """Exact gravity of an attractor on a homogeneous ellipsoid, without the terms that do not depend on the attitude.
 
-    U = -3/4 mu M int_L^inf (1 - sum_i x_i^2 / (T + e_i)) dT / sqrt(prod_i (T + e_i)) + mu M / r, with x the place of
-    the attractor along the body axes, e_i = a_i^2 less their mean, and L the largest T at which the bracket vanishes
-    (Kellogg 1929, Foundations of Potential Theory); that is why a small change of L alone changes nothing. The
-    integral is Gauss's with 12 nodes in L / T: the relative error of torques is below 1e-14 from 1.2 times the longest
-    semiaxis on, for every ellipsoid; nearer, the flatter it is, the more digits are lost.
+    U = -3/4 mu M int_L^inf (1 - sum_i x_i^2 / (T + e_i)) dT / sqrt(prod_i (T + e_i)) + mu M / r, with x the position of
+    the attractor along the body axes, e_i = a_i^2 minus the mean of the a_i^2, and L the largest T at which the bracket
+    vanishes (Kellogg 1929, Foundations of Potential Theory). Gauss quadrature with 12 nodes in L / T computes the
+    integral. The relative error of the torque is below 1e-14 from 1.2 times the longest semiaxis outwards; at smaller
+    distances it grows with the flattening.
 
     Parameters
     ----------
     orbit : Orbit
-        Where the body is; `mu` is the orbit's. A periapsis below the longest semiaxis gives a warning, and a result
-        counts the times at which the attractor was inside, where the formula does not hold.
+        Orbit of the body about the attractor, with the attractor's `mu`. A periapsis below the longest semiaxis causes
+        a warning, and a result counts the times with the attractor inside the ellipsoid, where the formula is not
+        valid.
     mass : float
-        In the unit of the moments.
+        Mass of the body, in the unit of mass of the moments.
     semiaxes : array (3,), body axes
-        In any order, in the unit of the orbit.
+        Semiaxes in any order, in the unit of length of the orbit.
 
     Raises
     ------
     ValueError
-        If mass or a semiaxis is not positive; by `System`, if the inertia is not the body's to 1e-9 of the largest
-        moment.
+        If the mass or a semiaxis is not positive. `System` raises it if the inertia tensor differs from the body's by
+        more than 1e-9 of the largest moment.
 
     Examples
     --------

@@ -42,32 +42,34 @@ EachOrAll = Annotated[ArrayLike, OR_NUMBER]
 
 
 class Facets(Parametric):
-    """The facets of a body's surface: what radiation pressure and drag act on.
+    """Flat facets of a body's surface, on which radiation pressure and drag act.
 
-    A facet feels what arrives on the side to which its normal points. No facet shades another one.
+    A stream acts only on the front side of a facet, to which the normal points. Facets do not shadow each other.
 
     Parameters
     ----------
     areas : array (n,)
+        Areas, in length^2.
     normals : array (n, 3), body axes
-        Unit vectors, outwards.
+        Outward unit normals.
     positions : array (n, 3), body axes
-        Of the centres of pressure, from the centre of mass, in the unit in which torques have lengths. A part that
-        moves the centre of mass does not change them.
+        Centres of pressure relative to the centre of mass, in the unit of length of the torque. They stay fixed in the
+        body axes if a part moves the centre of mass.
     specular, diffuse : array (n,) or float
-        Shares of the light that are reflected as by a mirror, and diffusely; the rest is absorbed.
+        Fractions of the light that are reflected specularly and diffusely. The facet absorbs the rest.
     drag : array (n,) or float
-        Drag coefficients, for air that comes along the normal.
+        Drag coefficients at normal incidence.
     accommodation : array (n,) or float
-        The share of the molecules that leave diffusely and take no momentum along; the others leave as from a mirror.
+        Fraction of the molecules that leave diffusely and without momentum. The other molecules are reflected
+        specularly.
     closed : bool
-        Whether the facets are the whole surface of a body, panels with both sides: this is checked.
+        True if the facets form the complete surface of a body, panels with both sides. The class checks this.
 
     Raises
     ------
     ValueError
-        If an area is negative, a normal is no unit vector, a share is not in [0, 1], specular and diffuse add up to
-        more than 1, or facets with closed=True are not closed, or point inwards.
+        If an area is negative, a normal is not a unit vector, a fraction is outside [0, 1], specular and diffuse add up
+        to more than 1, or facets declared as closed are not closed or point inwards.
 
     Examples
     --------
@@ -99,7 +101,7 @@ class Facets(Parametric):
 
     @property
     def count(self) -> int:
-        """The number of facets."""
+        """Number of facets."""
         return len(self.areas) if isinstance(self.areas, Vector) else int(np.shape(self.areas)[-1])
 
     @cached_property
@@ -122,22 +124,27 @@ class Facets(Parametric):
         drag: EachOrAll = ORDINARY_DRAG,
         accommodation: EachOrAll = 1.0,
     ) -> Facets:
-        """Return the facets of a box along the body axes, and of thin wings with two sides, such as solar panels.
+        """Return the facets of a box along the body axes and of thin two-sided wings, such as solar panels.
 
-        They are the sides towards +x, -x, +y, -y, +z, -z, then of each wing the side of its normal and the other one.
+        The order is +x, -x, +y, -y, +z, -z, then for each wing the side of its normal and the opposite side.
 
         Parameters
         ----------
         sides : array (3,)
-            Full lengths.
+            Full lengths of the box along the body axes.
         position : array (3,), body axes
-            Of the middle of the box, from the centre of mass.
+            Centre of the box relative to the centre of mass.
         wing_areas : array (w,)
-            Of one side of each.
+            Area of one side of each wing.
         wing_normals, wing_positions : array (w, 3), body axes
-            A unit vector along the normal of each, and its middle from the centre of mass.
-        specular, diffuse, drag, accommodation
-            As of all facets: for each, or one for all.
+            Unit normal of each wing, and its centre relative to the centre of mass.
+        specular, diffuse, drag, accommodation : array (6 + 2 w,) or float
+            Surface properties as in `Facets`, for each facet or one number for all.
+
+        Returns
+        -------
+        Facets
+            The 6 + 2 w facets.
         """
         lengths, middle = real_array("sides", sides, (3,)), real_array("position", position, (3,))
         refuse_nonpositive("sides", lengths)
@@ -168,23 +175,28 @@ class Facets(Parametric):
         drag: EachOrAll = ORDINARY_DRAG,
         accommodation: EachOrAll = 1.0,
     ) -> Facets:
-        """Return the faces of a mesh, about its centre of mass along its axes as `Body.from_shape` is.
+        """Return the faces of a mesh as facets, about the centre of mass and along the axes of `Body.from_shape`.
 
-        Every facet is a condition on which a run stops where it turns into the light or out of it: tens of them are
-        fast, thousands are not.
+        Each facet adds a condition at which an integration stops when the facet turns into or out of the light. Tens of
+        facets are fast, thousands are slow; `MeshRadiation` and `MeshDrag` handle large meshes.
 
         Parameters
         ----------
         mesh : Mesh
-            Lengths in the unit in which torques have them.
-        specular, diffuse, drag, accommodation
-            As of all facets: for each, or one for all.
+            Closed surface, with lengths in the unit of length of the torque.
+        specular, diffuse, drag, accommodation : array (n,) or float
+            Surface properties as in `Facets`, for each face or one number for all.
+
+        Returns
+        -------
+        Facets
+            One facet per face.
         """
         arms = mesh.face_centers - mesh.center_of_mass
         return cls(mesh.face_areas, mesh.face_normals, arms, specular, diffuse, drag, accommodation, closed=True)
 
     def joined(self, *others: Facets) -> Facets:
-        """Return these facets and others as those of one body."""
+        """Combine these facets with other facets of the same body."""
         every = (self, *others)
         names = ("areas", "normals", "positions", "specular", "diffuse", "drag", "accommodation")
         fields: Any = {name: np.concatenate([getattr(x, name) for x in every], axis=_axis(name)) for name in names}
@@ -192,16 +204,21 @@ class Facets(Parametric):
 
     @of_scalars
     def torque(self, towards: Vector, along: Any, across: Any, mirrored: Any) -> Any:
-        """Return the torque of a stream, the sum of r x F over facets, along the body axes.
+        """Return the torque of a stream, the sum of r x F over the facets, along the body axes.
 
         F = -A c (along u + (across + mirrored c) n), c = max(0, n . u).
 
         Parameters
         ----------
         towards : Vector
-            u, towards where it comes from.
+            Unit vector u towards the source of the stream, along the body axes.
         along, across, mirrored : sequence of scalars
-            Of each facet.
+            Coefficients of each facet, in force per area.
+
+        Returns
+        -------
+        Vector
+            The torque along the body axes.
         """
         carried, total = Vector((0.0, 0.0, 0.0)), Vector((0.0, 0.0, 0.0))
         rows = zip(self.areas, self.normals, self.positions, along, across, mirrored, strict=True)

@@ -33,14 +33,15 @@ class UniformGravity(Potential):
     Parameters
     ----------
     weight : float
-        M g >= 0.
+        Weight M g, not negative.
     center_of_mass : array (3,), body axes
-        From the fixed point. The paper's printed sign is a centre of mass at minus this.
+        Position of the centre of mass relative to the fixed point. The sign printed in the paper corresponds to minus
+        this vector.
 
     Raises
     ------
     ValueError
-        If the weight is negative; by `System`, if a part moves the centre of mass.
+        If the weight is negative. `System` raises it if a part moves the centre of mass.
 
     Examples
     --------
@@ -68,16 +69,16 @@ class UniformGravity(Potential):
 
 
 class GravityGradient(Potential):
-    """The attitude-dependent part of an attractor's gravity on an extended body, to second degree.
+    """Gravity-gradient torque of a point-mass attractor on an extended body, to second degree.
 
-    U = 3 mu J / (2 r^3) with J the moment of inertia about the direction to the attractor (eq. (20), from
-    MacCullagh's formula (19)).
+    U = 3 mu J / (2 r^3), with J the moment of inertia about the direction to the attractor (eq. (20), from MacCullagh's
+    formula (19)). U is the attitude-dependent part of the potential energy.
 
     Parameters
     ----------
     orbit : Orbit
-        Where the body is; `mu` is the orbit's. Moments in mass length^2 with the length of the orbit give
-        energies in mass length^2 / time^2.
+        Orbit of the body about the attractor, with the attractor's `mu`. Moments in mass length^2, with the unit of
+        length of the orbit, give energies in mass length^2 / time^2.
 
     Examples
     --------
@@ -98,24 +99,25 @@ class GravityGradient(Potential):
 
 
 class HarmonicGravity(Potential):
-    """An attractor's gravity on a body whose own field is known, to the degree of the field.
+    """Gravity of an attractor on a body with a known gravity field, to the degree of the field.
 
-    U = -mu M / r sum_(n >= 2) (R / r)^n sum_m P_nm (C_nm cos + S_nm sin) at the direction from the body to the
-    attractor. The series converges where the attractor is outside the sphere about the centre of mass that holds the
-    body. To degree 2 the torque is that of `GravityGradient`.
+    U = -mu M / r sum_(n >= 2) (R / r)^n sum_m P_nm (C_nm cos + S_nm sin), evaluated in the direction from the body to
+    the attractor. The series converges if the attractor is outside the smallest sphere about the centre of mass that
+    contains the body. To degree 2 the torque equals the torque of `GravityGradient`.
 
     Parameters
     ----------
     orbit : Orbit
-        Where the body is; `mu` is the orbit's.
+        Orbit of the body about the attractor, with the attractor's `mu`.
     field : GravityField
-        Of the body, along its axes, with its mass in the unit of the moments; lengths in the unit of the orbit.
+        Gravity field of the body along the body axes, with the mass in the unit of the moments and lengths in the unit
+        of the orbit.
 
     Raises
     ------
     ValueError
-        By `System`, if the differences between the moments of the body, and its products of inertia, are not those of
-        the field to 1e-9 of the largest moment.
+        `System` raises it if the differences between the moments of the body, or its products of inertia, differ from
+        the field's by more than 1e-9 of the largest moment.
 
     Examples
     --------
@@ -160,24 +162,25 @@ class HarmonicGravity(Potential):
 
 
 class Oblateness(Potential):
-    """Gravity torque of an attractor's flattening on a body, to second degree of the body.
+    """Gravity-gradient torque due to the oblateness (J2) of an attractor, to second degree of the body.
 
-    U = 3 mu f / (2 r^3) [5/2 (1 + 3 s^2) J(n) - J(k - 5 s n)], f = j2 (equatorial_radius / r)^2, where n points
-    from the attractor to the body, k along the pole, s = n . k and J(v) = v . I v. With `GravityGradient` it is the
-    part of -tr(W'' I) / 2 that depends on the attitude, with W'' the second derivatives of -mu/r (1 - f P2(s))
-    (Roithmayr 1990, Flight Mechanics/Estimation Theory Symposium). Add it to any gravity of the same attractor as
-    a point.
+    U = 3 mu f / (2 r^3) [5/2 (1 + 3 s^2) J(n) - J(k - 5 s n)], f = j2 (equatorial_radius / r)^2, with n from the
+    attractor to the body, k along the pole, s = n . k and J(v) = v . I v. Together with `GravityGradient` it is the
+    attitude-dependent part of -tr(W'' I) / 2, with W'' the second derivatives of -mu/r (1 - f P2(s)) (Roithmayr 1990,
+    Flight Mechanics/Estimation Theory Symposium). Combine it with any gravity of the same attractor as a point mass.
 
     Parameters
     ----------
     orbit : Orbit
-        Where the body is, and `mu`. The flattening does not act on it: a `KeplerOrbit` stays an ellipse.
+        Orbit of the body about the attractor, with the attractor's `mu`. The oblateness does not perturb the orbit: a
+        `KeplerOrbit` remains an ellipse.
     j2 : float
-        -C20 of the attractor, not normalised: -sqrt(5) times the normalised coefficient. Oblate: positive.
+        -C20 of the attractor, not normalised, which is -sqrt(5) times the normalised coefficient. Positive for an
+        oblate attractor.
     equatorial_radius : float
-        The length to which `j2` refers, positive, in the unit of the orbit; a periapsis below it gives a warning.
+        Reference length of `j2`, positive, in the unit of length of the orbit. A periapsis below it causes a warning.
     pole : array (3,), space axes
-        Along the axis of the attractor, either way; any length but zero.
+        Direction of the attractor's axis, of either sign and any length except zero.
 
     Raises
     ------

@@ -33,16 +33,16 @@ Array = NDArray[np.float64]
 
 
 class MagneticField(Dated, ABC):
-    """The magnetic field of a planet along the orbit of the body.
+    """Magnetic field of a planet along the orbit of the body; base class of the models.
 
-    Subclasses have `at`, the field along the axes of the planet.
+    A subclass defines `at`, the field along the axes of the planet.
 
     Parameters
     ----------
     orbit : Orbit
-        Where the body is.
+        Orbit of the body about the planet.
     rotation : RotationModel
-        The axes of the planet.
+        Orientation of the planet's axes.
 
     Examples
     --------
@@ -62,23 +62,23 @@ class MagneticField(Dated, ABC):
     @of_scalars
     @abstractmethod
     def at(self, position: Vector, time: Scalar) -> Vector:
-        """Return the field, tesla, at a position from the planet's centre, both along the axes of the planet."""
+        """Return the field, tesla, at a position relative to the planet's centre, both along the axes of the planet."""
 
     @of_scalars
     def in_space(self, position: Vector, time: Scalar) -> Vector:
-        """Return the field at a position, both along the space axes."""
+        """Return the field, tesla, at a position relative to the planet's centre, both along the space axes."""
         return self.rotation.to_space(self.at(self.rotation.to_planet(position, time), time), time)
 
     @of_scalars
     def in_body(self, instant: Instant) -> Vector:
-        """Return the field where the body is, along the body axes."""
+        """Return the field at the position of the body, tesla, along the body axes."""
         return instant.attitude.to_body(self.in_space(instant.position(self.orbit), instant.time))
 
     @of_scalars
     def rate_in_body(self, instant: Instant) -> Vector:
-        """Return the time derivative of the components along the body axes, which a magnetometer on the body sees.
+        """Return the rate of change of the field in body axes, as an onboard magnetometer measures it.
 
-        It is that along the orbit, in space, less omega x B.
+        It equals the rate of change along the orbit, expressed in body axes, minus omega x B.
         """
         graph, velocity = Graph(), instant.velocity(self.orbit)
         time = graph.variable(instant.time)
@@ -90,7 +90,7 @@ class MagneticField(Dated, ABC):
 
     @of_scalars
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
-        """Return, by name, whether the field is used where it need not hold."""
+        """Return, by name, conditions that hold where the field is used outside its range of validity."""
         return {}
 
     @property
@@ -119,18 +119,21 @@ class _OfSources(MagneticField):
 
 
 class TiltedDipole(_OfSources):
-    """The field of a dipole in the centre of a planet: harmonics of degree 1.
+    """Magnetic field of a dipole at the centre of a planet: harmonics of degree 1.
 
-    B = (R/r)^3 (3 u (u.d) - d) with d = (g11, h11, g10) along the axes of the planet and u the unit vector to the body.
+    B = (R/r)^3 (3 u (u.d) - d), with d = (g11, h11, g10) along the axes of the planet and u the unit vector to the
+    body.
 
     Parameters
     ----------
     orbit : Orbit
+        Orbit of the body about the planet.
     rotation : RotationModel
+        Orientation of the planet's axes.
     g10, g11, h11 : float
-        Tesla: -29350e-9, -1410.3e-9 and 4545.5e-9 for the Earth in 2025 (IGRF-14).
+        Coefficients in tesla: -29350e-9, -1410.3e-9 and 4545.5e-9 for the Earth in 2025 (IGRF-14).
     radius : float
-        R, to which the coefficients refer, in the unit of the orbit: 6371.2 km for the Earth.
+        Reference radius R of the coefficients, in the unit of length of the orbit: 6371.2 km for the Earth.
 
     Raises
     ------
@@ -167,21 +170,24 @@ class TiltedDipole(_OfSources):
 
 
 class MagneticHarmonics(_OfSources):
-    """A field in spherical harmonics, of Schmidt's semi-normalised Legendre functions.
+    """Magnetic field of a planet in spherical harmonics with Schmidt semi-normalised Legendre functions.
 
-    B = -grad V, V = R sum_n (R/r)^(n+1) sum_m P_nm(sin latitude) (g_nm cos(m longitude) + h_nm sin(m longitude)),
-    without the phase (-1)^m: the convention of the IGRF and of the models of other planets.
+    B = -grad V, V = R sum_n (R/r)^(n+1) sum_m P_nm(sin latitude) (g_nm cos(m longitude) + h_nm sin(m longitude)). P_nm
+    does not include the phase (-1)^m. The IGRF and models of other planets use this convention.
 
     Parameters
     ----------
     orbit : Orbit
+        Orbit of the body about the planet.
     rotation : RotationModel
+        Orientation of the planet's axes.
     degree : int
-        At least 1.
+        Highest degree of the harmonics, at least 1.
     radius : float
-        R, to which the coefficients refer, in the unit of the orbit.
+        Reference radius R of the coefficients, in the unit of length of the orbit.
     g, h : array (degree + 1, degree + 1)
-        Tesla. Rows are degrees n, columns orders m; row 0, h_n0, and what is right of the diagonal do not count.
+        Coefficients in tesla. Rows are degrees n, columns are orders m. Row 0, h_n0 and the elements right of the
+        diagonal are ignored.
 
     Raises
     ------
@@ -208,7 +214,7 @@ class MagneticHarmonics(_OfSources):
 
     @property
     def orders(self) -> int:
-        """The number of orders, degree + 1."""
+        """Number of orders, degree + 1."""
         return self.degree + 1
 
     @override
@@ -229,15 +235,24 @@ class MagneticHarmonics(_OfSources):
 
 
 class SecularHarmonics(MagneticHarmonics):
-    """A field in spherical harmonics whose coefficients change in proportion to time: secular variation.
+    """Magnetic field in spherical harmonics with secular variation: coefficients linear in time.
 
     Parameters
     ----------
-    orbit, rotation, degree, radius, g, h
-        As those of `MagneticHarmonics`, at the epoch.
+    orbit : Orbit
+        Orbit of the body about the planet.
+    rotation : RotationModel
+        Orientation of the planet's axes.
+    degree : int
+        Highest degree of the harmonics, at least 1.
+    radius : float
+        Reference radius of the coefficients, in the unit of length of the orbit.
+    g, h : array (degree + 1, degree + 1)
+        Coefficients at the epoch in tesla, as in `MagneticHarmonics`.
     g_rate, h_rate : array (degree + 1, degree + 1)
-        Tesla per unit of time.
+        Rates of change of the coefficients, in tesla per unit of time.
     epoch : float
+        Time to which `g` and `h` refer.
 
     Raises
     ------
@@ -302,25 +317,27 @@ FAR = 50
 
 
 class IGRF(_OfSources):
-    """The International Geomagnetic Reference Field (IGRF-14): 1900 to 2030, coefficients linear between epochs.
+    """International Geomagnetic Reference Field (IGRF-14), 1900 to 2030, with coefficients linear between epochs.
 
-    Coefficients from the package ppigrf (`pip install 'poinsot[sky]'`), the field of `MagneticHarmonics` (Alken et al.
-    2021, Earth, Planets and Space 73, 49). The integration stops at the epochs, every five years.
+    `MagneticHarmonics` defines the field, with coefficients from the package ppigrf, `pip install 'poinsot[sky]'`
+    (Alken et al. 2021, Earth, Planets and Space 73, 49). The integration stops at each epoch, every five years.
 
     Parameters
     ----------
-    orbit, rotation
-        As those of any field; one of them has a calendar.
+    orbit : Orbit
+        Orbit of the body about the Earth. The orbit or the rotation defines the calendar.
+    rotation : RotationModel
+        Orientation of the Earth's axes.
     degree : int
-        To which the field is taken, from 1 to 13.
+        Highest degree of the harmonics, from 1 to 13.
     radius : float
-        6371.2 km, in the unit of the orbit.
+        Reference radius 6371.2 km, in the unit of length of the orbit.
 
     Raises
     ------
     ValueError
-        If the degree is another, the orbit is beyond 50 radii, or neither rotation nor orbit has a calendar; for
-        times before 1900 or after 2030.
+        If the degree is out of range, the orbit is beyond 50 radii, neither rotation nor orbit defines a calendar, or a
+        time is before 1900 or after 2030.
     ImportError
         If ppigrf is missing.
 
@@ -371,7 +388,7 @@ class IGRF(_OfSources):
 
     @property
     def knots(self) -> Array:
-        """The times of the epochs."""
+        """Times of the epochs."""
         return self.epochs.knots
 
     @override

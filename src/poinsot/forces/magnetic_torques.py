@@ -23,16 +23,16 @@ __all__ = ["BDot", "EddyCurrents", "MagneticMoment"]
 
 
 class MagneticMoment(Potential):
-    """A magnetic dipole moment fixed in the body: a permanent magnet, or the residual dipole of a spacecraft.
+    """Torque on a magnetic dipole fixed in the body: a permanent magnet, or the residual dipole of a spacecraft.
 
-    U = -m . B, so that the torque is m x B. The force on the orbit is left out.
+    U = -m . B, so the torque is m x B. The model ignores the force on the orbit.
 
     Parameters
     ----------
     moment : array (3,), body axes
-        m, A m2.
+        Dipole moment m, in A m2.
     field : MagneticField
-        B, tesla.
+        Magnetic field B along the orbit, in tesla.
 
     Examples
     --------
@@ -68,18 +68,19 @@ def _refuse_indefinite(name: str, tensor: Any, hint: str) -> None:
 
 
 class EddyCurrents(Torque):
-    """The torque of the currents that a magnetic field induces in a conducting body which turns in it.
+    """Torque of the eddy currents that a magnetic field induces in a rotating, conducting body.
 
-    tau = (M (omega x B)) x B (Ortiz Gomez and Walker 2015, Adv. Space Res. 56, 494). It takes energy wherever the body
-    turns across the field, and none where it turns along. The change of the field along the orbit is left out: it
-    matters for a body that turns about as slowly as once an orbit.
+    tau = (M (omega x B)) x B (Ortiz Gomez and Walker 2015, Adv. Space Res. 56, 494). The torque dissipates energy if
+    the angular velocity is not parallel to the field. The model ignores the variation of the field along the orbit,
+    which matters for a body that rotates about once per orbit.
 
     Parameters
     ----------
     tensor : float or array (3, 3), body axes
-        M, S m4; of a number k it is k times the unit tensor. A thin spherical shell of conductivity s, radius R and
-        thickness e has 2 pi/3 s e R^4.
+        Magnetic tensor M in S m4. A number k stands for k times the unit tensor. A thin spherical shell of conductivity
+        s, radius R and thickness e has the tensor 2 pi/3 s e R^4.
     field : MagneticField
+        Magnetic field along the orbit, in tesla.
 
     Raises
     ------
@@ -119,21 +120,22 @@ class EddyCurrents(Torque):
 
 
 class BDot(Torque):
-    """Detumbling by magnetorquers: a moment against the change of the field that the body sees.
+    """Magnetic detumbling torque: a magnetorquer moment against the rate of change of the field in body axes.
 
-    m = -gain dB/dt, each component at most the limit, tau = m x B (Stickler and Alfriend 1976, J. Spacecraft 13, 282).
-    An ideal actuator and magnetometer: no delay, no noise. The body ends at about twice the orbital rate, at which the
-    field turns.
+    m = -gain dB/dt with each component limited to +-limit, tau = m x B (Stickler and Alfriend 1976, J. Spacecraft 13,
+    282). Actuator and magnetometer are ideal, without delay or noise. The final angular velocity is about twice the
+    mean motion, because the field itself rotates along the orbit.
 
     Parameters
     ----------
     gain : float
-        A m2 s/T; a warning is given where it is negative. A good one is 2 n (1 + sin i) I / B^2, of the smallest moment
-        of inertia I, the mean motion n and the inclination i to the magnetic equator (Avanzini and Giulietti 2012, J.
-        Guid. Control Dyn. 35, 1326, whose gain has the factor B^2 in it).
+        Gain in A m2 s/T. A negative gain causes a warning. A suitable value is 2 n (1 + sin i) I / B^2 with the
+        smallest moment of inertia I, the mean motion n and the inclination i to the magnetic equator (Avanzini and
+        Giulietti 2012, J. Guid. Control Dyn. 35, 1326; their gain includes the factor B^2).
     field : MagneticField
+        Magnetic field along the orbit, in tesla.
     limit : float
-        The largest moment about each body axis, A m2, positive.
+        Largest moment about each body axis, in A m2; positive.
 
     Raises
     ------

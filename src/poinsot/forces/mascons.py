@@ -24,26 +24,26 @@ __all__ = ["MasconGravity"]
 
 
 class MasconGravity(Potential):
-    """An attractor's gravity on points of mass that move as one body, exactly, less what no attitude changes.
+    """Exact gravity of an attractor on a rigid set of point masses, without the terms independent of the attitude.
 
-    U = -mu sum_i m_i (1 / |r + x_i| - 1 / r + s_i / r + |x_i|^2 / (2 r^3)), s_i = r . x_i / r^2: the terms after the
-    first are a constant together, for the points are about their centre of mass, and leave nothing that cancels where
-    the attractor is far. It holds wherever the attractor is not at one of the points.
+    U = -mu sum_i m_i (1 / |r + x_i| - 1 / r + s_i / r + |x_i|^2 / (2 r^3)), s_i = r . x_i / r^2. The terms after the
+    first add up to a constant, because the positions are relative to the centre of mass; they avoid cancellation at
+    large distances. The formula is valid unless the attractor is at one of the points.
 
     Parameters
     ----------
     orbit : Orbit
-        Where the centre of mass is; `mu` is the orbit's.
+        Orbit of the centre of mass about the attractor, with the attractor's `mu`.
     masses : array (n,)
-        In the unit of the moments. A hole is a negative mass.
+        Masses of the points, in the unit of mass of the moments. A negative mass represents a cavity.
     positions : array (n, 3), body axes
-        From the centre of mass, in the unit of the orbit.
+        Positions relative to the centre of mass, in the unit of length of the orbit.
 
     Raises
     ------
     ValueError
-        By `System`, if the centre of mass is off the origin by more than 1e-12 of the farthest point, or the inertia is
-        not the body's to 1e-9 of the largest moment.
+        `System` raises it if the centre of mass is off the origin by more than 1e-12 of the farthest distance, or the
+        inertia tensor differs from the body's by more than 1e-9 of the largest moment.
 
     Examples
     --------
@@ -72,7 +72,7 @@ class MasconGravity(Potential):
 
     @property
     def count(self) -> int:
-        """The number of points."""
+        """Number of points."""
         return int(np.shape(self.positions)[-2])
 
     @cached_property

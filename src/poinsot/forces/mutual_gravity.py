@@ -84,16 +84,17 @@ class MutualSeries(Potential):
 
 
 class MutualGravity(MutualSeries):
-    """The gravity of two bodies to second degree, complete: it moves the orbit and turns both.
+    """Mutual gravity of two extended bodies to second degree, which acts on the orbit and on both attitudes.
 
-    V = -G m1 m2 / r - G / (2 r^3) (m1 (tr I2 - 3 u.I2 u) + m2 (tr I1 - 3 u.I1 u)), u the direction between the centres:
-    MacCullagh's formula for both. A result counts the times at which ellipsoids with the same moments need not be apart
-    (`overlapping_spheres`), and those at which the estimated `truncation` is above 1% (`coarse_series`).
+    V = -G m1 m2 / r - G / (2 r^3) (m1 (tr I2 - 3 u.I2 u) + m2 (tr I1 - 3 u.I1 u)), MacCullagh's formula for both
+    bodies, with u the direction between the centres. A result counts the times at which ellipsoids with the same
+    moments may overlap (`overlapping_spheres`) and the times at which the estimated `truncation` is above 1%
+    (`coarse_series`).
 
     Raises
     ------
     ValueError
-        By `System`, if it is that of one body.
+        `System` raises it for a single body.
 
     Examples
     --------
@@ -135,25 +136,27 @@ class MutualGravity(MutualSeries):
 
 
 class MutualHarmonics(MutualSeries):
-    """The gravity of two bodies to any total degree, complete, from the fields of both.
+    """Mutual gravity of two extended bodies to any total degree, from the gravity fields of both.
 
-    V = -G m1 m2 / r sum_(l1 + l2 <= degree) (-1)^l2 (R1 / r)^l1 (R2 / r)^l2 (2n - 1)!! h(u), n = l1 + l2, u points
-    from primary to secondary and h is the harmonic part of h1 h2, those of the bodies along their axes:
-    h_l = sum_m (C_lm Re Z_lm + S_lm Im Z_lm) / (2l - 1)!! with the solid harmonics Z. It is the expansion of Borderies
-    1978 (Celest. Mech. 18, 295) and Boue 2017 (CMDA 128, 261), which converges where spheres that hold the bodies are
-    apart. A result counts other times (`overlapping_spheres`) and those of a `truncation` above 1% (`coarse_series`).
+    V = -G m1 m2 / r sum_(l1 + l2 <= degree) (-1)^l2 (R1 / r)^l1 (R2 / r)^l2 (2n - 1)!! h(u), n = l1 + l2. The unit
+    vector u points from primary to secondary, and h is the harmonic part of h1 h2, with h_l = sum_m (C_lm Re Z_lm +
+    S_lm Im Z_lm) / (2l - 1)!! for each body along its axes and the solid harmonics Z (Borderies 1978, Celest. Mech. 18,
+    295; Boue 2017, CMDA 128, 261). The expansion converges if the spheres that contain the bodies do not overlap. A
+    result counts the times at which they do (`overlapping_spheres`) and the times with a `truncation` above 1%
+    (`coarse_series`).
 
     Parameters
     ----------
     primary, secondary : GravityField
-        Along the axes of the bodies, in the units of their masses and of the separation.
+        Gravity fields along the axes of each body, in the units of the masses and of the separation.
     degree : int
-        From 2 to the lower one of the fields.
+        Total degree, from 2 to the lower degree of the two fields.
 
     Raises
     ------
     ValueError
-        If a field has a lower degree; by `System`, if mass or degree 2 of a field is not that of its body to 1e-9.
+        If a field has a lower degree. `System` raises it if the mass or degree 2 of a field differs from the body's by
+        more than 1e-9.
 
     Examples
     --------
@@ -174,7 +177,20 @@ class MutualHarmonics(MutualSeries):
     @classmethod
     @checked
     def of_shapes(cls, pair: TwoBodies, degree: int) -> MutualHarmonics:
-        """Return the gravity of two bodies of which each is made of a shape or is a sphere."""
+        """Return the mutual gravity of two bodies, each defined by a shape or a sphere.
+
+        Parameters
+        ----------
+        pair : TwoBodies
+            The two bodies.
+        degree : int
+            Total degree of the expansion, at least 2.
+
+        Returns
+        -------
+        MutualHarmonics
+            The gravity with the fields of both bodies.
+        """
         degree, masses = whole_degree(degree), np.moveaxis(pair.masses, -1, 0)
         bodies = zip(pair.bodies.items(), masses, strict=True)
         primary, secondary = (_field(name, body, mass, degree) for (name, body), mass in bodies)
@@ -182,7 +198,7 @@ class MutualHarmonics(MutualSeries):
 
     @property
     def fields(self) -> dict[str, GravityField]:
-        """The two fields by the name of the body."""
+        """Gravity fields of the two bodies, by name."""
         return {"primary": self.primary, "secondary": self.secondary}
 
     @override

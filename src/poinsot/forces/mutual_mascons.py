@@ -32,23 +32,24 @@ __all__ = ["MutualMascons"]
 
 
 class MutualMascons(Potential):
-    """The gravity between two sets of points of mass, each moving as one body, exactly and complete.
+    """Exact mutual gravity of two rigid sets of point masses.
 
-    V = -G sum_ij m_i m_j / |r + x_j - x_i|, x_i from the centre of the primary and x_j from that of the secondary. Each
-    point may stand for a sphere: a body that is one is a point at the origin. The cost goes with the number of pairs.
+    V = -G sum_ij m_i m_j / |r + x_j - x_i|, with x_i relative to the centre of the primary and x_j relative to the
+    centre of the secondary. A point can represent a sphere: a spherical body is a single point at the origin. The cost
+    is proportional to the number of pairs of points.
 
     Parameters
     ----------
     primary_masses, secondary_masses : array (n,)
-        In the unit of the masses. A hole is a negative mass.
+        Masses of the points, in the unit of mass of the bodies. A negative mass represents a cavity.
     primary_positions, secondary_positions : array (n, 3), body axes
-        Of each from its centre of mass, in the unit of the separation.
+        Positions relative to the centre of mass of each body, in the unit of the separation.
 
     Raises
     ------
     ValueError
-        By `System`, if the mass of a set, or its inertia but for what is the same about all axes, is not the body's to
-        1e-9, or the centre of mass is off the origin by more than 1e-12 of the farthest point.
+        `System` raises it if the mass of a set, or the non-spherical part of its inertia tensor, differs from the
+        body's by more than 1e-9, or the centre of mass is off the origin by more than 1e-12 of the farthest distance.
 
     Examples
     --------
@@ -76,19 +77,30 @@ class MutualMascons(Potential):
     @classmethod
     @checked
     def of_shapes(cls, pair: TwoBodies) -> MutualMascons:
-        """Return the gravity of two bodies of which each is made of `Mascons` or is a sphere."""
+        """Return the mutual gravity of two bodies, each defined by `Mascons` or a sphere.
+
+        Parameters
+        ----------
+        pair : TwoBodies
+            The two bodies.
+
+        Returns
+        -------
+        MutualMascons
+            The gravity with the points of both bodies.
+        """
         masses = np.moveaxis(pair.masses, -1, 0)
         sets = [_points(name, body, mass) for (name, body), mass in zip(pair.bodies.items(), masses, strict=True)]
         return cls(*sets[0], *sets[1])
 
     @property
     def primary_count(self) -> int:
-        """The number of points of the primary."""
+        """Number of points of the primary."""
         return int(np.shape(self.primary_positions)[-2])
 
     @property
     def secondary_count(self) -> int:
-        """The number of points of the secondary."""
+        """Number of points of the secondary."""
         return int(np.shape(self.secondary_positions)[-2])
 
     @cached_property
@@ -98,7 +110,7 @@ class MutualMascons(Potential):
 
     @property
     def sets(self) -> dict[str, tuple[Any, Any]]:
-        """Masses and positions by the name of the body."""
+        """Masses and positions of the two bodies, by name."""
         return {
             "primary": (self.primary_masses, self.primary_positions),
             "secondary": (self.secondary_masses, self.secondary_positions),

@@ -32,14 +32,14 @@ whose second derivative is infinite, and a step that starts at it would have no 
 
 
 class Occulter(Parametric):
-    """A sphere that can come between the body and the Sun.
+    """Sphere that can eclipse the Sun as seen from the body.
 
     Parameters
     ----------
     orbit : Orbit
-        Of the body, relative to the centre of the sphere; it may be the one of other forces.
+        Orbit of the body relative to the centre of the sphere. Other forces can use the same orbit.
     radius : float
-        In the unit of the orbit, positive; a periapsis below it gives a warning.
+        Radius of the sphere, in the unit of length of the orbit; positive. A periapsis below it causes a warning.
 
     Raises
     ------
@@ -62,11 +62,11 @@ class Occulter(Parametric):
 
     @of_scalars
     def sunlight(self, instant: Instant, sun: Orbit, sun_radius: Scalar) -> Scalar:
-        """Return which part of the Sun's disc this sphere leaves, from 0 in the umbra to 1.
+        """Return the fraction of the Sun's disc that this sphere leaves visible, from 0 in the umbra to 1.
 
-        Both are plane discs of the angular radii a and b whose centres are the angle c apart (Montenbruck and Gill
-        2000, Satellite Orbits, Sec. 3.4.2). The area of their overlap is written as two segments, each with half the
-        angle at its centre, which loses no digits where the discs just touch.
+        Both bodies are plane discs with the angular radii a and b, whose centres are separated by the angle c
+        (Montenbruck and Gill 2000, Satellite Orbits, Sec. 3.4.2). The overlap is the sum of two circular segments, each
+        with half the angle at its centre, which avoids cancellation where the discs touch.
         """
         here, there = instant.direction(self.orbit), instant.direction(sun)
         sine_a, sine_b = sun_radius * instant.inverse_distance(sun), self.radius * instant.inverse_distance(self.orbit)
@@ -127,7 +127,7 @@ class Sunlight(Torque):
 
     @of_scalars
     def sunlight(self, instant: Instant) -> Scalar:
-        """Return which part of the Sun's disc is seen, from 0 to 1."""
+        """Return the visible fraction of the Sun's disc, from 0 to 1."""
         seen: Scalar = 1.0
         for occulter in self.occulters:
             seen = seen * occulter.sunlight(instant, self.sun, self.sun_radius)
@@ -146,26 +146,29 @@ class Sunlight(Torque):
 
 
 class RadiationPressure(Sunlight):
-    """The torque of sunlight on facets.
+    """Torque of sunlight on facets.
 
-    F_i = -P A_i c ((1 - s_i) u + 2 (d_i / 3 + s_i c) n_i) at the position of facet i, u towards the Sun,
-    c = max(0, n_i . u), s and d the specular and the diffuse share, P = pressure (distance / r)^2 times the part of the
-    Sun's disc that is seen; each occulter takes its part of what the others leave. What is absorbed leaves evenly.
-    Shades of facets on each other, light from the planet and heat are left out.
+    F_i = -P A_i c ((1 - s_i) u + 2 (d_i / 3 + s_i c) n_i) acts at the position of facet i, with u towards the Sun, c =
+    max(0, n_i . u), and the specular and diffuse fractions s and d. P = pressure (distance / r)^2 times the visible
+    fraction of the Sun's disc; the fractions of several occulters are multiplied. Absorbed light is not reradiated with
+    a net force. The model ignores shadows between facets, light from the planet, and thermal emission.
 
     Parameters
     ----------
     sun : Orbit
-        Of the body, relative to the Sun.
+        Orbit of the body relative to the Sun.
     facets : Facets
+        Areas, normals, positions and reflectivities of the surface.
     occulters : sequence of Occulter
-        Spheres nearer than the Sun.
+        Spheres between the body and the Sun, nearer than the Sun.
     pressure : float
-        On what absorbs all light, at the distance; default: 4.54e-6 N/m2, 1361 W/m2 over the speed of light.
+        Pressure on an absorbing surface at `distance`. Default: 4.54e-6 N/m2, which is 1361 W/m2 over the speed of
+        light.
     distance : float
-        Default: the astronomical unit in metres. Other units of length need their own.
+        Distance from the Sun at which `pressure` applies. Default: the astronomical unit in metres; other units of
+        length require another value.
     sun_radius : float
-        In the unit of `distance`; default: 6.957e8 metres.
+        Radius of the Sun, in the unit of `distance`. Default: 6.957e8 metres.
 
     Raises
     ------

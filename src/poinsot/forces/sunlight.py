@@ -19,25 +19,27 @@ __all__ = ["MeshRadiation", "Yorp"]
 
 
 class MeshRadiation(Sunlight):
-    """Sunlight on a mesh, through a smooth field: a run costs the same for any number of faces.
+    """Torque of sunlight on a mesh through a fitted series, at a cost independent of the number of faces.
 
-    tau = pressure (distance / r)^2 T(u), where u is the direction to the Sun along the body axes and r its distance,
-    times the part of the Sun's disc that is seen behind occulters, as of `RadiationPressure`.
+    tau = pressure (distance / r)^2 T(u), with u the direction to the Sun along the body axes and r the distance to the
+    Sun, times the visible fraction of the Sun's disc as in `RadiationPressure`.
 
     Parameters
     ----------
     sun : Orbit
-        Where the body is from the Sun.
+        Orbit of the body relative to the Sun.
     field : DirectionalTorque
-        T, such as `DirectionalTorque.of_stream(mesh, degree, specular=0.1, diffuse=0.2)`.
+        Series T in length^3, such as `DirectionalTorque.of_stream(mesh, degree, specular=0.1, diffuse=0.2)`.
     occulters : sequence of Occulter
-        Spheres nearer than the Sun.
+        Spheres between the body and the Sun, nearer than the Sun.
     pressure : float
-        On what absorbs all light, at the distance; default: 4.54e-6 N/m2, 1361 W/m2 over the speed of light.
+        Pressure on an absorbing surface at `distance`. Default: 4.54e-6 N/m2, which is 1361 W/m2 over the speed of
+        light.
     distance : float
-        Default: the astronomical unit in metres. Other units of length need their own.
+        Distance from the Sun at which `pressure` applies. Default: the astronomical unit in metres; other units of
+        length require another value.
     sun_radius : float
-        In the unit of `distance`; default: 6.957e8 metres.
+        Radius of the Sun, in the unit of `distance`. Default: 6.957e8 metres.
 
     Raises
     ------
@@ -66,20 +68,26 @@ class MeshRadiation(Sunlight):
 
 
 class Yorp(MeshRadiation):
-    """The torque of the light that an asteroid sends back, at once and evenly from each face, through a smooth field.
+    """YORP torque: recoil of the light that an asteroid emits at once and diffusely, through a fitted series.
 
-    tau = -2/3 P sum of A max(0, n.s) r x n over the faces, s the direction to the Sun (Rubincam 2000, Icarus 148, 2):
-    without thermal inertia, whatever share is reflected. The pressure of the light that arrives is left out: its mean
-    over rotation and orbit is zero. So are light from face to face, and roughness within a face.
+    tau = -2/3 P sum of A max(0, n.s) r x n over the faces, with s the direction to the Sun (Rubincam 2000, Icarus 148,
+    2). Without thermal inertia the torque does not depend on the albedo. The model ignores the pressure of the incident
+    light, whose mean over rotation and orbit is zero, light exchanged between faces, and roughness within a face.
 
     Parameters
     ----------
     sun : Orbit
-        Where the body is from the Sun.
+        Orbit of the body relative to the Sun.
     field : DirectionalTorque
-        `DirectionalTorque.of_emission(mesh, degree)`; `Yorp.from_mesh` makes it.
-    occulters, pressure, distance, sun_radius
-        As of `MeshRadiation`.
+        Series `DirectionalTorque.of_emission(mesh, degree)`, in length^3; `Yorp.from_mesh` computes it.
+    occulters : sequence of Occulter
+        Spheres between the body and the Sun, nearer than the Sun.
+    pressure : float
+        Pressure on an absorbing surface at `distance`. Default: 4.54e-6 N/m2.
+    distance : float
+        Distance from the Sun at which `pressure` applies. Default: the astronomical unit in metres.
+    sun_radius : float
+        Radius of the Sun, in the unit of `distance`. Default: 6.957e8 metres.
 
     Examples
     --------
@@ -104,20 +112,27 @@ class Yorp(MeshRadiation):
         distance: float = ASTRONOMICAL_UNIT,
         sun_radius: float = SUN_RADIUS,
     ) -> Self:
-        """Return the torque on a mesh, whose axes are those of the body.
+        """Return the YORP torque on a mesh, whose axes are the body axes.
 
         Parameters
         ----------
         sun : Orbit
-            Where the body is from the Sun.
+            Orbit of the body relative to the Sun.
         mesh : Mesh
-            Lengths as of the pressure: m for N/m^2.
+            Closed surface, with lengths in the unit of the pressure: m for N/m^2.
         degree : int
-            Of the smooth field, from 0 to 32; its `maximum_error` and `rms_error` are the errors of the truncation.
+            Degree of the fitted series, from 0 to 32. Its `maximum_error` and `rms_error` give the residual of the fit.
         shadows : bool
-            Whether faces are dark whose centroids are in the shadow of others.
-        occulters, pressure, distance, sun_radius
-            As of `MeshRadiation`.
+            True if a face is dark when another face shadows its centroid.
+        occulters : sequence of Occulter
+            Spheres between the body and the Sun, nearer than the Sun.
+        pressure, distance, sun_radius : float
+            Radiation pressure and Sun as in `Yorp`.
+
+        Returns
+        -------
+        Yorp
+            The torque with the fitted series.
         """
         field = DirectionalTorque.of_emission(mesh, degree, shadows=shadows)
         return cls(sun, field, tuple(occulters), pressure, distance, sun_radius)

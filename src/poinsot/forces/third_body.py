@@ -17,22 +17,22 @@ __all__ = ["ThirdBody"]
 
 
 class ThirdBody(Potential):
-    """The tidal field of a third body, such as the Sun or a planet on a flyby, on two bodies and their orbit.
+    """Tidal force and torque of a third body on two bodies and their orbit, such as the Sun or a planet in a flyby.
 
-    U = -mu sum_i [m_i (1/d_i - 1/R + R.x_i/R^3) + (tr I_i - 3 u_i.I_i u_i)/(2 d_i^3)], where R is the barycentre and
-    R + x_i a body from the third one, d_i and u_i its distance and direction. The difference in round brackets
-    begins with the quadratic term, and is written without differences of large numbers: with q = (2 R.x + x^2)/R^2 and
-    s = sqrt(1 + q) = d/R, R (1/d - 1/R + R.x/R^3) = q^2 (s + 2)/(2 s (1 + s)^2) - x^2/(2 R^2).
+    U = -mu sum_i [m_i (1/d_i - 1/R + R.x_i/R^3) + (tr I_i - 3 u_i.I_i u_i)/(2 d_i^3)], where R is the position of the
+    barycentre relative to the third body, R + x_i the position of body i, and d_i and u_i its distance and direction.
+    The code evaluates the round bracket without cancellation: with q = (2 R.x + x^2)/R^2 and s = sqrt(1 + q) = d/R, R
+    (1/d - 1/R + R.x/R^3) = q^2 (s + 2)/(2 s (1 + s)^2) - x^2/(2 R^2).
 
     Parameters
     ----------
     orbit : Orbit
-        Of the barycentre about the third body, whose `mu` is the orbit's. The pair does not move it.
+        Orbit of the barycentre about the third body, with the third body's `mu`. The pair does not perturb this orbit.
 
     Raises
     ------
     ValueError
-        By `System`, on one body, which takes `GravityGradient`.
+        `System` raises it for a single body, which requires `GravityGradient`.
 
     Examples
     --------

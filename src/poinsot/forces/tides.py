@@ -33,26 +33,26 @@ def _across(tide: Any, strength: Scalar, inverse_square: Scalar) -> Scalar:
 
 
 class TidalTorque(Torque):
-    """The torque of the tide that a body has from the attractor of a given orbit, with a constant time lag.
+    """Tidal torque of the attractor of a given orbit, with a constant time lag.
 
-    tau = K / r^8 (x x v - r^2 omega + (x.omega) x), K = 3 k2 G m^2 R^5 dt, with x and v the place of the body and its
-    velocity, and m = mu / G (Mignard 1979, Moon and Planets 20, 301). The orbit stays as given: `TidalFriction` is the
-    same tide with its force on the orbit. The bulge without lag has no torque; `CreepingTide` has the lag of a Maxwell
-    body.
+    tau = K / r^8 (x x v - r^2 omega + (x.omega) x), K = 3 k2 G m^2 R^5 dt, with x and v the position and velocity of
+    the body, and m = mu / G (Mignard 1979, Moon and Planets 20, 301). The tide does not change the orbit;
+    `TidalFriction` also includes the force on the orbit. The bulge without lag exerts no torque. `CreepingTide` models
+    the lag of a Maxwell body.
 
     Parameters
     ----------
     orbit : Orbit
-        Of the body; `mu` is that of the attractor, which raises the tide.
+        Orbit of the body about the attractor that raises the tide, with the attractor's `mu`.
     love_number : float
-        k2 of the body.
+        Love number k2 of the body.
     radius : float
-        R of the body, in the unit of the orbit.
+        Radius R of the body, in the unit of length of the orbit.
     time_lag : float
-        By which the bulge is late; about 1 / (Q w) for a quality Q at the frequency w of the tide.
+        Time lag dt of the bulge; about 1 / (Q w) for a quality factor Q at the tidal frequency w.
     G : float
-        The constant of gravitation in the units of moments and orbit; by default that of the SI. For moments divided
-        by the mass of the body: its gravitational parameter.
+        Gravitational constant in the units of moments and orbit. Default: the SI value. For moments per unit of mass,
+        pass the gravitational parameter of the body.
 
     Examples
     --------
@@ -80,20 +80,26 @@ class TidalTorque(Torque):
 
 @checked
 def pseudo_synchronous_rate(eccentricity: ArrayLike) -> NDArray[np.float64]:
-    """Return the rate at which a tide with a constant time lag turns a body on an ellipse no more, in mean motions.
+    """Return the pseudo-synchronous rotation rate in an eccentric orbit, in units of the mean motion.
 
-    (1 + 15/2 e^2 + 45/8 e^4 + 5/16 e^6) / ((1 - e^2)^(3/2) (1 + 3 e^2 + 3/8 e^4)), upright and without permanent
-    figure (Hut 1981, Astron. Astrophys. 99, 126, eq. (42)): the mean of |x x v| / r^8 over that of r^-6.
+    (1 + 15/2 e^2 + 45/8 e^4 + 5/16 e^6) / ((1 - e^2)^(3/2) (1 + 3 e^2 + 3/8 e^4)) (Hut 1981, Astron. Astrophys. 99,
+    126, eq. (42)). At this rate the mean torque of a tide with a constant time lag vanishes, for zero obliquity and no
+    permanent deformation.
 
     Parameters
     ----------
     eccentricity : float or array
-        Of the ellipse, below 1.
+        Eccentricity of the orbit, from 0 to below 1.
+
+    Returns
+    -------
+    float or array
+        Rotation rate divided by the mean motion, with the shape of the eccentricity.
 
     Raises
     ------
     ValueError
-        If an eccentricity is not from 0 to below 1.
+        If an eccentricity is not in [0, 1).
 
     Examples
     --------
@@ -135,28 +141,29 @@ class Friction(PairLoad):
 
 
 class TidalFriction(Friction):
-    """The friction of the tide that one of two bodies has from the other, with a constant time lag.
+    """Tidal friction between two bodies, with a constant time lag of the tide in one of them.
 
-    F = -3 K dt / r^10 [2 r (r.v) + r^2 (v - omega x r)] on the secondary and -r x F on the body, where r is the
-    separation, v its rate, omega that of the body and K = k2 G m^2 R^5 with the mass m of the other one (Mignard 1979,
-    Moon and Planets 20, 301). Energy goes at the rate 3 K dt / r^10 [2 (r.v)^2 + r^2 |v - omega x r|^2]; the angular
-    momentum of the pair stays. The bulge without lag, which has the energy -K / (2 r^6), is not in it.
+    F = -3 K dt / r^10 [2 r (r.v) + r^2 (v - omega x r)] acts on the secondary and -r x F on the body. Here r is the
+    separation, v its rate of change, omega the angular velocity of the body and K = k2 G m^2 R^5, with m the mass of
+    the second body (Mignard 1979, Moon and Planets 20, 301). The dissipated power is 3 K dt / r^10 [2 (r.v)^2 + r^2 |v
+    - omega x r|^2], and the angular momentum of the pair is conserved. The model ignores the bulge without lag, which
+    has the energy -K / (2 r^6).
 
     Parameters
     ----------
     body : {"primary", "secondary"}
-        In which the tide is. Tides in both are two forces.
+        Body with the tide. Two forces describe tides in both bodies.
     love_number : float
-        k2 of the body.
+        Love number k2 of the body.
     radius : float
-        R of the body.
+        Radius R of the body, in the unit of the separation.
     time_lag : float
-        By which the bulge is late; about 1 / (Q w) for a quality Q at the frequency w of the tide.
+        Time lag dt of the bulge; about 1 / (Q w) for a quality factor Q at the tidal frequency w.
 
     Raises
     ------
     ValueError
-        If the body is another one, the radius is not positive, or another number is negative.
+        If the body is neither of the two, the radius is not positive, or another number is negative.
 
     Examples
     --------
@@ -185,22 +192,23 @@ class TidalFriction(Friction):
 
 
 class LibrationDamping(Friction):
-    """A torque against the rate at which one of two bodies turns relative to the line of centres.
+    """Damping torque on one of two bodies against its rotation relative to the line of centres.
 
-    torque = -coefficient (omega - r x v / r^2) without its part along r, and the opposite torque on the orbit, by a
-    force across r: the angular momentum of the pair stays. Turns about the line of centres are not damped, as no force
-    at the other body could be.
+    tau = -coefficient (omega - r x v / r^2) without its component along r. The opposite torque acts on the orbit
+    through a force across r, and the angular momentum of the pair is conserved. Rotation about the line of centres is
+    not damped, because no force at the second body can damp it.
 
     Parameters
     ----------
     body : {"primary", "secondary"}
+        Body on which the torque acts.
     coefficient : float
-        Torque per rate, not negative.
+        Torque per angular velocity, not negative.
 
     Raises
     ------
     ValueError
-        If the body is another one, or the coefficient is negative.
+        If the body is neither of the two, or the coefficient is negative.
 
     Examples
     --------

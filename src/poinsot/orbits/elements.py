@@ -20,16 +20,17 @@ __all__ = ["OsculatingElements", "osculating_elements"]
 
 @dataclass(frozen=True, repr=False, eq=False)
 class OsculatingElements(Summarized):
-    """The elements of the two-body orbits that go on from positions and velocities; arrays of their shape, radians.
+    """Osculating elements of two-body orbits; arrays with the shape of the states, angles in radians.
 
     Attributes
     ----------
     mu : float
-        The gravitational parameter.
+        Gravitational parameter, in length^3 / time^2.
     semimajor_axis : array
-        Negative for a hyperbola.
+        Semimajor axis, in length; negative for a hyperbola.
     eccentricity, inclination, node, argument_of_periapsis, true_anomaly : array
-        As of a `KeplerOrbit`; angles in (-pi, pi], but for the argument, which is less the anomaly.
+        Elements as in `KeplerOrbit`. The angles are in (-pi, pi], except the argument of periapsis, which is computed
+        as the argument of latitude minus the true anomaly.
 
     Examples
     --------
@@ -48,7 +49,7 @@ class OsculatingElements(Summarized):
 
     @property
     def longitude_of_periapsis(self) -> Any:
-        """Node plus argument of periapsis, the angle to the periapsis at small inclinations; in (-pi, pi]."""
+        """Node plus argument of periapsis, well defined at small inclinations; in (-pi, pi]."""
         return np.pi - np.mod(np.pi - self.node - self.argument_of_periapsis, 2 * np.pi)
 
     @property
@@ -71,15 +72,20 @@ class OsculatingElements(Summarized):
 
 @checked
 def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -> OsculatingElements:
-    """Return the elements of the two-body orbits through positions with velocities.
+    """Return the osculating elements of two-body orbits from positions and velocities.
 
     Parameters
     ----------
     mu : float or array
-        Gravitational parameter, length cubed over time squared.
-    position, velocity : array (..., 3)
-        Relative to the attractor, space axes. Rows whose position and velocity are NaN throughout, as those of a member
-        whose run has stopped, give NaN.
+        Gravitational parameter, in length^3 / time^2.
+    position, velocity : array (..., 3), space axes
+        Position in length and velocity in length per time relative to the attractor. A row with only NaN, as of an
+        ensemble member that stopped, gives NaN.
+
+    Returns
+    -------
+    OsculatingElements
+        Elements with the shape (...), angles in radians.
 
     Raises
     ------

@@ -101,17 +101,18 @@ class _Pieces(Table):
 
 
 class Ephemeris(Orbit):
-    """The orbit of the body about an attractor from a table or from any function of time, as piecewise polynomials.
+    """Orbit of the body from a table or a function of time, as piecewise Chebyshev polynomials.
 
-    `Ephemeris.from_function` takes a function, `Ephemeris.from_table` positions and velocities. In a kernel the
-    polynomial of the current piece is made of runtime parameters, and the integration stops at each knot.
+    `Ephemeris.from_function` approximates a function, `Ephemeris.from_table` interpolates positions and velocities. The
+    compiled kernel receives the polynomial of the current interval as runtime parameters, and the integration stops at
+    each knot.
 
     Attributes
     ----------
     mu : float
-        Gravitational parameter of the attractor, length cubed over time squared.
+        Gravitational parameter of the attractor, in length^3 / time^2.
     radius : float
-        Of the attractor's surface; 0: a point. An orbit that goes below it warns.
+        Radius of the attractor's surface, in length; 0: a point. An orbit below it causes a warning.
 
     Examples
     --------
@@ -142,29 +143,41 @@ class Ephemeris(Orbit):
         calendar: Calendar | None = None,
         radius: float = 0.0,
     ) -> Ephemeris:
-        """Return the ephemeris of a function of time between two times.
+        """Approximate a function of time between two times by polynomials of degree 12.
 
-        Pieces are halved until the polynomials, of degree 12, are right at times between those that made them, or
-        until only the rounding of the function is left. Some 4000 times or more, evenly over the span, check the
-        result: the `error` is twice the largest difference seen. What is shorter than the span over 4000 may pass
-        unseen between them; then split the span. A jump of the function becomes a knot at which the orbit jumps, and
-        a warning names its time and its size.
+        The intervals are halved until the polynomials reach the tolerance at intermediate times, or until only rounding
+        errors of the function remain. At least 4000 times, evenly spaced, then test the result: the `error` is twice
+        the largest difference. Features shorter than the span over 4000 may remain undetected; split the span to
+        resolve them. A jump of the function becomes a knot at which the orbit jumps, with a warning that gives its time
+        and size.
 
         Parameters
         ----------
         mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
         position : callable
-            Times, shape (n,), to the positions of the body from the attractor, space axes, shape (n, 3).
+            Function of the times, shape (n,), that returns positions of the body relative to the attractor, space axes,
+            shape (n, 3).
         start, stop : float
+            First and last time.
         tolerance : float
-            The error to reach, relative to the distance.
-        reference_frame, origin, calendar, radius
-            As the attributes.
+            Largest error relative to the distance.
+        reference_frame, origin : str
+            Names of the space axes and of the attractor.
+        calendar : Calendar, optional
+            Dates of the times.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        Ephemeris
+            The approximation.
 
         Raises
         ------
         ValueError
-            If the times do not rise, or the function returns another shape or numbers that are not finite.
+            If the times do not increase, or the function returns a wrong shape or numbers that are not finite.
         """
         first, last = (float(real_array(name, t, ())) for name, t in (("start", start), ("stop", stop)))
         if not first < last:
@@ -202,26 +215,36 @@ class Ephemeris(Orbit):
         calendar: Calendar | None = None,
         radius: float = 0.0,
     ) -> Ephemeris:
-        """Return the ephemeris of a table, by Hermite's interpolation through 2, 4 or 6 rows around each interval.
+        """Interpolate a table of positions and velocities by Hermite polynomials through 2, 4 or 6 rows.
 
-        The number of rows is the one that agrees best with two rows more. The difference, times 2 to 20 as the
-        orders converge fast or slowly, is the `error`: an estimate from above, for nothing is known between rows.
-        Positions and velocities are those of the table at its times, so that both are continuous.
+        The number of rows is the one that agrees best with the polynomial through two more rows. The difference,
+        multiplied by 2 to 20 depending on the convergence of the orders, is the estimated upper bound `error`.
+        Positions and velocities equal the table at its times, so both are continuous.
 
         Parameters
         ----------
         mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
         times : array (n,)
-            Strictly rising.
-        positions, velocities : array (n, 3)
-            Of the body from the attractor, space axes.
-        reference_frame, origin, calendar, radius
-            As the attributes.
+            Times, strictly increasing.
+        positions, velocities : array (n, 3), space axes
+            Position in length and velocity in length per time of the body relative to the attractor.
+        reference_frame, origin : str
+            Names of the space axes and of the attractor.
+        calendar : Calendar, optional
+            Dates of the times.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        Ephemeris
+            The interpolation.
 
         Raises
         ------
         ValueError
-            If the times do not rise, have a gap, or the shapes do not match.
+            If the times do not increase or contain a gap, or the shapes do not match.
         """
         t = real_array("times", times, (None,))
         r = real_array("positions", positions, (t.size, 3))
@@ -251,19 +274,31 @@ class Ephemeris(Orbit):
         dated: bool = True,
         calendar: Calendar | None = None,
     ) -> Ephemeris:
-        """Return an ephemeris from what it is made of.
+        """Return an ephemeris from its knots and Chebyshev coefficients.
 
         Parameters
         ----------
         mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
         knots : array (n + 1,)
-            Strictly rising.
-        coefficients : array (n, 3, terms)
-            Of Chebyshev's polynomials in each piece, positions from the attractor.
-        reference_frame, origin, error, radius, calendar
-            As the attributes.
+            Times between the intervals, strictly increasing.
+        coefficients : array (n, 3, terms), space axes
+            Chebyshev coefficients of the position relative to the attractor in each interval, in length.
+        reference_frame, origin : str
+            Names of the space axes and of the attractor.
+        error : float, optional
+            Estimated error of the positions, in length. Default: unknown.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
         dated : bool
-            Whether its times are those of the calendar.
+            True if the times belong to the calendar.
+        calendar : Calendar, optional
+            Dates of the times.
+
+        Returns
+        -------
+        Ephemeris
+            The piecewise polynomials.
         """
         times = real_array("knots", knots, (None,))
         if times.size < 2 or np.any(np.diff(times) <= 0):
@@ -296,21 +331,19 @@ class Ephemeris(Orbit):
             f"{self.velocity_jump:.2g})"
         )
 
-    knots = shown(
-        "pieces.knots", "The times at which one polynomial follows another, with the ends of the span; shape (n + 1,)."
-    )
+    knots = shown("pieces.knots", "Times between the intervals, including both ends of the span; shape (n + 1,).")
     error = shown(
         "pieces.error",
-        """A bound, by estimate, of the difference to the function or to what lies between the rows of a table, length.
+        """Estimated bound of the approximation or interpolation error, length.
 
-        NaN for a table that is too short for an estimate.""",
+        NaN for a table too short for an estimate.""",
     )
-    position_jump = shown("pieces.position_jump", "The largest jump of the position at a knot, length.")
-    velocity_jump = shown("pieces.velocity_jump", "The largest jump of the velocity at a knot, length over time.")
-    reference_frame = shown("pieces.reference_frame", "The space axes, as their source names them.")
-    origin = shown("pieces.origin", "The attractor, as its source names it.")
-    calendar = shown("pieces.calendar", "Calendar of the times; None if the source has no calendar.")
-    periapsis_distance = shown("pieces.closest", "The smallest distance found at 17 times of each piece.")
+    position_jump = shown("pieces.position_jump", "Largest jump of the position at a knot, length.")
+    velocity_jump = shown("pieces.velocity_jump", "Largest jump of the velocity at a knot, length over time.")
+    reference_frame = shown("pieces.reference_frame", "Name of the space axes in the source.")
+    origin = shown("pieces.origin", "Name of the attractor in the source.")
+    calendar = shown("pieces.calendar", "Dates of the times; None if the source defines none.")
+    periapsis_distance = shown("pieces.closest", "Smallest distance among 17 times of each interval.")
 
     @property
     @override
@@ -319,7 +352,7 @@ class Ephemeris(Orbit):
 
     @property
     def frame(self) -> EphemerisFrame:
-        """The moving axes radial (away from the attractor), transverse (forward), normal."""
+        """Orbital axes: radial (away from the attractor), transverse (forward) and normal."""
         return EphemerisFrame(self)
 
     @property
@@ -328,18 +361,18 @@ class Ephemeris(Orbit):
         return float(self.pieces.middles[len(self.pieces.middles) // 2])
 
     def between_knots(self, time: ArrayLike) -> PolynomialArc:  # type: ignore[override]
-        """Return the piece around a time; of an array of times, all of theirs side by side."""
+        """Return the piece around a time, or, for an array of times, the piece around each time."""
         table, i = self.pieces, self.pieces.pieces_around(time)
         coefficients = pieces.powers(table.coefficients[i])
         fields = {"mu": self.mu, "middle": table.middles[i], "half_length": table.half_lengths[i]}
         return PolynomialArc.unchecked(terms=coefficients.shape[-1], **fields, coefficients=coefficients)
 
     def position_at(self, time: Scalar) -> functions.Vector:
-        """Return the components of the position; the time is a number, an array, or one with derivatives."""
+        """Return the components of the position at a number, an array, or a time with derivatives."""
         return self._along(time, 0)
 
     def velocity_at(self, time: Scalar) -> functions.Vector:
-        """Return the components of the velocity; the time as for the position."""
+        """Return the components of the velocity at a number, an array, or a time with derivatives."""
         return self._along(time, 1)
 
     def acceleration_at(self, time: Scalar) -> functions.Vector:
@@ -361,19 +394,20 @@ class Ephemeris(Orbit):
 
 @checked
 def in_metres(orbit: Ephemeris) -> Ephemeris:
-    """Return an ephemeris in kilometres, as files and theories give it, with lengths in metres.
+    """Convert an ephemeris in kilometres to metres.
 
-    Radiation, drag and magnetic fields take lengths and moments of inertia in one system of units.
+    Files and analytical theories give kilometres. Radiation, drag and magnetic fields require lengths and moments of
+    inertia in one system of units.
 
     Parameters
     ----------
     orbit : Ephemeris
-        In km, km/s and km3/s2.
+        Ephemeris in km, km/s and km3/s2.
 
     Returns
     -------
     Ephemeris
-        In m, m/s and m3/s2.
+        The same ephemeris in m, m/s and m3/s2.
 
     Examples
     --------

@@ -37,28 +37,27 @@ ESCAPING = Rule(_refuse_bound, "An ellipse is a KeplerOrbit.")
 
 
 class EscapeOrbit(ConicOrbit):
-    """The two-body orbit of a body that escapes: a hyperbola, or at e = 1 a parabola, without a jump.
+    """Hyperbolic or parabolic two-body orbit, continuous in the eccentricity at e = 1.
 
-    Universal variables give the position to machine precision at any time. Their formulas run on numbers alone; a
-    kernel integrates one of them along, and sets it right by the time wherever it is used.
+    Universal variables give the position to machine precision at any time. A compiled kernel integrates one universal
+    variable with the attitude, and corrects it by the time.
 
     Parameters
     ----------
     mu : float
-        Gravitational parameter, length cubed over time squared.
+        Gravitational parameter of the attractor, in length^3 / time^2.
     periapsis_distance : float
-        The smallest distance q, length.
+        Periapsis distance q, in length.
     eccentricity : float
-        At least 1.
+        Eccentricity, at least 1.
     inclination, node, argument_of_periapsis : float
-        Radians, the 3-1-3 angles of the plane and of the periapsis in it.
+        3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
     time_since_periapsis : float
-        At the epoch; negative before the passage.
+        Time since periapsis at the epoch; negative before the passage.
     epoch : float
-        Time.
+        Time to which `time_since_periapsis` refers.
     radius : float
-        That of the attractor's surface, in the unit of length: a periapsis below it gives a warning with the depth.
-        0: a point, never warned about.
+        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
 
     Raises
     ------
@@ -105,15 +104,37 @@ class EscapeOrbit(ConicOrbit):
         epoch: Time = 0.0,
         radius: Real = 0.0,
     ) -> EscapeOrbit:
-        """Return the orbit with one of the two lengths and one of the three anomalies at the epoch.
+        """Return the orbit with one of two lengths and one of three anomalies at the epoch.
 
-        Those of a hyperbola are a < 0, M = sqrt(mu/|a|^3) (t - t_p) and H with M = e sinh H - H; a parabola
-        has only the periapsis distance and the true anomaly.
+        A hyperbola has a < 0, the mean anomaly M = sqrt(mu/|a|^3) (t - t_p), and the hyperbolic anomaly H as eccentric
+        anomaly, M = e sinh H - H. A parabola requires the periapsis distance and the true anomaly.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        periapsis_distance, semimajor_axis : float, optional
+            Exactly one of the two, in length.
+        eccentricity : float
+            Eccentricity, at least 1.
+        inclination, node, argument_of_periapsis : float
+            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
+        true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
+            Exactly one of the three at the epoch, radians.
+        epoch : float
+            Time to which the anomaly refers.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        EscapeOrbit
+            The hyperbola or parabola.
 
         Raises
         ------
         ValueError
-            If not exactly one of them is given, or they contradict the eccentricity.
+            If the number of given lengths or anomalies is not exactly one, or they contradict the eccentricity.
         """
         e = member_array("eccentricity", eccentricity, ())
         ESCAPING.check("eccentricity", e)
@@ -129,15 +150,31 @@ class EscapeOrbit(ConicOrbit):
     def from_vectors(
         cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
     ) -> EscapeOrbit:
-        """Return the orbit through a position with a velocity, space axes, shape (3,), at the epoch.
+        """Return the hyperbola or parabola through a position and velocity at the epoch.
 
-        The position is reproduced to machine precision. The velocity is off by up to r/q roundings: the
-        effect of one rounding of the eccentricity at the distance r.
+        The position is reproduced to machine precision. The velocity error is up to r/q roundings, which is the effect
+        of rounding the eccentricity at the distance r.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        position, velocity : array (3,), space axes
+            Position in length and velocity in length per time of the body relative to the attractor.
+        epoch : float
+            Time of the position and velocity.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        EscapeOrbit
+            The hyperbola or parabola.
 
         Raises
         ------
         ValueError
-            If the two vectors are parallel, or the orbit is an ellipse (`two_body_orbit` takes any).
+            If the two vectors are parallel, or the orbit is an ellipse (`two_body_orbit` handles all orbits).
         """
         here = passage(mu, position, velocity)
         if here.energy < 0:
@@ -156,33 +193,33 @@ class EscapeOrbit(ConicOrbit):
 
     @property
     def parameter(self) -> Any:
-        """The semi-latus rectum p = q (1 + e)."""
+        """Semi-latus rectum p = q (1 + e)."""
         return self.periapsis_distance * (1 + self.eccentricity)
 
     @property
     def semimajor_axis(self) -> Any:
-        """Half the distance of the vertices, q/(1 - e), negative; -inf for a parabola."""
+        """Semimajor axis q/(1 - e), negative; -inf for a parabola."""
         with np.errstate(divide="ignore"):
             return -np.divide(self.periapsis_distance, self.eccentricity - 1)
 
     @property
     def period(self) -> Any:
-        """Infinite: it does not come back."""
+        """Orbital period, infinite for an escape orbit."""
         return np.full(np.shape(self.eccentricity), np.inf)[()]
 
     @property
     def excess_speed(self) -> Any:
-        """The hyperbolic excess speed, sqrt(mu (e - 1)/q)."""
+        """Hyperbolic excess speed, sqrt(mu (e - 1)/q)."""
         return functions.sqrt(self.mu * (self.eccentricity - 1) / self.periapsis_distance)
 
     @property
     def largest_anomaly(self) -> Any:
-        """The true anomaly of the asymptote, acos(-1/e), radians."""
+        """True anomaly of the asymptote, acos(-1/e), radians."""
         return _largest_anomaly(self.eccentricity)
 
     @property
     def periapsis_time(self) -> Any:
-        """The time of the passage through the periapsis."""
+        """Time of the periapsis passage."""
         return self.epoch - self.time_since_periapsis
 
     @property
@@ -197,7 +234,7 @@ class EscapeOrbit(ConicOrbit):
 
     @cached_property
     def block(self) -> EscapeBlock:
-        """A universal variable integrated along."""
+        """Universal variable, integrated with the attitude."""
         return EscapeBlock(self)
 
     @override
@@ -218,7 +255,7 @@ class EscapeOrbit(ConicOrbit):
         return 1 / (self.periapsis_distance * (1 + self.eccentricity * self.place(time)[1]))
 
     def true_anomaly_at(self, time: Scalar) -> Scalar:
-        """Return the true anomaly, radians, between those of the asymptotes."""
+        """Return the true anomaly, radians, between the anomalies of the two asymptotes."""
         return self.anomaly(*self.place(time))
 
     @of_scalars

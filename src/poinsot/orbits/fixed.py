@@ -34,14 +34,14 @@ class HeldPosition(Orbit):
 
 
 class FixedPosition(HeldPosition):
-    """A body at rest relative to an attractor.
+    """Body at rest relative to an attractor.
 
     Parameters
     ----------
     mu : float
-        Gravitational parameter of the attractor, length cubed over time squared.
+        Gravitational parameter of the attractor, in length^3 / time^2.
     position : array (3,), space axes
-        Of the body from the attractor.
+        Position of the body relative to the attractor, in length.
 
     Raises
     ------

@@ -38,28 +38,27 @@ ELLIPTIC = Rule(_refuse_unbound, "A Kepler orbit is an ellipse.")
 
 
 class KeplerOrbit(ConicOrbit):
-    """The elliptic two-body orbit of the body about an attractor.
+    """Elliptic two-body orbit of the body about an attractor.
 
-    The closed form is accurate to machine precision at any time: the mean anomaly is reduced to one turn with twice the
-    digits, so that its error does not grow with the revolutions. A kernel uses it in its own precision; above an
-    eccentricity of 0.7 it integrates an anomaly along, and sets it right by the time wherever it is used.
+    The position is accurate to machine precision at any time, because the reduction of the mean anomaly to one
+    revolution uses twice the digits. A compiled kernel evaluates the closed form in its own precision. Above an
+    eccentricity of 0.7 it integrates an anomaly with the attitude, and corrects it by the time.
 
     Parameters
     ----------
     mu : float
-        Gravitational parameter, length cubed over time squared.
+        Gravitational parameter of the attractor, in length^3 / time^2.
     semimajor_axis : float
-        Length.
+        Semimajor axis a, in length.
     eccentricity : float
-        In [0, 1).
+        Eccentricity e, in [0, 1).
     inclination, node, argument_of_periapsis, true_anomaly : float
-        Radians; the anomaly is the one at the epoch. The orbit plane is the third space axis turned by the
-        3-1-3 angles (node, inclination, argument of periapsis).
+        Radians. Node, inclination and argument of periapsis are the 3-1-3 Euler angles that rotate the space axes to
+        the orbital plane and the periapsis. The true anomaly refers to the epoch.
     epoch : float
-        The time at which the body is at `true_anomaly`.
+        Time at which the body is at `true_anomaly`.
     radius : float
-        That of the attractor's surface, in the unit of length: a periapsis below it gives a warning with the depth.
-        0: a point, never warned about.
+        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
 
     Raises
     ------
@@ -105,15 +104,37 @@ class KeplerOrbit(ConicOrbit):
         epoch: Time = 0.0,
         radius: Real = 0.0,
     ) -> KeplerOrbit:
-        """Return the ellipse with exactly one of the three anomalies at the epoch, radians.
+        """Return the ellipse with exactly one of three anomalies at the epoch.
 
-        The orbit stores the true anomaly: at its error of one rounding, the place on an ellipse of
-        eccentricity e is off by up to 1/sqrt(1 - e) roundings.
+        The orbit stores the true anomaly. Its rounding error changes the position on an ellipse of eccentricity e by up
+        to 1/sqrt(1 - e) roundings.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        semimajor_axis : float
+            Semimajor axis, in length.
+        eccentricity : float
+            Eccentricity, in [0, 1).
+        inclination, node, argument_of_periapsis : float
+            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
+        true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
+            Exactly one of the three at the epoch, radians.
+        epoch : float
+            Time to which the anomaly refers.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        KeplerOrbit
+            The ellipse.
 
         Raises
         ------
         ValueError
-            If not exactly one of them is given, or the orbit is not an ellipse.
+            If the number of given anomalies is not exactly one, or the orbit is not an ellipse.
         """
         given = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
         name, value = exactly_one("elements", given)
@@ -132,15 +153,31 @@ class KeplerOrbit(ConicOrbit):
     def from_vectors(
         cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
     ) -> KeplerOrbit:
-        """Return the ellipse through a position with a velocity, space axes, shape (3,), at the epoch.
+        """Return the ellipse through a position and velocity at the epoch.
 
-        The position is reproduced to machine precision, at any eccentricity and inclination. Undefined angles
-        are zero: the node of an equatorial orbit, the argument of periapsis of a circular one.
+        The position is reproduced to machine precision, at any eccentricity and inclination. Undefined angles are zero:
+        the node of an equatorial orbit, the argument of periapsis of a circular orbit.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        position, velocity : array (3,), space axes
+            Position in length and velocity in length per time of the body relative to the attractor.
+        epoch : float
+            Time of the position and velocity.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        KeplerOrbit
+            The ellipse.
 
         Raises
         ------
         ValueError
-            If the two vectors are parallel, or the orbit is not an ellipse (`two_body_orbit` takes any).
+            If the two vectors are parallel, or the orbit is not an ellipse (`two_body_orbit` handles all orbits).
         """
         here = passage(mu, position, velocity)
         if not here.energy < 0:
@@ -156,36 +193,36 @@ class KeplerOrbit(ConicOrbit):
 
     @property
     def mean_motion(self) -> Any:
-        """The mean angular rate sqrt(mu / a^3), radians per unit of time."""
+        """Mean motion sqrt(mu / a^3), radians per unit of time."""
         return functions.sqrt(self.mu / self.semimajor_axis**3)
 
     @property
     def period(self) -> Any:
-        """The time of one revolution."""
+        """Orbital period."""
         return 2 * np.pi / self.mean_motion
 
     @property
     def parameter(self) -> Any:
-        """The semi-latus rectum p = a (1 - e^2)."""
+        """Semi-latus rectum p = a (1 - e^2)."""
         return self.semimajor_axis * (1 - self.eccentricity) * (1 + self.eccentricity)
 
     @property
     def periapsis_distance(self) -> Any:
-        """The smallest distance, a (1 - e)."""
+        """Periapsis distance a (1 - e)."""
         return self.semimajor_axis * (1 - self.eccentricity)
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64] | None:
-        """Mean motion about the normal on a circle (to rounding); None otherwise."""
+        """Mean motion about the normal for a circular orbit (to rounding); None otherwise."""
         return np.asarray(self.mean_motion)[..., None] * self.normal if is_circle(self) else None
 
     @cached_property
     def elongated(self) -> bool:
-        """True if the eccentricity of a member is above 0.7, where rounding matters near the periapsis."""
+        """True if the eccentricity of any member is above 0.7, where rounding errors grow near the periapsis."""
         return bool(np.any(np.asarray(self.eccentricity) > ELONGATED))
 
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
-        """Return the record with other scalars; symbols do not determine whether the orbit is elongated."""
+        """Return the same orbit with other scalars and the present value of `elongated`, for use with symbols."""
         twin = super().with_numbers(scalars)
         object.__setattr__(twin, "elongated", self.elongated)
         return twin
@@ -197,7 +234,7 @@ class KeplerOrbit(ConicOrbit):
 
     @cached_property
     def block(self) -> KeplerBlock | EccentricBlock:
-        """The true anomaly integrated along, or the eccentric one."""
+        """True or eccentric anomaly, integrated with the attitude."""
         return EccentricBlock(self) if self.elongated else KeplerBlock(self)
 
     @override
@@ -214,11 +251,11 @@ class KeplerOrbit(ConicOrbit):
         return 1 / self.distance(self.phase_at(time))
 
     def mean_anomaly_at(self, time: Scalar) -> Scalar:
-        """Return the mean anomaly, radians, growing with the revolutions."""
+        """Return the mean anomaly, radians, including full revolutions."""
         return self._mean_anomaly(time, whole=True)
 
     def phase_at(self, time: Scalar) -> Scalar:
-        """Return the mean anomaly, radians; of floats less whole pairs of turns, to machine precision at any time."""
+        """Return the mean anomaly, radians, to machine precision at any time; for floats modulo two revolutions."""
         return self._mean_anomaly(time)
 
     def _mean_anomaly(self, time: Scalar, whole: bool = False) -> Scalar:
@@ -238,7 +275,7 @@ class KeplerOrbit(ConicOrbit):
 
     @cached_property
     def mean_anomaly_at_epoch(self) -> Scalar:
-        """The mean anomaly that belongs to `true_anomaly`, radians."""
+        """Mean anomaly at the epoch, radians, which corresponds to `true_anomaly`."""
         e, half = self.eccentricity, 0.5 * self.true_anomaly
         ahead, aside = functions.sqrt(1 + e) * functions.cos(half), functions.sqrt(1 - e) * functions.sin(half)
         E = 2 * functions.atan2(aside, ahead)
@@ -248,14 +285,14 @@ class KeplerOrbit(ConicOrbit):
 
     @of_scalars
     def place(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
-        """Return a (cos E - e) and b sin E: the position along the axes of the ellipse."""
+        """Return the position a (cos E - e), b sin E along the axes of the ellipse."""
         a, e = self.semimajor_axis, self.eccentricity
         sine, cosine = self._half_anomaly(mean_anomaly)
         return a * (1 - e) - 2 * a * (sine * sine), 2 * a * self._ratio * (sine * cosine)
 
     @of_scalars
     def slope(self, mean_anomaly: Scalar) -> tuple[Scalar, Scalar]:
-        """Return the derivatives of the place with respect to the mean anomaly."""
+        """Return the derivatives of the position with respect to the mean anomaly."""
         a, e = self.semimajor_axis, self.eccentricity
         sine, cosine = self._half_anomaly(mean_anomaly)
         fast = 1 / ((1 - e) + 2 * e * (sine * sine))

@@ -25,18 +25,18 @@ POINTS = ("L1", "L2", "L3", "L4", "L5")
 
 
 class RotatingPosition(HeldPosition):
-    """A body that goes round with its attractor at a constant rate, as if both were on one turning disc.
+    """Position that rotates with its attractor at a constant rate, as in a synodic frame.
 
     Parameters
     ----------
     mu : float
-        Gravitational parameter of the attractor, length cubed over time squared.
+        Gravitational parameter of the attractor, in length^3 / time^2.
     position : array (3,), space axes
-        Of the body from the attractor at the epoch.
+        Position of the body relative to the attractor at the epoch, in length.
     rate : float
         Angular velocity about the third space axis, radians per unit of time.
     epoch : float
-        The time of the position.
+        Time to which the position refers.
 
     Raises
     ------
@@ -70,12 +70,12 @@ class RotatingPosition(HeldPosition):
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64]:
-        """The rate about the third space axis; shape (..., 3)."""
+        """Angular velocity about the third space axis, shape (..., 3)."""
         return np.asarray(np.multiply.outer(self.rate, (0.0, 0.0, 1.0)))
 
     @property
     def frame(self) -> RotatingFrame:
-        """The axes that turn with the position, along the space axes at the epoch."""
+        """Axes that rotate with the position and equal the space axes at the epoch."""
         return RotatingFrame((1, 0, 0, 0), self.uniform_rotation, self.epoch)
 
     def _turn(self, time: Scalar) -> tuple[Scalar, Scalar]:
@@ -85,27 +85,28 @@ class RotatingPosition(HeldPosition):
 
 @dataclass(frozen=True, eq=False)
 class LagrangePointPath(CirclingPair[RotatingPosition]):
-    """A libration point of two attractors on circles about each other, in the plane of the first two space axes.
+    """Libration point of two attractors in circular orbits in the plane of the first two space axes.
 
-    At the epoch the secondary is in the direction of the first axis from the primary; the motion is about the third.
-    A body held there feels both: `GravityGradient(point.from_primary)` and `GravityGradient(point.from_secondary)`
-    (Szebehely 1967, Theory of Orbits).
+    At the epoch the secondary is in the direction of the first axis from the primary; the orbital motion is about the
+    third axis. A body at the point requires both attractors: `GravityGradient(point.from_primary)` and
+    `GravityGradient(point.from_secondary)` (Szebehely 1967, Theory of Orbits).
 
     Parameters
     ----------
     mu_primary, mu_secondary : float
-        Gravitational parameters, length cubed over time squared.
+        Gravitational parameters, in length^3 / time^2.
     separation : float
-        The distance of the attractors.
+        Distance between the attractors, in length.
     point : {"L1", "L2", "L3", "L4", "L5"}
-        L1 between the attractors, L2 beyond the secondary, L3 beyond the primary, L4 ahead of the secondary, L5
+        L1 lies between the attractors, L2 beyond the secondary, L3 beyond the primary, L4 ahead of the secondary and L5
         behind it.
     epoch : float
+        Time at which the secondary is in the direction of the first axis.
 
     Raises
     ------
     ValueError
-        If a parameter is not positive, the secondary is the heavier one, or there is no such point.
+        If a parameter is not positive, the secondary is more massive than the primary, or the point is unknown.
 
     Examples
     --------
@@ -129,10 +130,18 @@ class LagrangePointPath(CirclingPair[RotatingPosition]):
             raise ValueError(f"point must be one of {', '.join(POINTS)}, got {quoted(self.point)}.")
 
     def path(self, *, offset: ArrayLike = (0, 0, 0), velocity: ArrayLike = (0, 0, 0)) -> ThreeBodyPath:
-        """Return the path of a body that is free to move, from near the point.
+        """Return the path of a freely moving body that starts near the point.
 
-        Offset and velocity, shape (3,) or (members, 3), are relative to the point at the epoch, along the axes of
-        `frame`.
+        Parameters
+        ----------
+        offset, velocity : array (3,) or (members, 3), synodic axes
+            Position in length and velocity in length per time, relative to the point at the epoch, along the axes of
+            `frame`.
+
+        Returns
+        -------
+        ThreeBodyPath
+            The path in the restricted three-body problem.
         """
         barycenter = np.array((self.mass_ratio * self.separation, 0.0, 0.0))
         place: Any = self._places[0] - barycenter + member_array("offset", offset, (3,))

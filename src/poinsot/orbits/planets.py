@@ -56,31 +56,32 @@ Array = NDArray[np.float64]
 
 @checked
 def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar: Calendar = J2000) -> Ephemeris:
-    """Return the position of the Sun, the Moon or a planet relative to another of them, without any data file.
+    """Return the position of the Sun, the Moon or a planet relative to another one, without a data file.
 
-    The planets are those of VSOP2013 (Simon et al. 2013), the Moon that of ELP2000-82B (Chapront-Touze and Chapront
-    1988), as heyoka has them, and without their smallest terms. docs/ephemerides.md lists the differences from DE440:
-    some km for Mercury to Mars, less than one for the Moon.
+    The planets follow VSOP2013 (Simon et al. 2013) and the Moon ELP2000-82B (Chapront-Touze and Chapront 1988) as
+    implemented in heyoka, without the smallest terms. The differences from DE440 are some km from Mercury to Mars and
+    less than 1 km for the Moon; see docs/ephemerides.md.
 
     Parameters
     ----------
     body, attractor : str
         Two of "sun", "moon", "mercury", "venus", "earth", "mars", "jupiter", "saturn", "uranus", "neptune", "pluto".
-        From Mars on they are the barycenter of the planet and its moons, with the `mu` of both.
+        From Mars outwards, the name is the barycentre of the planet and its moons, with the `mu` of both.
     start, stop : float, str or astropy.time.Time
-        The span: times of the calendar, or dates with their time scale. Within the years -4000 to 8000.
+        First and last time: times of the calendar, or dates with a time scale. The years must be within -4000 to 8000.
     calendar : Calendar, optional
-        Counts seconds; default: TDB from 2000-01-01T12:00:00. Orbits of one system share one.
+        Dates of the times, counted in seconds. Default: TDB from 2000-01-01T12:00:00. All orbits of a system share one
+        calendar.
 
     Returns
     -------
     Ephemeris
-        km and km/s along the axes of the ICRF, with the attractor's `mu` of DE440, km3/s2.
+        Positions in km and velocities in km/s along the ICRF axes, with the attractor's `mu` from DE440 in km3/s2.
 
     Raises
     ------
     ValueError
-        If a name is unknown, both are the same, or the span is empty or too far from now.
+        If a name is unknown, both are the same, or the time span is empty or out of range.
 
     Examples
     --------

@@ -24,26 +24,26 @@ __all__ = ["LongPrecessingBlock", "PrecessingBlock", "PrecessingOrbit"]
 
 
 class PrecessingOrbit(Orbit):
-    """An ellipse with secular rates: at any time a Kepler ellipse, whose angles grow in proportion to time.
+    """Kepler ellipse with secular rates of node, periapsis and mean anomaly.
 
-    The node moves along the plane of the first two space axes, so these must be the ones to which the rates
-    refer (the equator of the attractor, or the Laplace plane). The velocity is the derivative of the position,
-    the rates included. All of them zero: the motion of the orbit itself.
+    The node moves in the plane of the first two space axes, which must be the reference plane of the rates (the equator
+    of the attractor, or the Laplace plane). The velocity is the derivative of the position, including the rates. With
+    zero rates the orbit is the unperturbed ellipse.
 
     Parameters
     ----------
     orbit : KeplerOrbit
-        The ellipse at its epoch.
+        Ellipse at its epoch.
     node_rate, periapsis_rate : float
-        Of the node and of the argument of periapsis, radians per unit of time. The longitude of the periapsis
+        Rates of the node and of the argument of periapsis, radians per unit of time. The longitude of periapsis
         advances at their sum.
     anomaly_rate : float
-        That of the mean anomaly beyond sqrt(mu / a^3).
+        Rate of the mean anomaly in excess of sqrt(mu / a^3), radians per unit of time.
 
     Raises
     ------
     ValueError
-        If the sum, the mean motion, is not positive.
+        If the resulting mean motion is not positive.
 
     Examples
     --------
@@ -70,7 +70,21 @@ class PrecessingOrbit(Orbit):
     ) -> PrecessingOrbit:
         """Return the orbit with an observed rate of the mean anomaly, radians per unit of time.
 
-        The rate of the mean longitude is the sum of the three.
+        The rate of the mean longitude is the sum of the three rates.
+
+        Parameters
+        ----------
+        orbit : KeplerOrbit
+            Ellipse at its epoch.
+        mean_motion : float
+            Rate of the mean anomaly, radians per unit of time.
+        node_rate, periapsis_rate : float
+            Rates of the node and of the argument of periapsis, radians per unit of time.
+
+        Returns
+        -------
+        PrecessingOrbit
+            The precessing ellipse.
         """
         total = member_array("mean_motion", mean_motion, ())
         refuse_nonpositive("mean_motion", total)
@@ -82,25 +96,25 @@ class PrecessingOrbit(Orbit):
         refuse_nonpositive("mean_motion", self.mean_motion)
 
     mu = shown("orbit.mu", "Gravitational parameter of the attractor.")
-    epoch = shown("orbit.epoch", "The time at which the angles are those of the orbit.")
+    epoch = shown("orbit.epoch", "Time at which the angles equal the angles of the ellipse.")
     eccentricity = shown("orbit.eccentricity", "Eccentricity of the ellipse.")
-    periapsis_distance = shown("orbit.periapsis_distance", "The smallest distance, a (1 - e).")
-    radius = shown("orbit.radius", "Radius of the attractor's surface, in the unit of length; 0 for a point.")
-    parameter = shown("orbit.parameter", "The semi-latus rectum p = a (1 - e^2).")
+    periapsis_distance = shown("orbit.periapsis_distance", "Periapsis distance a (1 - e).")
+    radius = shown("orbit.radius", "Radius of the attractor's surface, in length; 0: a point.")
+    parameter = shown("orbit.parameter", "Semi-latus rectum p = a (1 - e^2).")
 
     @property
     def mean_motion(self) -> Any:
-        """The rate of the mean anomaly, radians per unit of time."""
+        """Rate of the mean anomaly, radians per unit of time."""
         return self.orbit.mean_motion + self.anomaly_rate
 
     @property
     def period(self) -> Any:
-        """The time from periapsis to periapsis."""
+        """Anomalistic period, the time from periapsis to periapsis."""
         return 2 * np.pi / self.mean_motion
 
     @property
     def frame(self) -> OrbitFrame:
-        """The moving axes radial (away from the attractor), transverse, normal to the moving plane."""
+        """Orbital axes: radial (away from the attractor), transverse, and normal to the precessing plane."""
         return OrbitFrame(self)
 
     @property
@@ -110,17 +124,17 @@ class PrecessingOrbit(Orbit):
 
     @cached_property
     def block(self) -> PrecessingBlock | LongPrecessingBlock:
-        """The true anomaly integrated along, or the eccentric one."""
+        """True or eccentric anomaly, integrated with the attitude."""
         return LongPrecessingBlock(self) if self.orbit.elongated else PrecessingBlock(self)
 
     @property
     def directions(self) -> dict[str, NDArray[np.float64]]:
-        """The normal, where it stays."""
+        """Normal of an orbit whose plane is fixed."""
         return {"normal": self.orbit.normal} if not np.any(self.node_rate) else {}
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64] | None:
-        """Rate of the argument of latitude about the normal on a circle in a fixed plane; None otherwise."""
+        """Rate of the argument of latitude about the normal for a circle in a fixed plane; None otherwise."""
         if not is_circle(self.orbit):
             return None
         rate = self.mean_motion + self.periapsis_rate
@@ -148,12 +162,12 @@ class PrecessingOrbit(Orbit):
         return 1 / self.orbit.distance(self.phase_at(time))
 
     def phase_at(self, time: Scalar) -> Scalar:
-        """Return the mean anomaly, radians; of floats less whole pairs of turns, to machine precision at any time."""
+        """Return the mean anomaly, radians, to machine precision at any time; for floats modulo two revolutions."""
         rate = mean_motion_of(self.mu, self.orbit.semimajor_axis, self.anomaly_rate)
         return angle_at(self.orbit.mean_anomaly_at_epoch, rate, time, self.epoch)
 
     def angles_at(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-        """Return node, inclination and argument of periapsis, radians, up to whole pairs of turns."""
+        """Return node, inclination and argument of periapsis, radians, modulo two revolutions."""
         node = angle_at(self.orbit.node, self.node_rate, time, self.epoch)
         periapsis = angle_at(self.orbit.argument_of_periapsis, self.periapsis_rate, time, self.epoch)
         return node, self.orbit.inclination, periapsis

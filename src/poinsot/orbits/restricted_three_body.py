@@ -63,7 +63,7 @@ class CirclingPair(Immutable, Generic[Seen]):
 
     @property
     def frame(self) -> RotatingFrame:
-        """The synodic axes: from the primary to the secondary, along its velocity, normal."""
+        """Synodic axes: from the primary to the secondary, along its velocity, and normal."""
         return RotatingFrame((1, 0, 0, 0), np.multiply.outer(self.mean_motion, (0.0, 0.0, 1.0)), self.epoch)
 
     @property
@@ -89,33 +89,34 @@ class CirclingPair(Immutable, Generic[Seen]):
 
 
 class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
-    """The path of a body that two attractors on circles pull: a halo, a Lyapunov orbit, any.
+    """Path of a body in the circular restricted three-body problem, such as a halo or Lyapunov orbit.
 
-    At the epoch the secondary is in the direction of the first space axis from the primary; the motion is about the
-    third, as with `LagrangePointPath`. The body feels both: `GravityGradient(path.from_primary)` and
-    `GravityGradient(path.from_secondary)`. A kernel integrates position and velocity along with the attitude, once
-    for both. For numbers the engine integrates them alone, in extended precision where the machine has it; NaN beyond
-    a collision.
+    At the epoch the secondary is in the direction of the first space axis from the primary; the orbital motion is about
+    the third axis, as in `LagrangePointPath`. A body on the path requires both attractors:
+    `GravityGradient(path.from_primary)` and `GravityGradient(path.from_secondary)`. A compiled kernel integrates
+    position and velocity once for both, together with the attitude. Outside a kernel they are integrated alone, in
+    extended precision where the processor supports it; after a collision the position is NaN.
 
     Parameters
     ----------
     mu_primary, mu_secondary : float
-        Gravitational parameters, length cubed over time squared.
+        Gravitational parameters, in length^3 / time^2.
     separation : float
-        The distance of the attractors.
+        Distance between the attractors, in length.
     position, velocity : array (3,), synodic axes
-        Of the body at the epoch from the barycentre, along the axes from the primary to the secondary, along the
-        secondary's velocity, and normal; the velocity relative to these turning axes.
+        Position relative to the barycentre and velocity relative to the rotating axes at the epoch. The axes point from
+        primary to secondary, along the secondary's velocity, and along the normal.
     epoch : float
+        Time of the initial position.
 
     Raises
     ------
     ValueError
-        If a parameter is not positive, the secondary is the heavier one, or the body is at an attractor.
+        If a parameter is not positive, the secondary is more massive than the primary, or the body is at an attractor.
 
     Notes
     -----
-    Attractors are points (Szebehely 1967, Theory of Orbits).
+    The attractors are point masses (Szebehely 1967, Theory of Orbits).
 
     Examples
     --------
@@ -148,7 +149,7 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
 
     @property
     def jacobi_constant(self) -> Any:
-        """C = x^2 + y^2 + 2 (1 - mu)/d1 + 2 mu/d2 - v^2, in units of the separation and the mean motion."""
+        """Jacobi constant C = x^2 + y^2 + 2 (1 - mu)/d1 + 2 mu/d2 - v^2, in units of separation and mean motion."""
         x, y, _, *velocity = start = self._start
         x, mu, inverse = x + (1 - self.mass_ratio), self.mass_ratio, _inverse_distances(start)
         potential = 0.5 * (x * x + y * y) + (1 - mu) * inverse["primary"] + mu * inverse["secondary"]
@@ -156,7 +157,10 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
 
     @of_scalars
     def variables_at(self, time: Scalar) -> functions.Vector:
-        """Return position and velocity from the secondary, synodic axes, units of separation and mean motion."""
+        """Return position and velocity relative to the secondary along the synodic axes, in normalised units.
+
+        The units are the separation and the mean motion.
+        """
         time = scalar("time", time)
         here = number(time)
         refuse_symbols(type(self).__name__, here, self.epoch, *self._start, variable="path")
@@ -197,7 +201,7 @@ class ThreeBodyView(Orbit):
         """Gravitational parameter of the attractor."""
         return getattr(self.path, f"mu_{self.attractor}")
 
-    frame = shown("path.frame", "The synodic axes: from the primary to the secondary, along its velocity, normal.")
+    frame = shown("path.frame", "Synodic axes: from the primary to the secondary, along its velocity, and normal.")
 
     @cached_property
     def block(self) -> SynodicBlock:

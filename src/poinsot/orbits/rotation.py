@@ -32,28 +32,31 @@ QUARTER = np.pi / 2
 
 
 class RotationModel(PlanetAxes):
-    """Axes fixed in a body that turns about a pole which moves slowly: those of fields that turn with their planet.
+    """Orientation of a rotating planet or moon with a slowly precessing pole.
 
-    x_space = R3(right_ascension + 90 deg) R1(90 deg - declination) R3(prime_meridian) x_planet, R active. The third
-    axis is the pole; the first one, at the prime meridian, is `prime_meridian` east of where the equator rises through
-    that of the space axes. Angles grow in proportion to time, and are reduced to a few turns with twice the digits.
+    x_space = R3(right_ascension + 90 deg) R1(90 deg - declination) R3(prime_meridian) x_planet, with active rotations
+    R. The third axis is the pole. The first axis lies on the prime meridian, the angle `prime_meridian` east of the
+    ascending node of the equator on the plane of the first two space axes. The angles are polynomials of time and
+    reduced to a few revolutions with twice the digits.
 
     Parameters
     ----------
     right_ascension, declination : float
-        Of the pole at the epoch, radians.
+        Direction of the pole at the epoch, radians, relative to the space axes.
     prime_meridian : float
-        At the epoch, radians.
+        Angle of the prime meridian at the epoch, radians.
     rate : float
-        Of the prime meridian, radians per unit of time; that of the turning, where the pole rests.
+        Rate of the prime meridian, radians per unit of time; the angular velocity of the rotation for a fixed pole.
     right_ascension_rate, declination_rate : float
+        Rates of the pole, radians per unit of time.
     acceleration : float
-        Second derivative of the prime meridian.
+        Second derivative of the prime meridian, radians per unit of time squared.
     epoch : float
+        Time to which the angles refer.
     reference_frame : str
-        The name of the space axes; orbits along axes of another name are refused.
+        Name of the space axes. An orbit along axes with another name raises an error.
     calendar : Calendar, optional
-        What the times mean as dates.
+        Dates of the times.
 
     Examples
     --------
@@ -81,22 +84,28 @@ class RotationModel(PlanetAxes):
     @classmethod
     @checked
     def iau(cls, body: str, *, calendar: Calendar = J2000) -> RotationModel:
-        """Return the model of the IAU's working group for the Sun, a planet, or a large moon, along the ICRF.
+        """Return the IAU rotation model of the Sun, a planet or a large moon, relative to the ICRF.
 
-        Archinal et al. 2018, CMDA 130, 22, with their periodic terms; for the Earth `earth` is better by far.
+        The model includes periodic terms (Archinal et al. 2018, CMDA 130, 22). For the Earth, `earth` is far more
+        accurate.
 
         Parameters
         ----------
         body : str
-            Such as "sun", "mars", "moon" or "titan".
+            Name, such as "sun", "mars", "moon" or "titan".
         calendar : Calendar, optional
-            Default: TDB from 2000-01-01T12:00:00, in seconds. Others need astropy; the 1.7 ms by which TDB swings
-            about their scales are left out.
+            Dates of the times. Default: TDB from 2000-01-01T12:00:00, in seconds. Other calendars require astropy, and
+            the model ignores their periodic difference from TDB, at most 1.7 ms.
+
+        Returns
+        -------
+        RotationModel
+            The model, a `NutatingRotation` where it has periodic terms.
 
         Raises
         ------
         ValueError
-            If the body is not one of those.
+            If the body is unknown.
         """
         name = body.lower()
         if name not in iau_rotations.MODELS:
@@ -110,23 +119,29 @@ class RotationModel(PlanetAxes):
     def earth(
         cls, *, calendar: Calendar = J2000, ut1_minus_utc: Real = 0.0, reference_frame: str = "ICRF"
     ) -> RotationModel:
-        """Return the Earth's by the Earth rotation angle and precession (IAU 2006), linear around the calendar's zero.
+        """Return the Earth's rotation model: Earth rotation angle and IAU 2006 precession, linear in time.
 
-        Left out are nutation (17 arcseconds), polar motion, and changes of the length of day. Needs astropy.
+        The linearisation is around the calendar's zero. The model ignores nutation (17 arcseconds), polar motion and
+        changes of the length of day. It requires astropy.
 
         Parameters
         ----------
         calendar : Calendar, optional
-            Default: TDB from 2000-01-01T12:00:00, in seconds.
+            Dates of the times. Default: TDB from 2000-01-01T12:00:00, in seconds.
         ut1_minus_utc : float
-            At the calendar's zero, seconds: within 0.9, 14 arcseconds.
+            UT1 - UTC at the calendar's zero, seconds. Its magnitude is below 0.9 s, which corresponds to 14 arcseconds.
         reference_frame : {"ICRF", "TEME"}
-            TEME: true equator and mean equinox of date, those of two-line elements.
+            Space axes. TEME, true equator and mean equinox of date, is the frame of two-line elements.
+
+        Returns
+        -------
+        RotationModel
+            The linear model.
 
         Raises
         ------
         ValueError
-            If the axes are others.
+            If the reference frame is unknown.
         """
         if reference_frame not in ("ICRF", "TEME"):
             raise ValueError(f"reference_frame must be ICRF or TEME, got {quoted(reference_frame)}.")
@@ -139,7 +154,7 @@ class RotationModel(PlanetAxes):
 
     @of_scalars
     def angles_at(self, time: Scalar) -> Vector:
-        """Return right ascension and declination of the pole, and the prime meridian; of floats up to two turns."""
+        """Return right ascension and declination of the pole, and prime meridian; for floats modulo two revolutions."""
         since = time - self.epoch
         ascension = angle_at(self.right_ascension, self.right_ascension_rate, time, self.epoch)
         declination = angle_at(self.declination, self.declination_rate, time, self.epoch)
@@ -193,16 +208,31 @@ class RotationModel(PlanetAxes):
 
 
 class NutatingRotation(RotationModel):
-    """A rotation model whose angles have periodic terms: nutation and libration.
+    """Rotation model with periodic terms of the angles: nutation and physical libration.
 
-    Right ascension and prime meridian have amplitude sin(phase + rate (time - epoch)), the declination has the cosines.
+    The periodic terms are amplitude sin(phase + rate (time - epoch)) for right ascension and prime meridian, and
+    amplitude cos(phase + rate (time - epoch)) for the declination. The other parameters describe the angles without
+    these terms.
 
     Parameters
     ----------
+    right_ascension, declination, prime_meridian : float
+        Direction of the pole and prime meridian at the epoch, radians, relative to the space axes.
+    rate, right_ascension_rate, declination_rate : float
+        Rates of the prime meridian and of the pole, radians per unit of time.
+    acceleration : float
+        Second derivative of the prime meridian, radians per unit of time squared.
+    epoch : float
+        Time to which the angles and phases refer.
+    reference_frame : str
+        Name of the space axes.
+    calendar : Calendar, optional
+        Dates of the times.
     terms : int
+        Number of periodic terms.
     periodic : array (terms, 5)
-        Rows of the amplitudes in right ascension, declination and prime meridian, the phase at the epoch, radians, and
-        its rate.
+        Rows of the amplitudes in right ascension, declination and prime meridian, radians, the phase at the epoch,
+        radians, and its rate, radians per unit of time.
 
     Examples
     --------

@@ -21,29 +21,29 @@ TOLERANCE = 1e-12
 
 
 def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeris:
-    """Return the orbit of the body of the first about the attractor of the last: the sum of their positions.
+    """Return the orbit of the first body about the last attractor, as the sum of the positions.
 
-    Each orbit but the first is that of the attractor of the one before: `orbit_sum(satellite, earth)`, of a
-    satellite about the Earth and the Earth about the Sun, is the satellite about the Sun. That one is the attractor
-    of the other is not checked.
+    Each orbit after the first is the orbit of the preceding attractor. For example, `orbit_sum(satellite, earth)` of a
+    satellite about the Earth and the Earth about the Sun is the orbit of the satellite about the Sun. The function does
+    not check that the attractors match.
 
     Parameters
     ----------
     *orbits : Orbit
-        Two or more, along the same axes, in the same units, of one calendar; those whose axes have no name, or that
-        have no calendar, go with any.
+        Two or more orbits along the same axes, in the same units, with one calendar. Orbits whose axes are unnamed, or
+        without a calendar, combine with any other orbit.
     start, stop : float, str or astropy.time.Time, optional
-        The span; default: the times at which all are known.
+        First and last time. Default: the time span common to all orbits.
 
     Returns
     -------
     Ephemeris
-        With the `mu` and the origin of the last.
+        The sum, with the `mu` and the origin of the last orbit.
 
     Raises
     ------
     ValueError
-        If their axes or calendars differ, or the span is empty or without an end.
+        If the axes or calendars differ, or the time span is empty or unbounded.
 
     Examples
     --------

@@ -17,26 +17,23 @@ __all__ = ["two_body_orbit"]
 def two_body_orbit(
     mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
 ) -> KeplerOrbit | EscapeOrbit:
-    """Return the orbit through a position with a velocity: an ellipse, a parabola or a hyperbola.
+    """Return the orbit through a position and velocity: an ellipse, a parabola or a hyperbola.
 
     Parameters
     ----------
     mu : float
-        Gravitational parameter of the attractor, length cubed over time squared.
-    position, velocity : array (3,)
-        Of the body relative to the attractor, space axes.
+        Gravitational parameter of the attractor, in length^3 / time^2.
+    position, velocity : array (3,), space axes
+        Position in length and velocity in length per time of the body relative to the attractor.
     epoch : float
-        The time at which it is there.
+        Time of the position and velocity.
     radius : float
-        That of the attractor's surface, in the unit of length: a periapsis below it gives a warning with the depth.
-        0: a point, never warned about.
+        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
 
     Returns
     -------
-    KeplerOrbit
-        If the energy is negative.
-    EscapeOrbit
-        Otherwise.
+    KeplerOrbit or EscapeOrbit
+        An ellipse if the energy is negative, otherwise a parabola or hyperbola.
 
     Raises
     ------

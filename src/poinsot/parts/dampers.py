@@ -19,20 +19,21 @@ __all__ = ["KaneDamper"]
 
 
 class KaneDamper(Part):
-    """A homogeneous sphere in a spherical cavity filled with viscous fluid: Kane's damper.
+    """Kane damper: a homogeneous sphere in a spherical cavity filled with viscous fluid.
 
-    p' = p x omega - coefficient (p / moment - omega), p the sphere's inertial angular momentum, body axes. The fluid
-    has no inertia: a model of any internal dissipation (Kane, Likins and Levinson 1983, Spacecraft Dynamics).
+    p' = p x omega - coefficient (p / moment - omega), with p the inertial angular momentum of the sphere along the body
+    axes. The model ignores the inertia of the fluid. The part models any internal energy dissipation (Kane, Likins and
+    Levinson 1983, Spacecraft Dynamics).
 
     Parameters
     ----------
     moment : float
-        Moment of inertia of the sphere about a diameter, positive. The body's inertia tensor is that with the sphere
+        Moment of inertia of the sphere about a diameter, positive. The body's inertia tensor includes the sphere,
         locked.
     coefficient : float
         Torque per angular velocity of the sphere relative to the body, not negative.
     name : str
-        Of the damper; several of a system need different ones.
+        Name of the damper among the variables of a system. Several dampers require different names.
 
     Raises
     ------
@@ -83,5 +84,5 @@ class KaneDamper(Part):
 
     @of_arrays(own=(3,), omega_body=(3,))
     def relative_rate(self, own: Components, omega_body: Components) -> Any:
-        """Return the angular velocity of the sphere relative to the body, body axes; shape (..., 3)."""
+        """Return the angular velocity of the sphere relative to the body, shape (..., 3), along the body axes."""
         return own / self.moment - omega_body

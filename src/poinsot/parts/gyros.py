@@ -56,26 +56,30 @@ class Gimbal(Part):
 
 
 class ControlMomentGyro(Gimbal):
-    """A control-moment gyroscope with one gimbal, which turns at a given rate.
+    """Single-gimbal control-moment gyroscope with a prescribed gimbal rate.
 
-    h = H (cos(angle) s + sin(angle) m x s), angle' = gimbal_rate, with the unit vectors m along the gimbal axis and s
-    along the rotor's at angle 0. The torque on the body is H gimbal_rate across both axes, and the turning of h with
-    the body. Left out are the momentum of the turning gimbal and the change of the inertia with its angle, both small
-    in addition to H; the energy is the energy without the motors' part, (g - h) . omega / 2 and what has potentials.
+    h = H (cos(angle) s + sin(angle) m x s), angle' = gimbal_rate, with the unit vector m along the gimbal axis and s
+    along the rotor axis at angle 0. The torque on the body is H gimbal_rate, perpendicular to both axes, plus the
+    gyroscopic torque of h in the rotating body. The model ignores the momentum of the gimbal and the change of the
+    inertia tensor with the angle, both small compared with H. The energy is (g - h) . omega / 2 plus the potential
+    energies, without the work of the motors.
 
     Parameters
     ----------
     gimbal_axis, spin_axis : array (3,), body axes
-        m and s, perpendicular unit vectors.
+        Perpendicular unit vectors m and s.
     rotor_momentum : float
-        H, axial moment times speed relative to the gimbal. The body's inertia tensor is that with the rotor locked.
+        Momentum H, axial moment of inertia times speed relative to the gimbal. The body's inertia tensor includes the
+        rotor, locked.
     gimbal_rate : float
-        Relative to the body.
+        Angular velocity of the gimbal relative to the body, in angle per time.
+    name : str
+        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------
     ValueError
-        If an axis is no unit vector, or the two are not perpendicular.
+        If an axis is not a unit vector, or the axes are not perpendicular.
 
     Examples
     --------
@@ -103,37 +107,41 @@ class ControlMomentGyro(Gimbal):
 
     @of_arrays(own=(1,), omega_body=(3,))
     def gimbal_torque(self, own: Components, omega_body: Components) -> Any:
-        """Return the torque that the gimbal's motor gives against the turning body, shape (...).
+        """Return the torque of the gimbal motor that maintains the gimbal rate in the rotating body, shape (...).
 
-        Its power is this times the gimbal rate.
+        The mechanical power of the motor is this torque times the gimbal rate.
         """
         return -self.torque_of_turning(own[0], omega_body)
 
 
 class GimballedRotor(Gimbal):
-    """A rotor in a gimbal that a motor turns, and a spring and a damper hold: a gyroscopic damper, or a rate gyroscope.
+    """Rotor in a gimbal with motor torque, spring and damper: a gyroscopic damper, or a rate gyroscope.
 
     h = H e(angle) + p m, angle' = p / J - omega . m and p' = omega . (m x H e) + torque - stiffness angle - damping
-    angle', with p the inertial angular momentum of gimbal and rotor along the gimbal axis m, and e the axis of the
-    rotor. The inertia of both is taken to be the same at any angle; the energy is that without the rotor's motor.
+    angle'. Here p is the inertial angular momentum of gimbal and rotor along the gimbal axis m, and e the axis of the
+    rotor. The inertia tensor of gimbal and rotor does not depend on the angle in this model. The energy excludes the
+    work of the rotor's motor.
 
     Parameters
     ----------
     gimbal_axis, spin_axis : array (3,), body axes
-        Perpendicular unit vectors, the second along the rotor's axis at angle 0.
+        Perpendicular unit vectors; the second is the rotor axis at angle 0.
     rotor_momentum : float
-        H, axial moment times speed relative to the gimbal.
+        Momentum H, axial moment of inertia times speed relative to the gimbal.
     moment : float
-        J, of gimbal and rotor about the gimbal axis, positive. The body's inertia tensor is that with both locked.
+        Moment of inertia J of gimbal and rotor about the gimbal axis, positive. The body's inertia tensor includes
+        both, locked.
     torque : float
-        Of the motor on the gimbal, constant.
+        Constant torque of the motor on the gimbal.
     stiffness, damping : float
-        Torque per angle and per rate of the gimbal relative to the body, not negative.
+        Torque per angle and per angular velocity of the gimbal relative to the body, not negative.
+    name : str
+        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------
     ValueError
-        If an axis is no unit vector, the two are not perpendicular, or a number is outside its range.
+        If an axis is not a unit vector, the axes are not perpendicular, or a number is out of range.
 
     Examples
     --------
@@ -186,10 +194,10 @@ class GimballedRotor(Gimbal):
 
     @of_arrays(angle=(), rate=(), omega_body=(3,))
     def at_angle(self, angle: Scalar, rate: Scalar, omega_body: Components) -> Any:
-        """Return the variables, shape (..., 2), for an angle, its rate and the body's angular velocity."""
+        """Return the variables, shape (..., 2), for a gimbal angle, its rate and the body's angular velocity."""
         return functions.Vector((angle, self.moment * (rate + functions.dot(self.gimbal_axis, omega_body))))
 
     @of_arrays(own=(2,), omega_body=(3,))
     def rate(self, own: Components, omega_body: Components) -> Any:
-        """Return the rate of the gimbal relative to the body, shape (...)."""
+        """Return the angular velocity of the gimbal relative to the body, shape (...)."""
         return own[1] / self.moment - functions.dot(self.gimbal_axis, omega_body)

@@ -83,26 +83,30 @@ class Transition(Part):
 
 
 class VaryingInertia(Transition):
-    """An inertia that changes by a given tensor: propellant that is used up, booms that run out in opposite pairs.
+    """Inertia tensor that changes by a prescribed amount: propellant consumption, or symmetric boom deployment.
 
-    I = I0 + x change, where x goes from 0 at `begin` to 1 at the end as 10 u^3 - 15 u^4 + 6 u^5 of the part u of the
-    duration; the principal axes may turn. The angular momentum of the body is I omega and g' = g x omega + torque: I'
-    does not appear. Left out are the momentum of the moving masses relative to the body (`MovingMasses` has it), and
-    that of exhausted propellant (jet damping). The energy is omega . I omega / 2 and what has potentials.
+    I = I0 + x change. The fraction x increases from 0 at `begin` to 1 at the end as 10 u^3 - 15 u^4 + 6 u^5, with u the
+    elapsed fraction of the duration; the principal axes may rotate. The angular momentum of the body is I omega, with
+    g' = g x omega + torque; I' does not appear. The model ignores the momentum of the moving masses relative to the
+    body, which `MovingMasses` includes, and the momentum of the exhaust (jet damping). The energy is omega . I omega /
+    2 plus the potential energies.
 
     Parameters
     ----------
     change : array (3, 3), body axes
-        Symmetric: of the inertia about the centre of mass. The body's tensor is that before.
+        Symmetric change of the inertia tensor about the centre of mass. The body's tensor is the initial one.
     begin : float
-        The time at which the transition begins.
+        Start time of the transition.
     duration : float
-        Positive.
+        Duration of the transition, positive.
+    name : str
+        Name of the part in a system. Default: from the class.
 
     Raises
     ------
     ValueError
-        If the change is not symmetric or the duration not positive; by `System`, if no body has the tensor at the end.
+        If the change is not symmetric or the duration is not positive. `System` raises it if the final tensor is not
+        physical.
 
     Examples
     --------
@@ -129,27 +133,29 @@ class VaryingInertia(Transition):
 
 
 class MovingMasses(Transition):
-    """Point masses that move along straight lines in the body as functions of the time, from one place to another.
+    """Point masses that move along straight lines in the body by a prescribed function of time.
 
-    Masses m_i are at y_i = a_i + x d_i from the centre of mass of the rest, where x goes from 0 at `begin` to 1 at the
-    end as 10 u^3 - 15 u^4 + 6 u^5 of the part u of the duration. With M the total mass, the inertia about the common
-    centre of mass is that of the rest and of m_i at y_i, less that of M at sum m_i y_i / M; the momentum relative to
-    the body is x' (sum m_i a_i x d_i - (sum m_i a_i) x (sum m_i d_i) / M). The energy is omega . I omega / 2 and what
-    has potentials, without the masses' motion in the body.
+    Mass m_i is at y_i = a_i + x d_i from the centre of mass of the rest. The fraction x increases from 0 at `begin` to
+    1 at the end as 10 u^3 - 15 u^4 + 6 u^5, with u the elapsed fraction of the duration. With M the total mass, the
+    inertia tensor about the common centre of mass is the sum of the rest and of each m_i at y_i, minus M at sum m_i y_i
+    / M. The momentum relative to the body is x' (sum m_i a_i x d_i - (sum m_i a_i) x (sum m_i d_i) / M). The energy is
+    omega . I omega / 2 plus the potential energies, without the motion of the masses in the body.
 
     Parameters
     ----------
     masses : array (n,)
-        m, positive.
+        Masses m, positive.
     total_mass : float
-        M, of body and masses.
+        Total mass M of body and masses.
     positions : array (n, 3), body axes
-        Before, from the centre of mass of body and masses then. The body's inertia tensor is that of body and masses
-        with these places, about this centre.
+        Initial positions, relative to the initial centre of mass of body and masses. The body's inertia tensor includes
+        the masses at these positions, about this centre.
     destinations : array (n, 3), body axes
-        After, from the same point of the body.
+        Final positions, relative to the same point of the body.
     begin, duration : float
-        Of the transition; the duration is positive.
+        Start time and duration of the motion; the duration is positive.
+    name : str
+        Name of the part in a system. Default: from the class.
 
     Examples
     --------
@@ -179,7 +185,7 @@ class MovingMasses(Transition):
 
     @property
     def count(self) -> int:
-        """The number of masses."""
+        """Number of masses."""
         return int(np.shape(self.positions)[-2])
 
     @cached_property

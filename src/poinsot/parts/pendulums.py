@@ -25,29 +25,32 @@ RIGHT_ANGLE = 1e-9
 
 
 class SloshPendulum(Part):
-    """A point mass on a massless rod from a pivot in a free body: liquid in a tank.
+    """Pendulum model of liquid slosh: a point mass on a massless rod from a pivot in a free body.
 
-    With the angles a and b the rod is along e = cos a cos b d + sin a cos b c + sin b d x c, the mass at y = r + l e
+    With the angles a and b, the rod is along e = cos a cos b d + sin a cos b c + sin b d x c, the mass at y = r + l e
     from the centre of mass of the rest, and mu = mass (total_mass - mass) / total_mass. Lagrange's equations of T = mu
-    |v|^2 / 2, v = y' + omega x y: with e_i = de / d angle_i, the momenta are p_i = mu l^2 |e_i|^2 angle_i' + mu omega .
-    (y x l e_i), and p_i' = mu l v . (e_i' + omega x e_i) + stiffness d . e_i - damping |e_i|^2 angle_i'. A thrust that
-    accelerates the body by A along -d is stiffness = mass A l, and the torque mass A l (e x d) on the body, see
-    `displacement`. The angles are singular at b = 90 degrees.
+    |v|^2 / 2, v = y' + omega x y, give with e_i = de / d angle_i the momenta p_i = mu l^2 |e_i|^2 angle_i' + mu omega .
+    (y x l e_i), and p_i' = mu l v . (e_i' + omega x e_i) + stiffness d . e_i - damping |e_i|^2 angle_i'. A thrust with
+    acceleration A of the body along -d corresponds to stiffness = mass A l and the torque mass A l (e x d) on the body,
+    see `displacement`. The angles are singular at b = 90 degrees.
 
     Parameters
     ----------
     mass, total_mass : float
-        Of the pendulum, positive, and of body and pendulum, more.
+        Mass of the pendulum, positive, and total mass of body and pendulum, larger.
     pivot : array (3,), body axes
-        From the centre of mass of body and pendulum at rest. The inertia tensor is that with the pendulum at rest.
+        Pivot relative to the centre of mass of body and pendulum at rest. The inertia tensor includes the pendulum at
+        rest.
     direction, across : array (3,), body axes
-        d, along the rod at rest, and c, perpendicular to it: unit vectors.
+        Perpendicular unit vectors: d along the rod at rest, and c.
     length : float
-        l, positive.
+        Length l of the rod, positive.
     stiffness, damping : float
-        Torque per angle at small angles, and per rate; not negative.
+        Torque per angle at small angles, and per angular velocity; not negative.
     planar : bool
-        Whether the pendulum swings in the plane of direction and across alone, with b = 0.
+        True if the pendulum swings only in the plane of direction and across, with b = 0.
+    name : str
+        Name of the pendulum among the variables of a system. Several pendulums require different names.
 
     Examples
     --------
@@ -78,17 +81,17 @@ class SloshPendulum(Part):
 
     @property
     def angle_count(self) -> int:
-        """The number of angles."""
+        """Number of angles."""
         return 1 if self.planar else 2
 
     @property
     def variables(self) -> Mapping[str, int]:  # type: ignore[override]
-        """The angles and their momenta."""
+        """Angles and their momenta."""
         return {"angle": self.angle_count, "momentum": self.angle_count}
 
     @property
     def reduced_mass(self) -> Scalar:
-        """The reduced mass of the pendulum and the rest."""
+        """Reduced mass of the pendulum and the rest."""
         return self.mass * (self.total_mass - self.mass) / self.total_mass
 
     @property
@@ -138,7 +141,7 @@ class SloshPendulum(Part):
 
     @of_scalars
     def displacement(self, own: Any) -> Vector:
-        """Return the displacement of the mass from its place at rest, body axes; scalars of any kind."""
+        """Return the displacement of the mass from its rest position, along the body axes; scalars of any kind."""
         return self._placed(self._halves(own)[0])[0] - self._hanging
 
     @of_scalars

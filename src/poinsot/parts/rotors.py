@@ -21,15 +21,18 @@ __all__ = ["Gyrostat", "MomentumWheel", "ReactionWheel"]
 
 
 class Gyrostat(Part):
-    """Rotors whose speeds relative to the body are held constant: Zhukovsky's and Volterra's gyrostat.
+    """Gyrostat of Zhukovsky and Volterra: rotors with constant speeds relative to the body.
 
-    omega = I^-1 (g - h). The energy of the motors that hold the speeds is left out: T = (g - h) . omega / 2.
+    omega = I^-1 (g - h). The kinetic energy is (g - h) . omega / 2, without the work of the motors that maintain the
+    speeds.
 
     Parameters
     ----------
     rotor_momentum : array (3,), body axes
-        h, the sum over rotors of axial moment times relative speed times unit axis. The body's inertia tensor is that
-        with the rotors locked.
+        Momentum h, the sum over rotors of axial moment of inertia times relative speed times unit axis. The body's
+        inertia tensor includes the rotors, locked.
+    name : str
+        Name of the part in a system. Default: from the class.
 
     Examples
     --------
@@ -92,28 +95,28 @@ class Wheel(Part):
 
 
 class ReactionWheel(Wheel):
-    """A balanced wheel on an axis fixed in the body, turned by a motor and braked by viscous friction.
+    """Balanced reaction wheel on an axis fixed in the body, with constant motor torque and viscous friction.
 
-    p' = torque - friction (p / moment - axis . omega), p the wheel's inertial angular momentum along its axis.
-    `ReactionWheels` has limits, dry friction, and the torques that a control law wants.
+    p' = torque - friction (p / moment - axis . omega), with p the inertial angular momentum of the wheel along its
+    axis. `ReactionWheels` adds limits, dry friction, and motor torques commanded by a control law.
 
     Parameters
     ----------
     axis : array (3,), body axes
         Unit vector along the wheel's axis.
     moment : float
-        Moment of inertia about the axis, positive. The body's inertia tensor is that with the wheel locked.
+        Moment of inertia about the axis, positive. The body's inertia tensor includes the wheel, locked.
     friction : float
-        Torque per speed relative to the body, not negative.
+        Viscous friction, torque per speed relative to the body; not negative.
     torque : float
-        Of the motor on the wheel, constant.
+        Constant torque of the motor on the wheel.
     name : str
-        Of the wheel; several of a system need different ones.
+        Name of the wheel among the variables of a system. Several wheels require different names.
 
     Raises
     ------
     ValueError
-        If the axis is no unit vector, the moment is not positive, or the friction is negative.
+        If the axis is not a unit vector, the moment is not positive, or the friction is negative.
 
     Examples
     --------
@@ -134,31 +137,35 @@ class ReactionWheel(Wheel):
 
 
 class MomentumWheel(Wheel):
-    """A balanced wheel that a servo brings to a commanded speed and holds there, with a largest torque of its motor.
+    """Balanced momentum wheel with a servo that maintains a commanded speed within the torque limit of its motor.
 
-    p' = T - friction s, T = gain (commanded_speed - s) within -largest_torque and largest_torque, where p is the
-    wheel's inertial angular momentum along its axis and s = p / moment - axis . omega its speed relative to the body.
-    Friction leaves s below the command by friction / (gain + friction) of it. A `Gyrostat` holds its speed exactly.
+    p' = T - friction s, with T = gain (commanded_speed - s) limited to +-largest_torque. Here p is the inertial angular
+    momentum of the wheel along its axis and s = p / moment - axis . omega its speed relative to the body. Friction
+    causes a steady error of s, the fraction friction / (gain + friction) of the commanded speed. `Gyrostat` maintains
+    the speed exactly.
 
     Parameters
     ----------
     axis : array (3,), body axes
         Unit vector along the wheel's axis.
     moment : float
-        Moment of inertia about the axis, positive. The body's inertia tensor is that with the wheel locked.
+        Moment of inertia about the axis, positive. The body's inertia tensor includes the wheel, locked.
     commanded_speed : float
-        Relative to the body.
+        Commanded angular velocity relative to the body, in angle per time.
     gain : float
-        Torque of the motor per difference of speeds, positive.
+        Motor torque per speed error, positive.
     largest_torque : float
-        Of the motor, positive.
+        Largest torque of the motor, positive.
     friction : float
-        Torque per speed relative to the body, not negative.
+        Viscous friction, torque per speed relative to the body; not negative.
+    name : str
+        Name of the wheel among the variables of a system. Several wheels require different names.
 
     Raises
     ------
     ValueError
-        If the axis is no unit vector, moment, gain or largest torque is not positive, or the friction is negative.
+        If the axis is not a unit vector, the moment, gain or largest torque is not positive, or the friction is
+        negative.
 
     Examples
     --------

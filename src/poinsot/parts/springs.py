@@ -22,32 +22,36 @@ __all__ = ["SpringMass"]
 
 
 class SpringMass(Part):
-    """A point mass on a line fixed in a free body, held by a spring and a dashpot.
+    """Point mass on a line fixed in a free body, with a spring and a dashpot.
 
-    With x the mass from the centre of mass of the rest, rho its displacement along the line l, d = x x l and the
-    reduced mass mu = mass (total_mass - mass) / total_mass: rho' = p / mu - omega . d and p' = mu ((x . l) omega^2 -
-    (omega . x)(omega . l)) - stiffness rho - damping rho'. The inertia of body and mass depends on rho.
+    p' = mu ((x . l) omega^2 - (omega . x)(omega . l)) - stiffness rho - damping rho' and rho' = p / mu - omega . d.
+    Here rho is the displacement along the line l, x the position of the mass relative to the centre of mass of the
+    rest, d = x x l and mu = mass (total_mass - mass) / total_mass the reduced mass. The inertia tensor of body and mass
+    depends on rho.
 
     Parameters
     ----------
     mass : float
-        The mass, positive, less than the total.
+        Moving mass, positive and less than the total mass.
     total_mass : float
-        Of body and mass.
+        Total mass of body and moving mass.
     position : array (3,), body axes
-        Of the mass with the spring relaxed, from the centre of mass of body and mass then. The body's inertia tensor
-        is that of body and mass in this position, about this centre.
+        Position of the mass with the spring relaxed, relative to the centre of mass of body and mass. The body's
+        inertia tensor includes the mass in this position, about this centre.
     direction : array (3,), body axes
         Unit vector along the line.
     stiffness : float
         Force per displacement, not negative.
     damping : float
         Force per speed, not negative.
+    name : str
+        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------
     ValueError
-        If the mass is not between 0 and the total, the direction is no unit vector, or another number is negative.
+        If the mass is not between 0 and the total mass, the direction is not a unit vector, or another number is
+        negative.
 
     Examples
     --------
@@ -72,7 +76,7 @@ class SpringMass(Part):
 
     @property
     def reduced_mass(self) -> Scalar:
-        """The reduced mass of the mass and the rest."""
+        """Reduced mass of the moving mass and the rest."""
         return self.mass * (self.total_mass - self.mass) / self.total_mass
 
     @property
@@ -131,5 +135,5 @@ class SpringMass(Part):
 
     @of_arrays(own=(2,), omega_body=(3,))
     def speed(self, own: Components, omega_body: Components) -> Any:
-        """Return the rate of the displacement, shape (...), from the variables and the body's angular velocity."""
+        """Return the rate of the displacement, shape (...), from variables and the body's angular velocity."""
         return own[1] / self.reduced_mass - functions.dot(self._lever, omega_body)

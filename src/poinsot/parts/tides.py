@@ -20,24 +20,28 @@ __all__ = ["CreepingTide"]
 
 
 class CreepingTide(Part):
-    """The figure of a Maxwell body, to second degree, which creeps towards that of equilibrium with gravity and spin.
+    """Tidal and centrifugal deformation of a Maxwell body to second degree, which relaxes towards equilibrium.
 
-    D' = (D_e - D) / relaxation_time along the body axes, D the change of the inertia tensor, without trace, and D_e =
-    k R^5 / (3 G) [omega omega^T - 3 mu / r^3 n n^T], less its trace, of centrifugal force and an attractor along n
-    (Correia, Boue, Laskar and Rodriguez 2014, Astron. Astrophys. 571, A50). Gravity pulls at D, which is the tidal
-    torque: one force of gravity acts on the body. At the frequency w, k2 = k / (1 + i w relaxation_time).
+    D' = (D_e - D) / relaxation_time along the body axes, with D the trace-free change of the inertia tensor. The
+    equilibrium D_e is the trace-free part of k R^5 / (3 G) [omega omega^T - 3 mu / r^3 n n^T], due to rotation and an
+    attractor in the direction n (Correia, Boue, Laskar and Rodriguez 2014, Astron. Astrophys. 571, A50). The
+    gravitational forces of the system, such as `GravityGradient`, act on D; their torque on D is the tidal torque. At
+    the frequency w, k2 = k / (1 + i w relaxation_time).
 
     Parameters
     ----------
     love_number : float
-        k: the fluid Love number of second degree less the elastic one, whose bulge follows at once and has no torque.
+        k, the fluid Love number of second degree minus the elastic Love number. The elastic bulge follows at once and
+        exerts no torque.
     radius : float
-        R of the body, in the unit of the orbit.
+        Radius R of the body, in the unit of length of the orbit.
     relaxation_time : float
-        Viscosity over rigidity with the body's gravity. The steps of a run are no longer: where it is much shorter than
-        a turn, take `TidalTorque` with love_number k and time_lag relaxation_time.
+        Relaxation time: viscosity over rigidity, including self-gravity. It limits the integration step. If it is much
+        shorter than a rotation period, use `TidalTorque` with love_number k and time_lag relaxation_time.
     G : float
-        The constant of gravitation in the units of moments and orbit; by default that of the SI.
+        Gravitational constant in the units of moments and orbit. Default: the SI value.
+    name : str
+        Name of the part among the variables of a system. Default: from the class.
 
     Examples
     --------
@@ -86,16 +90,21 @@ class CreepingTide(Part):
 
     @of_arrays(omega_body=(3,), position_body=(3,), mu=())
     def at_equilibrium(self, omega_body: Components, position_body: Components, mu: Scalar) -> Any:
-        """Return the variables, shape (..., 5), of the figure of equilibrium with spin and one attractor.
+        """Return the variables, shape (..., 5), of the equilibrium figure for a rotation and one attractor.
 
         Parameters
         ----------
-        omega_body : array (..., 3)
-            The inertial angular velocity, body axes.
+        omega_body : array (..., 3), body axes
+            Inertial angular velocity, in angle per time.
         position_body : array (..., 3), body axes
-            Of the attractor from the body, either way.
+            Position of the attractor relative to the body, of either sign.
         mu : float or array (...)
-            Of the attractor.
+            Gravitational parameter of the attractor, in length^3 / time^2.
+
+        Returns
+        -------
+        array (..., 5)
+            Variables of the part.
         """
         pull = 3 * mu / functions.norm(position_body) ** 5
         tensor = outer(omega_body, omega_body) - outer(position_body * pull, position_body)

@@ -36,31 +36,34 @@ UnitVectors = Annotated[Any, ("count", 3), Along("body axes"), Rule(refuse_other
 
 
 class ReactionWheels(Part):
-    """Balanced wheels whose motors give the torque on the body that a control law wants, as far as they can.
+    """Balanced reaction wheels that apply the torque of a control law within the limits of their motors.
 
-    p_i' = T_i - friction_i s_i - dry_friction_i d_i, with the inertial angular momentum p_i of a wheel along its axis
-    a_i, its speed s_i = p_i / J_i - a_i . omega relative to the body, its largest speed S_i, and d = 1000 s_i / S_i
-    within -1 and 1. The torques T wanted of the motors are the least, by the pseudo-inverse, for which -sum T_i a_i is
-    the torque of the law; each is limited to the largest torque times min(1, 20 (1 -+ s_i / S_i)), so that a wheel at
-    its largest speed can only brake. Friction is not compensated, nor the turning of the momenta with the body.
+    p_i' = T_i - friction_i s_i - dry_friction_i d_i. Here p_i is the inertial angular momentum of a wheel along its
+    axis a_i, s_i = p_i / J_i - a_i . omega its speed relative to the body, S_i its largest speed, and d_i = 1000 s_i /
+    S_i limited to +-1. The commanded motor torques T are the minimum-norm solution, by the pseudo-inverse, of -sum T_i
+    a_i = torque of the law. Each is limited to the largest torque times min(1, 20 (1 -+ s_i / S_i)), so that a wheel at
+    its largest speed can only decelerate. The wheels compensate neither friction nor the gyroscopic torque of their
+    momenta.
 
     Parameters
     ----------
     axes : array (n, 3), body axes
-        Unit vectors along the wheels' axes: one, two that differ, or more that are not all in one plane.
+        Unit vectors along the wheels' axes: one, two different axes, or more axes that are not coplanar.
     moments : array (n,) or float
-        J, positive. The body's inertia tensor is that with the wheels locked.
+        Moments of inertia J about the axes, positive. The body's inertia tensor includes the wheels, locked.
     law : Torque
-        The torque wanted on the body. It acts through the wheels alone; do not give it to the system, too.
+        Control law for the torque on the body. It acts through the wheels only; do not also pass it to the system.
     largest_torques, largest_speeds : array (n,) or float
-        Of each motor and wheel, positive; speeds relative to the body.
+        Limits of each motor and wheel, positive; speeds are relative to the body, in angle per time.
     friction, dry_friction : array (n,) or float
-        Viscous, torque per speed, and dry, a torque; not negative.
+        Viscous friction, torque per speed, and dry friction, a torque; not negative.
+    name : str
+        Name of the wheels among the variables of a system. Default: from the class.
 
     Raises
     ------
     ValueError
-        If axes lie in one plane or are no unit vectors, a number is outside its range, or a wheel starts too fast.
+        If the axes are coplanar or not unit vectors, a number is out of range, or an initial speed exceeds its limit.
 
     Examples
     --------
@@ -98,7 +101,7 @@ class ReactionWheels(Part):
 
     @property
     def count(self) -> int:
-        """The number of wheels."""
+        """Number of wheels."""
         return int(np.shape(self.axes)[-2])
 
     @cached_property
@@ -108,7 +111,7 @@ class ReactionWheels(Part):
 
     @property
     def variables(self) -> Mapping[str, int]:  # type: ignore[override]
-        """The momenta of the wheels."""
+        """Momenta of the wheels."""
         return {"momentum": self.count}
 
     @override
@@ -136,7 +139,7 @@ class ReactionWheels(Part):
 
     @override
     def limits(self, instant: Instant, torque: functions.Vector | None = None) -> Mapping[str, Scalar]:
-        """Return True for each motor at the limit of its torque, or of its torque at the speed of its wheel."""
+        """Return, by name, if each motor is at its torque limit, or at the torque limit for the speed of its wheel."""
         found = dict(self.law.limits(instant))
         for i, (wanted, speed) in enumerate(zip(*self._demand(instant), strict=True)):
             downwards, upwards = self._largest(i, speed)
@@ -168,7 +171,7 @@ class ReactionWheels(Part):
 
     @of_scalars
     def distributed(self, torque: functions.Vector) -> functions.Vector:
-        """Return the least torques about the axes that add up to a torque, or to what the axes can give of it."""
+        """Return the minimum-norm torques about the axes whose sum is a torque, or its projection on the axes."""
         axes = [functions.Vector(axis) for axis in self.axes]
         columns = [functions.Vector(column) for column in zip(*axes, strict=True)]
         if self.count < 3:
@@ -179,7 +182,7 @@ class ReactionWheels(Part):
 
     @override
     def check_start(self, instant: Instant) -> None:
-        """Raise a ValueError for a wheel that is faster than its largest speed at the start."""
+        """Raise a ValueError if an initial wheel speed exceeds its limit."""
         own = zip(instant.own(self), self.moments, self.axes, self.largest_speeds, strict=True)
         for i, (p, moment, axis, largest) in enumerate(own):
             speed = np.abs(p / moment - functions.dot(axis, instant.omega_body))
