@@ -23,7 +23,6 @@ __all__ = [
     "GREY",
     "PURPLE",
     "TIME_UNITS",
-    "TORQUE_UNITS",
     "VERMILION",
     "Unit",
     "angle_unit_of",
@@ -35,6 +34,7 @@ __all__ = [
     "one_rotation",
     "rate_unit_of",
     "time_unit_of",
+    "torque_unit_of",
     "unit_of",
 ]
 
@@ -65,8 +65,9 @@ MEASURES: dict[str, tuple[float, dict[str, int]]] = {
 PREFIXES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
 NAMED_UNITS = {"kg m2 s-1": "N m s", "kg m2 s-2": "J"}
-"""Names of derived units in kg, m and s. A torque is written as N m, not as J."""
+"""Names of the units of angular momentum and energy in kg, m and s."""
 TORQUE_UNITS = {"kg m2 s-2": "N m"}
+"""Name of the unit of torque in kg, m and s."""
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -158,6 +159,12 @@ def unit_of(name: str, own: str, chosen: str | None) -> Unit:
             f"{', '.join(MEASURES)}, with {' '.join(PREFIXES)} before them, and powers after: 'mN m', 'km2'."
         )
     return Unit(before[0] / after[0], chosen)
+
+
+def torque_unit_of(units: Mapping[str, str], chosen: str | None = None) -> Unit:
+    """Return the unit of torques, by default the unit of the motion, written as N m where it is kg m2 s-2."""
+    own = DerivedUnits(units).energy
+    return unit_of("torque_unit", own, TORQUE_UNITS.get(own) if chosen is None else chosen)
 
 
 def _measured(unit: str) -> tuple[float, dict[str, int]] | None:

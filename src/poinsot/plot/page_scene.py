@@ -25,7 +25,7 @@ from poinsot.orbits.attractors import MU, RADIUS
 from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
 from poinsot.plot.angles import different_orbits
-from poinsot.plot.labels import bracketed
+from poinsot.plot.labels import bracketed, torque_unit_of
 from poinsot.plot.page_arrays import packed
 from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.trajectory import Trajectory
@@ -148,7 +148,7 @@ def _add_torques(found: Surroundings, motion: Trajectory) -> None:
     """Add the torques of the forces, along the body axes, on one scale."""
     torques = {name: torque for name, torque in motion.torques_body.items() if np.any(torque)}
     largest = {name: float(np.max(np.linalg.norm(torque, axis=-1))) for name, torque in torques.items()}
-    unit = bracketed(DerivedUnits(motion.system.units).energy)
+    unit = torque_unit_of(motion.system.units).label
     for i, name in enumerate(sorted(torques, key=largest.__getitem__, reverse=True)[: len(TORQUES)]):
         own = {"letter": f"τ{'₁₂₃₄₅₆'[i]}", "name": f"torque of {name}", "colour": TORQUES[i], "unit": unit}
         _add_vector(found, f"torque_{i}", torques[name], own, max(largest.values()))

@@ -11,7 +11,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.comparison import median_attitude
 from poinsot.plot.curves import Layout, against_time, reached
-from poinsot.plot.labels import TORQUE_UNITS, bracketed, in_words, momentum_label, one_rotation, rate_unit_of, unit_of
+from poinsot.plot.labels import bracketed, in_words, momentum_label, one_rotation, rate_unit_of, torque_unit_of, unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.printable import quoted
 from poinsot.propagation.dataset import components
@@ -279,8 +279,7 @@ def torques(
     if not found:
         raise ValueError("motion must have forces to draw their torques, got one without, or of a file without theirs.")
     sizes = {name: np.linalg.norm(torque, axis=-1) for name, torque in found.items()}
-    own = DerivedUnits(motion.system.units).energy
-    unit = unit_of("torque_unit", own, TORQUE_UNITS.get(own) if torque_unit is None else torque_unit)
+    unit = torque_unit_of(motion.system.units, torque_unit)
     shown = {
         in_words(name): np.where(size > ROUNDING * np.nanmax(size, initial=0), unit.factor * size, np.nan)
         for name, size in sizes.items()

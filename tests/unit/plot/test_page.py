@@ -783,7 +783,7 @@ def test_the_scene_is_saved_as_a_picture(orbiting):
     visit.page.select_option("#view", "orbit")
     with visit.page.expect_download() as saved:
         visit.page.click("#save")
-    assert saved.value.suggested_filename == "poinsot.png"
+    assert saved.value.suggested_filename == f"{visit.page.title()}.png"
     with Image.open(saved.value.path()) as picture:
         shown = np.asarray(picture.convert("RGB"))
     assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 50
@@ -819,7 +819,7 @@ def test_a_film_as_gif_shows_the_motion_at_its_speed(spinning):
     expected_count = round(20 / per_second)
     with visit.page.expect_download() as saved:
         visit.page.click("#gif")
-    assert saved.value.suggested_filename == "poinsot.gif"
+    assert saved.value.suggested_filename == f"{visit.page.title()}.gif"
     with Image.open(saved.value.path()) as film:
         size = visit("[scene.clientWidth, scene.clientHeight]")
         assert np.max(np.abs(np.array(film.size) - size)) <= 1

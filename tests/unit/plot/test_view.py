@@ -297,6 +297,8 @@ def test_vectors_are_the_torques_fields_and_momenta_along_the_body_axes(orbiting
         *("torque of GravityGradient", "torque of RadiationPressure", "torque of MagneticMoment"),
         *("magnetic field", "momentum of gyrostat"),
     }
+    units = {name.split()[0]: vector["unit"] for name, vector in vectors.items()}
+    assert units == {"torque": " [N m]", "magnetic": " [T]", "momentum": " [N m s]"}
     r = motion.attitude.inv().apply(decoded(data["arrays"]["orbit_position"], 3))
     size = np.linalg.norm(r, axis=-1, keepdims=True)
     gravity = 3 * MU / size**5 * np.cross(r, r * (4.0, 5.0, 6.0))
