@@ -371,4 +371,4 @@ def test_formulas_of_users_are_written_or_told_in_words():
     assert wind._repr_latex_().count("{") == wind._repr_latex_().count("}")
     assert formula_of(Table(0.5, (0, 0, 1)), BODIES[0], [], MATHML) == []
     long = pt.System(BODIES[0], pt.forces.EllipsoidGravity(AT_REST, 1.1, (0.9, 0.6, 0.4)))
-    assert "An attractor&#x27;s gravity on a homogeneous ellipsoid" in long._repr_html_()
+    assert "Exact gravity of an attractor on a homogeneous ellipsoid" in long._repr_html_()

@@ -301,10 +301,9 @@ class Aem(AttitudeFormat):
     suffixes = (".aem", ".xml")
     in_python = "pt.files.read_aem({path!r})"
     conventions = (
-        "scalar last: Q1, Q2, Q3, QC are q1, q2, q3, q0; version 1 may say FIRST",
-        "the quaternion from A to B turns the axes of A into those of B: A space, B body is ours; version 1 may say "
-        "B2A",
-        "deg/s along the body (ANGVEL); version 1: derivatives of the quaternion",
+        "scalar last: Q1, Q2, Q3, QC are q1, q2, q3, q0; FIRST is possible in version 1",
+        "as in poinsot for A space and B body (axes of A rotated into axes of B); B2A is possible in version 1",
+        "deg/s along the body axes (ANGVEL); version 1: derivatives of the quaternion",
     )
     read, write = staticmethod(read_aem), staticmethod(write_aem)
     mark = re.compile(rb"CCSDS_AEM_VERS|<aem[\s>]")

@@ -332,6 +332,10 @@ class Ck(AttitudeFormat):
     title = "SPICE CK"
     suffixes = (".bc",)
     in_python = "pt.files.spice_attitude, with the kernels of its clock and its frame"
-    conventions = ("scalar first", "of the matrix from space to body: the conjugate of ours", "rad/s along space")
+    conventions = (
+        "scalar first",
+        "conjugate of the quaternion in poinsot (matrix from space to body)",
+        "rad/s along space",
+    )
     read, write = staticmethod(read_ck), staticmethod(write_ck)
     mark = re.compile(rb"\ADAF/CK")

@@ -214,6 +214,6 @@ class QuaternionCsv(AttitudeFormat):
     title = "table"
     suffixes = (".csv",)
     in_python = "pt.files.read_quaternion_csv({path!r})"
-    conventions = ("said in the file", "said in the file", "as ours")
+    conventions = ("stated in the file", "stated in the file", "as in poinsot")
     read, write = staticmethod(read_quaternion_csv), staticmethod(write_quaternion_csv)
     mark = re.compile(rb"# direction:")

@@ -244,9 +244,9 @@ class Stk(AttitudeFormat):
     suffixes = (".a",)
     in_python = "pt.files.read_stk_attitude({path!r})"
     conventions = (
-        "scalar last; QuatScalarFirst as it says",
-        "turns the reference axes into those of the body: ours",
-        "deg/s along the body",
+        "scalar last; the keyword QuatScalarFirst states the other order",
+        "as in poinsot (reference axes rotated into body axes)",
+        "deg/s along the body axes",
     )
     read, write = staticmethod(read_stk_attitude), staticmethod(write_stk_attitude)
     mark = re.compile(rb"\A\s*stk\.v", re.IGNORECASE)
