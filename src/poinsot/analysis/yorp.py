@@ -68,7 +68,7 @@ class YorpCoefficients(Summarized):
     >>> box = pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0)
     >>> wedge = pt.shapes.Mesh(box.vertices + 0.2 * box.vertices[:, [1, 2, 0]] ** 3, box.faces, mass=1.0)
     >>> pt.analysis.yorp_coefficients(wedge, np.radians([0, 60, 90])).spin.round(4)
-    array([ 0.0462, -0.0005, -0.0309])
+    array([ 0.0461, -0.0006, -0.0308])
     """
 
     obliquities: Array
