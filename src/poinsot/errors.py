@@ -55,14 +55,14 @@ class _Stopped(BaseException):
 
 
 class PropagationError(_Stopped, RuntimeError):
-    """A run stopped before its last time.
+    """Error of a propagation that stopped before its last time.
 
     Attributes
     ----------
     time : float
-        The time reached.
+        Time that the run reached.
     trajectory : Trajectory
-        What was computed: every requested time that was reached before the run stopped.
+        Motion at all requested times before the run stopped.
 
     Examples
     --------
@@ -77,7 +77,7 @@ class PropagationError(_Stopped, RuntimeError):
 
 
 class PropagationInterrupted(_Stopped, KeyboardInterrupt):
-    """A run was stopped by Ctrl-C; it has the attributes of `PropagationError`.
+    """Interruption of a propagation by Ctrl-C, with the attributes of `PropagationError`.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""Functions for formulas: one name each for floats, arrays, heyoka, SymPy and mpmath.
+"""Functions for formulas: one function for floats, arrays, heyoka and SymPy expressions and mpmath numbers.
 
-A formula receives scalars that may be any of these, and vectors that are three such scalars. It uses
-`+ - * / **` and the functions of this module; it has no `if` on their values, but `where`.
+A formula receives scalars, each of one of these kinds, and vectors of three scalars. It consists of `+ - * / **` and
+the functions of this module. It must not branch on the values of scalars with `if`; `where` selects between two values.
 
 >>> pt.functions.interp(1.5, (0.0, 1.0, 2.0), (0.0, 10.0, 30.0)), pt.functions.where(pt.functions.less(1, 2), 3.0, 4.0)
 (array(20.), array(3.))
@@ -72,10 +72,20 @@ def _of_sums(operation: Callable[[Scalar, Scalar], Scalar]) -> Callable[[Vector,
 
 
 class Vector(Sequence[Any]):
-    """The components of a vector in a formula, each a scalar of any kind; `+ - * /` work on each.
+    """Vector in a formula: components that are scalars of any kind, with `+ - * /` by components.
 
-    An array that multiplies or divides a vector is a number for each member or time. In a sum it could as well be a
-    vector of its own, and is refused.
+    An array that multiplies or divides a vector contains one number for each member or time. A sum of a vector and an
+    array is ambiguous and raises a TypeError.
+
+    Parameters
+    ----------
+    scalars : iterable of scalars
+        Components of the vector.
+
+    Examples
+    --------
+    >>> 2 * pt.functions.Vector((1.0, 0.0, 0.5)) + pt.functions.Vector((0, 1, 0))
+    Vector((2.0, 1.0, 1.0))
     """
 
     __array_ufunc__ = None  # an array times a vector is the vector's business
@@ -174,6 +184,41 @@ def _own(name: str, scalars: tuple[Scalar, ...]) -> tuple[Scalar] | None:
     return None
 
 
+ELEMENTARY = {
+    "sqrt": ("square root", "4.0", "2.0"),
+    "exp": ("exponential function", "0.0", "1.0"),
+    "log": ("natural logarithm", "1.0", "0.0"),
+    "sin": ("sine of an angle in radians", "0.5", "0.479"),
+    "cos": ("cosine of an angle in radians", "0.5", "0.878"),
+    "tan": ("tangent of an angle in radians", "0.5", "0.546"),
+    "tanh": ("hyperbolic tangent", "0.5", "0.462"),
+    "rint": ("nearest integer", "1.4", "1.0"),
+    "asin": ("inverse sine, an angle in [-pi/2, pi/2]", "1.0", "1.571"),
+    "acos": ("inverse cosine, an angle in [0, pi]", "0.0", "1.571"),
+    "atan": ("inverse tangent, an angle in (-pi/2, pi/2)", "1.0", "0.785"),
+    "atan2": ("angle of the point (x, y) in [-pi, pi], from y and x", "1.0, -1.0", "2.356"),
+}
+"""Meaning of each elementary function, and the arguments and the value of an example."""
+
+DESCRIPTION = """Return the {meaning}.
+
+Parameters
+----------
+*scalars : {count}
+    Float, array, heyoka or SymPy expression, or mpmath number.
+
+Returns
+-------
+scalar
+    Value of the same kind.
+
+Examples
+--------
+>>> round(float(pt.functions.{name}({arguments})), 3)
+{value}
+"""
+
+
 def _elementary(name: str) -> Callable[..., Scalar]:
     def function(*scalars: Scalar) -> Scalar:
         if own := _own(name, scalars):
@@ -189,7 +234,9 @@ def _elementary(name: str) -> Callable[..., Scalar]:
             raise
 
     function.__name__ = name
-    function.__doc__ = f"Return `{name}` of a float, array, heyoka or SymPy expression, or mpmath number."
+    meaning, arguments, value = ELEMENTARY[name]
+    count = "two scalars" if "," in arguments else "one scalar"
+    function.__doc__ = DESCRIPTION.format(meaning=meaning, count=count, name=name, arguments=arguments, value=value)
     return function
 
 
@@ -200,7 +247,23 @@ asin, acos, atan, atan2 = map(_elementary, ("asin", "acos", "atan", "atan2"))
 
 
 def less(a: Scalar, b: Scalar) -> Scalar:
-    """Return the condition a < b, for `where`; `a < b` and `b > a` are the same."""
+    """Return the condition a < b for `where`; `a < b` and `b > a` give the same condition.
+
+    Parameters
+    ----------
+    a, b : scalar
+        Scalars to compare.
+
+    Returns
+    -------
+    condition
+        True where a < b.
+
+    Examples
+    --------
+    >>> pt.functions.less(1, 2)
+    True
+    """
     if own := _own("less", (a, b)):
         return own[0]
     engine = _engine(a, b)
@@ -208,7 +271,25 @@ def less(a: Scalar, b: Scalar) -> Scalar:
 
 
 def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
-    """Return a where the condition holds and b elsewhere; both are evaluated."""
+    """Return a where the condition holds and b elsewhere; both values are evaluated.
+
+    Parameters
+    ----------
+    condition : condition
+        Result of `less`.
+    a, b : scalar
+        Value where the condition holds, and value elsewhere.
+
+    Returns
+    -------
+    scalar
+        Selected value.
+
+    Examples
+    --------
+    >>> float(pt.functions.where(pt.functions.less(1, 2), 3.0, 4.0))
+    3.0
+    """
     if own := _own("where", (condition, a, b)):
         return own[0]
     engine = _engine(condition, a, b)
@@ -222,39 +303,138 @@ def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
 
 
 def minimum(a: Scalar, b: Scalar) -> Scalar:
-    """Return the smaller of two scalars."""
+    """Return the smaller of two scalars.
+
+    Parameters
+    ----------
+    a, b : scalar
+        Scalars to compare.
+
+    Returns
+    -------
+    scalar
+        Smaller value.
+
+    Examples
+    --------
+    >>> float(pt.functions.minimum(1.0, 2.0))
+    1.0
+    """
     return where(less(a, b), a, b)
 
 
 def maximum(a: Scalar, b: Scalar) -> Scalar:
-    """Return the larger of two scalars."""
+    """Return the larger of two scalars.
+
+    Parameters
+    ----------
+    a, b : scalar
+        Scalars to compare.
+
+    Returns
+    -------
+    scalar
+        Larger value.
+
+    Examples
+    --------
+    >>> float(pt.functions.maximum(1.0, 2.0))
+    2.0
+    """
     return where(less(a, b), b, a)
 
 
 def clip(x: Scalar, low: Scalar, high: Scalar) -> Scalar:
-    """Return x within limits: low below low, high above high."""
+    """Return x limited to the interval [low, high].
+
+    Parameters
+    ----------
+    x : scalar
+        Value to limit.
+    low, high : scalar
+        Limits, low <= high.
+
+    Returns
+    -------
+    scalar
+        low if x < low, high if x > high, otherwise x.
+
+    Examples
+    --------
+    >>> float(pt.functions.clip(1.5, -1.0, 1.0))
+    1.0
+    """
     return minimum(maximum(x, low), high)
 
 
 def abs(x: Scalar) -> Scalar:  # noqa: A001
-    """Return the absolute value of a scalar."""
+    """Return the absolute value of a scalar.
+
+    Parameters
+    ----------
+    x : scalar
+        Float, array, heyoka or SymPy expression, or mpmath number.
+
+    Returns
+    -------
+    scalar
+        Absolute value |x|.
+
+    Examples
+    --------
+    >>> float(pt.functions.abs(-1.5))
+    1.5
+    """
     return where(less(x, 0), -x, x)
 
 
 def sign(x: Scalar) -> Scalar:
-    """Return -1, 0 or 1, as a scalar is negative, zero or positive."""
+    """Return the sign of a scalar: -1, 0 or 1.
+
+    Parameters
+    ----------
+    x : scalar
+        Float, array, heyoka or SymPy expression, or mpmath number.
+
+    Returns
+    -------
+    scalar
+        -1 if x is negative, 0 if it is zero, 1 if it is positive.
+
+    Examples
+    --------
+    >>> float(pt.functions.sign(-1.5))
+    -1.0
+    """
     return where(less(x, 0), -1.0, where(less(0, x), 1.0, 0.0))
 
 
 def interp(x: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -> Scalar:
-    """Return the straight line between the rows of a table; before the first and behind the last row their values.
+    """Return the piecewise linear interpolation of a table, constant outside its first and last place.
 
-    `places` and `values` have equally many scalars, the places ascending; a field of `Annotated[Any, (5,)]` has five.
+    Parameters
+    ----------
+    x : scalar
+        Place of the result.
+    places : sequence of scalars
+        Places of the table, ascending. A field annotated `Annotated[Any, (5,)]` contains five.
+    values : sequence of scalars
+        Values at the places, equally many.
+
+    Returns
+    -------
+    scalar
+        Interpolated value.
 
     Raises
     ------
     ValueError
-        If there are no rows, unequally many, or if places that are numbers do not ascend.
+        If the table is empty, the numbers of places and values differ, or places that are numbers do not ascend.
+
+    Examples
+    --------
+    >>> float(pt.functions.interp(1.5, (0.0, 1.0, 2.0), (0.0, 10.0, 30.0)))
+    20.0
     """
     if len(places) != len(values) or not len(places):
         raise ValueError(f"values must be as many as places, at least one, got {len(values)} and {len(places)}.")
@@ -267,7 +447,23 @@ def interp(x: Scalar, places: Sequence[Scalar], values: Sequence[Scalar]) -> Sca
 
 
 def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
-    """Return the sum of the products of the components."""
+    """Return the scalar product a . b of two vectors.
+
+    Parameters
+    ----------
+    a, b : iterable of scalars
+        Vectors with equally many components.
+
+    Returns
+    -------
+    scalar
+        Sum of the products of the components.
+
+    Examples
+    --------
+    >>> pt.functions.dot((1, 2, 3), (1, 0, 2))
+    7
+    """
     a, b, _ = _opened(a, b)
     try:
         first, *others = (x * y for x, y in zip(a, b, strict=True))
@@ -278,7 +474,23 @@ def dot(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
 
 
 def cross(a: Iterable[Scalar], b: Iterable[Scalar]) -> Vector:
-    """Return the vector product of two vectors of three scalars."""
+    """Return the vector product a x b of two vectors of three scalars.
+
+    Parameters
+    ----------
+    a, b : iterable of three scalars
+        Vectors.
+
+    Returns
+    -------
+    Vector
+        Vector product.
+
+    Examples
+    --------
+    >>> pt.functions.cross((1, 0, 0), (0, 1, 0))
+    Vector((0, 0, 1))
+    """
     a, b, kind = _opened(a, b)
     try:
         (a1, a2, a3), (b1, b2, b3) = a, b
@@ -310,7 +522,23 @@ def _is_no_number(value: Any) -> bool:
 
 
 def norm(a: Iterable[Scalar]) -> Scalar:
-    """Return the Euclidean length of a vector of scalars."""
+    """Return the Euclidean length of a vector.
+
+    Parameters
+    ----------
+    a : iterable of scalars
+        Components of the vector.
+
+    Returns
+    -------
+    scalar
+        Square root of a . a.
+
+    Examples
+    --------
+    >>> float(pt.functions.norm((3.0, 0.0, 4.0)))
+    5.0
+    """
     if not isinstance(a, Vector):
         if not isinstance(a, Iterable) or isinstance(a, str | bytes):
             raise TypeError(f"norm must have a vector of scalars, got {described(a)}.")
@@ -319,7 +547,25 @@ def norm(a: Iterable[Scalar]) -> Scalar:
 
 
 def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
-    """Return E with E - e sin E = M (Kepler's equation), for 0 <= e < 1; angles in radians."""
+    """Return the eccentric anomaly E of Kepler's equation E - e sin E = M.
+
+    Parameters
+    ----------
+    eccentricity : scalar
+        Eccentricity e, 0 <= e < 1.
+    mean_anomaly : scalar
+        Mean anomaly M in radians.
+
+    Returns
+    -------
+    scalar
+        Eccentric anomaly E in radians.
+
+    Examples
+    --------
+    >>> round(float(pt.functions.eccentric_anomaly(0.1, 1.0)), 4)
+    1.0886
+    """
     if own := _own("eccentric_anomaly", (eccentricity, mean_anomaly)):
         return own[0]
     engine = _engine(eccentricity, mean_anomaly)

@@ -50,26 +50,28 @@ EVENTS = {
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Bifurcation(Summarized):
-    """Point of a branch at which a multiplier crosses the unit circle, or at which the branch folds.
+    """Point of a branch at which a Floquet multiplier crosses the unit circle, or at which the branch folds.
 
     Attributes
     ----------
     kind : {"fold", "branching", "doubling", "collision", "torus", "unresolved"}
-        "fold": the parameter is extreme, two motions meet. "branching": a multiplier passes 1 elsewhere, and another
-        branch crosses. "doubling": one passes -1. "collision": two pairs of a system of potentials meet on the unit
-        circle and leave it, or come back (Krein). "torus": a complex pair of another system passes the circle.
-        "unresolved": some of these within the interval, where no motion is found or they cannot be distinguished.
+        "fold": two motions meet at an extreme value of the parameter. "branching": a multiplier passes 1 elsewhere, and
+        another branch crosses. "doubling": a multiplier passes -1. "collision": two pairs of multipliers of a
+        conservative system meet on the unit circle and leave it or return to it (Krein). "torus": a complex pair of
+        another system passes the circle. "unresolved": one or more of these in the interval, where no motion was found
+        or they cannot be distinguished.
     value : float
-        Of the parameter.
+        Value of the parameter.
     interval : (float, float)
-        Values between which it is: of all but the last kind the value.
+        Interval of the parameter that contains the bifurcation; both ends are `value` except for "unresolved".
     change : int
-        How many multipliers more are outside the unit circle after it.
+        Change of the number of multipliers outside the unit circle.
     motion : PeriodicMotion
+        Periodic motion at the bifurcation.
     tangent : array (k + 1,)
-        Direction of the branch there: rotation vector, angular momentum, variables of parts, value of the parameter.
+        Direction of the branch: rotation vector, angular momentum, variables of parts, value of the parameter.
     after : int
-        The point of the branch before it.
+        Index of the point of the branch before the bifurcation.
 
     Examples
     --------

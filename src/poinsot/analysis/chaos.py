@@ -66,30 +66,36 @@ class ChaosIndicators(Summarized):
     Attributes
     ----------
     system : System
+        System that was integrated.
     times : array (n,)
+        Times of the indicators.
     start : float or array (members,)
-        The time of the state.
+        Time of the initial state.
     momentum_unit : float or array (members,)
+        Angular momentum that is compared with a rotation by one radian.
     units : array (k,) or (members, k)
-        Of the distance |u|, u = (rotation vector, change of angular momentum, body axes, variables of parts) / units:
-        1 for angles, `momentum_unit` for momenta, for other variables about ten times their size.
+        Units of the norm |u|, u = (rotation vector, change of angular momentum, body axes, variables of parts) / units:
+        1 for angles, `momentum_unit` for momenta, and about ten times their size for other variables.
     vectors : array (count, k)
-        The tangent vectors u at the start; k = 6 without parts, 18 of two bodies (see `StateTransition.coordinates`),
-        or 2 of planar motion, where u is along the third axis.
+        Initial tangent vectors u, with k = 6 without parts, 18 for two bodies (see `StateTransition.coordinates`), and
+        2 for planar motion, where u is along the third axis.
     growth : array
-        ln |u(t)| / |u(0)| of the first vector.
+        Growth ln |u(t)| / |u(0)| of the first vector.
     fli : array
-        The largest growth so far, and zero: the fast Lyapunov indicator (Froeschle et al. 1997, CMDA 67, 41).
+        Fast Lyapunov indicator: the largest growth so far, at least 0 (Froeschle et al. 1997, CMDA 67, 41).
     megno : array
-        Y = 2/T int (d ln |u| / dt) t dt, T since the start (Cincotta and Simo 2000, A&AS 147, 205).
+        MEGNO Y = 2/T int (d ln |u| / dt) t dt, with the time T since the initial state (Cincotta and Simo 2000, A&AS
+        147, 205).
     mean_megno : array
-        The mean of Y since the start: 2 for regular motion, less near a stable periodic one, T lyapunov / 2 in chaos.
+        Mean of Y since the initial state: 2 for regular motion, less near a stable periodic motion, T lyapunov / 2 for
+        chaos.
     gali : array
-        The volume that the unit vectors span: decays exponentially in chaos (Skokos et al. 2007, Physica D 231, 30),
-        down to rounding.
+        GALI, the volume of the unit vectors, which decays exponentially in chaos down to rounding (Skokos et al. 2007,
+        Physica D 231, 30).
     failures : dict
-        Member -> why it stopped; NaN from there on.
+        Map from the number of a failed member to the reason; its rows are NaN from the time of failure.
     run : Run
+        Method, number of steps, tolerance and versions.
 
     Examples
     --------
@@ -116,13 +122,13 @@ class ChaosIndicators(Summarized):
 
     @property
     def lyapunov(self) -> Array:
-        """The growth over the time since the start, which tends to the maximal Lyapunov exponent; 1/time."""
+        """Growth divided by the time since the initial state, which tends to the maximal Lyapunov exponent; 1/time."""
         since = np.abs(self.times - np.asarray(self.start)[..., None])
         return np.asarray(self.growth / np.where(since > 0, since, np.nan))
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """The indicators as an xarray Dataset, along `time`, with units and provenance."""
+        """Indicators as an xarray Dataset along `time`, with units and provenance."""
         units, along = DerivedUnits(self.system.units), ("time",)
         found = {
             "growth": (along, self.growth, "1", "ln |u(t)| / |u(0)| of the first tangent vector"),
@@ -171,27 +177,32 @@ def chaos_indicators(
     Parameters
     ----------
     system, state, formulation, tolerance, threads, progress
-        As in `propagate`: rates of the state in radians per unit of time. "planar" is for bodies that turn about
-        their third axis alone, and fast.
+        Same as in `propagate`, with angular velocities in radians per unit of time. "planar" is a fast formulation for
+        bodies that rotate about their third axis only.
     times : array (n,)
-        All after the state's time or all before.
+        Times of the indicators, all after the time of the state or all before it.
     vectors : int
-        How many tangent vectors, at the start perpendicular to each other: `gali` is GALI_k of them (2: about SALI).
+        Number k of tangent vectors, initially orthogonal. `gali` is the GALI_k; GALI_2 is similar to the SALI.
     momentum_unit : float or array (members,), optional
-        What a rotation by one radian is compared with. Default: the angular momentum of each body at the rate of its
-        fastest orbit, without orbits about its own. Of two bodies it is that of the primary at the rate of their
-        orbit, and that of the secondary is smaller as its largest moment is.
+        Angular momentum that is compared with a rotation by one radian. Default: the angular momentum of the body at
+        the angular velocity of its fastest orbit, or at its own without orbits. For two bodies, that of the primary at
+        the orbital rate; the unit of the secondary is smaller in the ratio of the largest moments.
     **chunking
-        As in `propagate`; the result is the dataset of the indicators.
+        Same as in `propagate`; the result is then the dataset of the indicators.
+
+    Returns
+    -------
+    ChaosIndicators
+        Indicators at the times.
 
     Raises
     ------
     ValueError
-        If times lie on both sides of the state's.
+        If times lie on both sides of the time of the state.
     PropagationError
-        If a single body stops; of an ensemble see `failures`.
+        If a single body stops. For an ensemble, `failures` contains the reason.
     PropagationInterrupted
-        On Ctrl-C; its `trajectory` are the indicators, NaN where members are not done.
+        On Ctrl-C. Its `trajectory` contains the indicators, NaN for unfinished members.
 
     Examples
     --------
@@ -288,18 +299,21 @@ def _volume(vectors: Array) -> Array:
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class LyapunovSpectrum(Summarized):
-    """The exponents of a motion since its start; of an ensemble the members come first.
+    """Lyapunov exponents of a motion since its initial state; for an ensemble the axis of the members is first.
 
     Attributes
     ----------
     system : System
+        System that was integrated.
     times : array (n,)
+        Times of the exponents.
     exponents : array (n, k)
-        1/time, in the order of the vectors: largest first in the limit. k = 6, 18 of two bodies, or 2 of planar motion.
-        Without torques beyond potentials each has its opposite in the limit.
+        Exponents in 1/time in the order of the vectors, the largest first in the limit. k = 6, 18 for two bodies, or 2
+        for planar motion. If all torques derive from potentials, each exponent has its opposite in the limit.
     failures : dict
-        Member -> why it stopped; NaN from there on.
+        Map from the number of a failed member to the reason; its rows are NaN from the time of failure.
     run : Run
+        Method, number of steps, tolerance and versions.
 
     Examples
     --------
@@ -317,7 +331,7 @@ class LyapunovSpectrum(Summarized):
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """The exponents as an xarray Dataset, along `time` and `vector`, with units and provenance."""
+        """Exponents as an xarray Dataset along `time` and `vector`, with units and provenance."""
         unit = DerivedUnits(self.system.units).per_time
         found = {"exponents": (("time", "vector"), self.exponents, unit, "Lyapunov exponents")}
         told = self.run.attributes(self.failures)
@@ -345,25 +359,30 @@ def lyapunov_spectrum(
     progress: bool | None = None,
     **chunking: Unpack[Chunking],
 ) -> LyapunovSpectrum:
-    """Return all Lyapunov exponents, by vectors that are orthogonalised now and then (Benettin et al. 1980).
+    """Return all Lyapunov exponents, by repeated orthogonalisation of tangent vectors (Benettin et al. 1980).
 
     Parameters
     ----------
     system, state, formulation, tolerance, threads, progress
-        As in `propagate`; members of an ensemble start at one time.
+        Same as in `propagate`; all members of an ensemble must have one initial time.
     times : array (n,)
-        Rising, all after the state's time.
+        Increasing times, all after the time of the state.
     **chunking
-        As in `propagate`; the result is the dataset of the spectrum.
+        Same as in `propagate`; the result is then the dataset of the spectrum.
+
+    Returns
+    -------
+    LyapunovSpectrum
+        Exponents at the times.
 
     Raises
     ------
     ValueError
-        If times do not rise from the state's, or the system has a digital controller.
+        If times do not increase from the time of the state, or the system has a digital controller.
     PropagationError
-        If a single body stops; of an ensemble see `failures`.
+        If a single body stops. For an ensemble, `failures` contains the reason.
     PropagationInterrupted
-        On Ctrl-C; its `trajectory` is the spectrum at the times that all members have reached.
+        On Ctrl-C. Its `trajectory` contains the spectrum at the times that all members have reached.
 
     Examples
     --------

@@ -52,17 +52,20 @@ SINGULAR = 1e-8
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Branch(Summarized):
-    """Periodic motions along a curve, in its order; the parameter need not be monotonic.
+    """Periodic motions along a curve of a parameter, in the order of the curve; the parameter need not be monotonic.
 
     Attributes
     ----------
     parameter : str
-        Its full name.
+        Full name of the parameter.
     values : array (n,)
+        Values of the parameter.
     motions : list of PeriodicMotion
+        Periodic motion at each value.
     bifurcations : list of Bifurcation
+        Bifurcations, in the order of the curve.
     ending : str
-        Why it ends.
+        Reason for which the branch ends.
 
     Examples
     --------
@@ -95,7 +98,7 @@ class Branch(Summarized):
 
     @property
     def multipliers(self) -> Array:
-        """Floquet's, complex (n, k); k = 6 without parts."""
+        """Floquet multipliers of the motions, complex (n, k); k = 6 without parts."""
         return np.array([motion.multipliers for motion in self.motions])
 
     @property
@@ -126,34 +129,42 @@ def continue_motion(
     frame: Callable[[System], Frame] | None = None,
     progress: bool | None = None,
 ) -> Branch:
-    """Follow a periodic motion while its system changes, round folds too; or the branch that crosses another.
+    """Follow a periodic motion while a parameter of its system changes, also around folds, or follow a crossing branch.
 
-    It ends where the parameter is `to`, or is back where it began, or where no next motion is found; the branch
-    contains which, and has a bifurcation wherever the number of multipliers outside the unit circle changes.
+    The branch ends where the parameter reaches `to`, where it returns to its beginning, or where Newton's method finds
+    no further motion; `ending` gives the reason. The branch contains a bifurcation wherever the number of multipliers
+    outside the unit circle changes.
 
     Parameters
     ----------
     motion : PeriodicMotion or Bifurcation
-        Of `periodic_motion`, or that of a `CassiniState`. Of a "branching" or "doubling" of another branch: what
-        crosses it or has twice the period, on the side of `to`, and of two that are mirror images there one.
+        Result of `periodic_motion`, or `motion` of a `CassiniState`. A "branching" or "doubling" bifurcation of another
+        branch gives the branch that crosses it or has twice the period, on the side of `to`. Of two branches that are
+        mirror images the function returns one.
     parameter : str or function of a float
-        "forces[0].orbit.eccentricity", or the end of it where that is unambiguous, as in `state_transition`. Or what
-        returns the system at a value: `lambda ratio: System(Body.from_ratios(ratio, 0.1), gravity)`.
+        Name such as "forces[0].orbit.eccentricity", or its unambiguous end, as in `state_transition`. Alternatively a
+        function that returns the system at a value: `lambda ratio: System(Body.from_ratios(ratio, 0.1), gravity)`.
     to : float
-        The last value.
+        Last value of the parameter.
     start : float, optional
-        The value of the motion, where the parameter is a function.
+        Value of the parameter for the given motion; required if the parameter is a function.
     period, frame : function of a System, optional
-        If they change with the parameter: `lambda system: system.forces[0].orbit.period`.
+        Functions that return the period and the frame if they depend on the parameter, such as `lambda system:
+        system.forces[0].orbit.period`.
     progress : bool, optional
-        Whether to show where it is if it lasts. Default: on a terminal.
+        True to show a progress bar during a long run. Default: True on a terminal.
+
+    Returns
+    -------
+    Branch
+        Periodic motions, bifurcations and the reason of the end.
 
     Raises
     ------
     ValueError
-        If there is no such number, or with another value the system does not repeat itself after the period.
+        If the parameter does not exist, or the system with another value is not periodic.
     PropagationInterrupted
-        On Ctrl-C; its `trajectory` is the branch so far.
+        On Ctrl-C. Its `trajectory` contains the branch so far.
 
     Examples
     --------

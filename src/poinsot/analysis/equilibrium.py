@@ -60,27 +60,28 @@ HALF_TURNS = np.eye(4)[1:] / 2
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium(Summarized):
-    """An attitude at rest in a frame, and the small motion about it; radians, the user's unit of time.
+    """Attitude at rest in a frame, with the stability of small motions about it; radians, the user's unit of time.
 
     Attributes
     ----------
     attitude : array (4,)
-        Unit quaternion body -> frame; body -> space without a frame.
+        Unit quaternion body -> frame, or body -> space without a frame.
     state : State
-        The state at rest in the frame.
+        State at rest in the frame.
     matrix : array (6, 6)
-        x' = matrix x, x = (rotation vector relative to the frame, change of angular momentum), body axes.
+        Matrix of the linear equations x' = matrix x, x = (rotation vector relative to the frame, change of angular
+        momentum), body axes.
     eigenvalues : complex array (6,)
-        Of the matrix.
+        Eigenvalues of the matrix.
     frequencies, growth_rates : arrays, ascending
-        Positive imaginary and real parts of the eigenvalues, without those below 1e-6 of the fastest rate.
+        Positive imaginary and real parts of the eigenvalues, without parts below 1e-6 of the fastest rate.
     stability : {"lyapunov", "asymptotic", "linear", "unstable", "undecided"}
-        "lyapunov": U - omega . I omega / 2 - h . omega, omega that of the frame and h that of rotors, has a minimum.
-        "asymptotic": all eigenvalues have negative real parts. "linear": the linear equations let nothing grow, but the
-        energy proves nothing.
-        "undecided": terms of higher order decide. All this up to motion along the family.
+        "lyapunov": U - omega . I omega / 2 - h . omega has a minimum, with the angular velocity omega of the frame and
+        the momentum h of rotors. "asymptotic": all eigenvalues have negative real parts. "linear": no solution of the
+        linear equations grows, but the energy proves nothing. "unstable": a solution grows. "undecided": terms of
+        higher order decide. A motion along the family of equilibria does not count.
     family : int
-        The dimension of the continuous family of equilibria that this one stands for; 0 if it is isolated.
+        Dimension of the continuous family of equilibria that this one represents; 0 if it is isolated.
 
     Examples
     --------
@@ -118,28 +119,34 @@ class Equilibrium(Summarized):
 def equilibria(
     system: OfOneBody, frame: Frame | None = None, *, guesses: Rotation | ArrayLike | None = None, time: Time = 0.0
 ) -> list[Equilibrium]:
-    """Return the relative equilibria of a system: its attitudes at rest in a uniformly turning frame.
+    """Return the relative equilibria of a system: its attitudes at rest in a uniformly rotating frame.
 
-    There g x omega + tau = 0 with omega the rate of the frame. If that is a polynomial of fourth degree in the
-    quaternion (gravity gradients, uniform fields, rotors) and all its zeros are isolated, none is missed; else Newton's
-    method looks for them, not certain to find all. A continuous family (any angle about the vertical) comes once.
+    Equilibria satisfy g x omega + tau = 0 with the angular velocity omega of the frame and the torque tau. If this
+    equation is a polynomial of fourth degree in the quaternion (gravity gradients, uniform fields, rotors) and all its
+    zeros are isolated, the function finds all of them. Otherwise Newton's method searches and may miss some. A
+    continuous family (any angle about the vertical) is returned once.
 
     Parameters
     ----------
     system : System
-        One, not an ensemble; its parts without variables, such as a `Gyrostat`.
+        System of one body, not an ensemble. Its parts must be without variables, such as a `Gyrostat`.
     frame : Frame, optional
-        `orbit.frame` of a circular orbit; a `RotatingFrame`, about the vertical for a top, about the angular
+        `orbit.frame` of a circular orbit, or a `RotatingFrame`, about the vertical for a top or about the angular
         momentum for a free body. Default: the space axes, for bodies at rest.
     guesses : scipy Rotation or array (n, 4), optional
-        Attitudes body -> frame from which Newton's method starts, instead of the search for all.
+        Initial attitudes body -> frame of Newton's method, which replace the search for all equilibria.
     time : float
-        The time of the states. The equilibria do not depend on it.
+        Time of the states. The equilibria do not depend on it.
+
+    Returns
+    -------
+    list of Equilibrium
+        Equilibria with their linear stability.
 
     Raises
     ------
     ValueError
-        If the frame does not turn uniformly, or the system is not the same in it at all times.
+        If the frame does not rotate uniformly, or the system depends on time in this frame.
 
     Examples
     --------

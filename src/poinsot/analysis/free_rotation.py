@@ -25,29 +25,27 @@ __all__ = ["FreeRotation"]
 
 
 class FreeRotation(Summarized):
-    """The torque-free rotation of a body from a state, or of members; everything in the user's units, radians.
+    """Torque-free rotation of a body from a state: mode, periods, actions and angles in closed form.
 
-    The momentum circles either the short axis of the body (of the largest moment) or the long axis (of the
-    smallest); "the axis" below is the one that it circles. Every property is a number, or an array of shape
-    (members,).
+    The angular momentum circles either the short axis of the body (of the largest moment) or the long axis (of the
+    smallest). "The axis" in the descriptions below is the axis that it circles. Every property is a number, or an array
+    of shape (members,), in the user's units and radians.
+
+    `precession_period` and `rotation_period` are P_phi and P_psi of the light-curve literature (Kaasalainen 2001, A&A
+    376, 302; Pravec et al. 2014, Icarus 233, 48). Samarasinha and A'Hearn (1991, Icarus 93, 194) follow the long axis
+    in both modes: their precession period is `long_axis_precession_period`.
 
     Parameters
     ----------
     body : Body
-        Moments of shape (3,) or (members, 3).
+        Body with moments of shape (3,) or (members, 3).
     state : State
-        One, or one for each member.
+        State of the body, or one for each member.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is invalid, or members do not match.
-
-    Notes
-    -----
-    `precession_period` and `rotation_period` are P_phi and P_psi of the light-curve literature (Kaasalainen 2001,
-    A&A 376, 302; Pravec et al. 2014, Icarus 233, 48). Samarasinha and A'Hearn (1991, Icarus 93, 194) follow the
-    long axis in both modes: their precession is `long_axis_precession_period`.
+        If an argument is invalid, or the numbers of members differ.
 
     Examples
     --------
@@ -68,11 +66,11 @@ class FreeRotation(Summarized):
 
     @property
     def mode(self) -> Any:
-        """One of "short-axis", "long-axis", "separatrix", "principal", "rest".
+        """Mode of the rotation: "short-axis", "long-axis", "separatrix", "principal" or "rest".
 
-        "principal" is steady rotation about a principal axis, the intermediate one included, and any rotation of
-        a spherical body. A body with two equal moments is in the mode of its symmetry axis. Zeros and equal moments
-        are taken exactly: of moments that differ by rounding the difference counts.
+        "principal" means steady rotation about a principal axis, including the intermediate one, and any rotation of a
+        spherical body. A body with two equal moments is in the mode of its symmetry axis. Zeros and equal moments must
+        be exact: moments that differ by rounding count as different.
         """
         e = self._elements
         across = e.P3.hi == 0  # a symmetric body that turns about an axis across its own
@@ -85,12 +83,12 @@ class FreeRotation(Summarized):
 
     @property
     def modulus(self) -> Any:
-        """The modulus k of the elliptic functions: 0 for a symmetric body, 1 on the separatrix."""
+        """Modulus k of the elliptic functions: 0 for a symmetric body, 1 on the separatrix."""
         return self._elements.m.sqrt().hi
 
     @property
     def nutation_range(self) -> tuple[Any, Any]:
-        """The smallest and the largest angle between the axis and the angular momentum, radians."""
+        """Smallest and largest angle between the axis and the angular momentum, radians."""
         e = self._elements
         across, along = np.sqrt(e.P1.hi), np.sqrt(e.P3.hi)
         with np.errstate(invalid="ignore"):
@@ -102,30 +100,30 @@ class FreeRotation(Summarized):
 
     @property
     def precession_period(self) -> Any:
-        """The mean time in which the axis goes round the angular momentum, P_phi; infinite at rest."""
+        """Mean period P_phi of the axis about the angular momentum; infinite at rest."""
         return _period(self._elements.precession.hi)
 
     @property
     def rotation_period(self) -> Any:
-        """The time in which the momentum, seen from the body, goes once round the axis, P_psi.
+        """Period P_psi of the angular momentum about the axis, relative to the body.
 
-        Rates and momentum along the body axes have this period. It is infinite on the separatrix; in steady rotation
-        it is that of an infinitesimal nutation.
+        Angular velocity and momentum along the body axes have this period. It is infinite on the separatrix. In steady
+        rotation it is the period of an infinitesimal nutation.
         """
         return _period(self._elements.winding.hi)
 
     @property
     def spin_period(self) -> Any:
-        """The mean time of a turn of the body about the axis, seen from space: 1/P = 1/P_phi - s/P_psi.
+        """Mean period P of the rotation about the axis in space, 1/P = 1/P_phi - s/P_psi.
 
-        s is 1 in the short-axis mode and -1 in the long-axis mode. In steady rotation it is 2 pi / |omega|.
+        s is 1 in the short-axis mode and -1 in the long-axis mode. In steady rotation P is 2 pi / |omega|.
         """
         e = self._elements
         return _period((e.precession - e.winding * e.sense).hi)
 
     @property
     def long_axis_precession_period(self) -> Any:
-        """The mean time in which the long axis goes round the angular momentum."""
+        """Mean period of the long axis about the angular momentum."""
         e = self._elements
         return _period(np.where(e.is_long, e.precession.hi, (e.precession - e.winding).hi)[()])
 
@@ -133,37 +131,37 @@ class FreeRotation(Summarized):
 
     @property
     def angular_momentum(self) -> Any:
-        """The size G of the angular momentum."""
+        """Magnitude G of the angular momentum."""
         return self._elements.G.hi * self._elements.scale
 
     @property
     def energy(self) -> Any:
-        """The kinetic energy T."""
+        """Kinetic energy T."""
         return self._twice_energy.hi / 2 * self._elements.scale * self._elements.scale
 
     @property
     def dynamic_moment(self) -> Any:
-        """The dynamic moment of inertia G^2 / (2 T), between the smallest and the largest moment."""
+        """Dynamic moment of inertia G^2 / (2 T), between the smallest and the largest moment."""
         return (self._elements.G * self._elements.G / self._twice_energy).hi
 
     @property
     def energy_ratio(self) -> Any:
-        """T over the least energy with the same momentum, that of rotation about the short axis; at least 1."""
+        """Ratio of T to the energy of rotation about the short axis with the same momentum; at least 1."""
         return np.max(self.body.moments, axis=-1) / self.dynamic_moment
 
     # ------------------------------------------------------------------ canonical variables
 
     @property
     def andoyer(self) -> Andoyer:
-        """Andoyer's variables of the state, with respect to the body axes as they were given."""
+        """Andoyer variables of the state, relative to the given body axes."""
         return Andoyer.from_state(self.state)
 
     @cached_property
     def actions(self) -> tuple[Any, Any, Any]:
-        """The actions (J, G, H): J = (1 / 2 pi) times the integral of L dl over a period, about the axis.
+        """Actions (J, G, H), where J = (1 / 2 pi) times the integral of L dl over a period, about the axis.
 
-        The energy is homogeneous in J and G, hence J = (G Omega - 2 T) / (s w) with the rates below. On the
-        separatrix J = (2 G / pi) asin sqrt(r).
+        The energy is homogeneous in J and G, hence J = (G Omega - 2 T) / (s w), with the frequencies w and Omega of l
+        and g. On the separatrix J = (2 G / pi) asin sqrt(r).
         """
         e = self._elements
         limit = np.where(e.r.hi > 0, 2 / np.pi * e.G.hi * np.arcsin(np.sqrt(e.r.hi)), e.momentum[2].hi) * e.scale
@@ -174,12 +172,12 @@ class FreeRotation(Summarized):
 
     @cached_property
     def angles(self) -> tuple[Any, Any, Any]:
-        """The angles of the state conjugate to the actions, radians, which grow with `frequencies`.
+        """Angles of the state conjugate to the actions, radians, which grow with `frequencies`.
 
-        They are Andoyer's (l, g, h) without the periodic part, of the principal axes in cyclic order with the axis
-        third and towards the momentum; a symmetric body has no periodic part. In steady rotation the body axes do
-        not distinguish l from g, and their sum alone grows. On the separatrix the first one, which takes for ever, is
-        NaN; of a member at rest all are.
+        They are the Andoyer angles (l, g, h) without their periodic part, for the principal axes in cyclic order with
+        the axis third and towards the momentum. A symmetric body has no periodic part. In steady rotation only the sum
+        of l and g is defined and grows. On the separatrix, where the period is infinite, the first angle is NaN. All
+        angles of a member at rest are NaN.
 
         Raises
         ------
@@ -199,7 +197,7 @@ class FreeRotation(Summarized):
 
     @property
     def frequencies(self) -> tuple[Any, Any, Any]:
-        """The rates of the angles, radians per unit of time: derivatives of the energy by the actions."""
+        """Frequencies of the angles, radians per unit of time: derivatives of the energy by the actions."""
         e = self._elements
         return tuple(map(_plain, (-e.sense * e.winding.hi, e.precession.hi, np.zeros_like(e.precession.hi))))
 

@@ -26,20 +26,22 @@ Array = NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Librations(Summarized):
-    """The angles of the principal axes of a body relative to the axes radial, transverse and normal of its orbit.
+    """Yaw, pitch and roll of a body's principal axes relative to the radial, transverse and normal axes of its orbit.
 
-    Yaw about the normal, then pitch about the second axis, then roll about the long one lead there; all are zero where
-    the long axis, of the least moment, is on the line of centres and the short one, of the largest, is normal to the
-    orbit. Of the four ways to name the ends of the axes it is the one nearest to that at the first time. Radians; of an
-    ensemble every array has the members as its first axis.
+    The rotation is yaw about the normal, then pitch about the second axis, then roll about the long axis. All angles
+    are zero if the long axis (of the least moment) is on the line of centres and the short axis (of the largest moment)
+    is normal to the orbit. The signs of the axes are chosen so that the angles at the first time are smallest. Angles
+    are in radians; for an ensemble every array gains the axis of the members first.
 
     Attributes
     ----------
     times : array (n,)
+        Times of the motion.
     yaw, roll : array (n,)
-        In (-pi, pi]. The yaw is the libration in longitude: the angle of the long axis in the plane of the orbit.
+        Angles in (-pi, pi]. The yaw is the libration in longitude, the angle of the long axis in the plane of the
+        orbit.
     pitch : array (n,)
-        In [-pi/2, pi/2]: the long axis is below the plane of the orbit.
+        Angle in [-pi/2, pi/2], positive if the long axis is below the plane of the orbit.
 
     Examples
     --------
@@ -55,7 +57,7 @@ class Librations(Summarized):
 
     @property
     def misalignment(self) -> Array:
-        """The angle between the long axis and the line of centres, in [0, pi/2]; shape (n,)."""
+        """Angle between the long axis and the line of centres, in [0, pi/2]; shape (n,)."""
         along = np.abs(np.cos(self.yaw) * np.cos(self.pitch))
         return np.asarray(np.arctan2(np.hypot(np.sin(self.yaw) * np.cos(self.pitch), np.sin(self.pitch)), along))
 
@@ -83,13 +85,20 @@ class Librations(Summarized):
 def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
     """Return yaw, pitch and roll of one of two bodies relative to their orbit.
 
-    The free frequencies of a libration are lines of these angles: `pt.analysis.frequencies(found.yaw, found.times)`.
+    `pt.analysis.frequencies(found.yaw, found.times)` gives the free frequencies of a libration as lines of these
+    angles.
 
     Parameters
     ----------
     motion : PairTrajectory
-        One or an ensemble.
+        Motion of two bodies, or an ensemble.
     body : {"secondary", "primary"}
+        Body whose angles are returned.
+
+    Returns
+    -------
+    Librations
+        Angles at the times of the motion.
 
     Examples
     --------

@@ -70,25 +70,25 @@ EVEN = 1e-9
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class LineSpectrum(Summarized):
-    """The lines of a signal, the strongest first: the sum of amplitudes * exp(i frequencies t), or its real part.
+    """Line spectrum of a signal, the strongest line first: sum of amplitudes * exp(i frequencies t), or its real part.
 
-    Of an array of signals every attribute has their axes first; where a signal has fewer lines than another, NaN.
+    For an array of signals, every attribute gains their axes first, and rows of signals with fewer lines end in NaN.
 
     Attributes
     ----------
     frequencies : array (lines,)
-        Radians per unit of time; of a complex signal with a sign, of a real one not negative.
+        Radians per unit of time, signed for a complex signal and not negative for a real one.
     amplitudes : complex array (lines,)
-        In the unit of the signal; the phase is that at t = 0.
+        Amplitudes in the unit of the signal, with the phase at t = 0.
     errors : array (lines,)
-        The standard error of each frequency. A resolved line's error follows from the residual of the signal in the
-        bins about the line, which contains noise and lines that were left out, and is zero for the mean of a real
-        signal. The error of an unresolved line also covers the shift that the fit of a pair in its place causes.
+        Standard error of each frequency. The error of a resolved line follows from the residual of the signal in the
+        bins about the line, which contains noise and omitted lines, and is zero for the mean of a real signal. The
+        error of an unresolved line also covers the shift that the fit of a pair in its place causes.
     resolved : bool array (lines,)
-        False where the residual within two turns over the run of a line exceeds the noise around it: another line is
-        too close, or the frequency or the amplitude changes in the run. False where there is no line.
+        False if the residual within two turns over the run of a line exceeds the noise around it: another line is too
+        close, or frequency or amplitude change during the run. False for absent lines.
     residual : float
-        The RMS residual, weighted by the window.
+        RMS residual, weighted by the window.
 
     Examples
     --------
@@ -123,28 +123,33 @@ class LineSpectrum(Summarized):
 
 @checked
 def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectrum:
-    """Return the lines of an evenly sampled signal: frequencies, amplitudes and the errors of the frequencies.
+    """Return the line spectrum of an evenly sampled signal: frequencies, amplitudes and errors of the frequencies.
 
-    All lines together minimise the mean of w |signal - sum of a exp(i nu t)|^2, of a real signal |signal - Re sum|^2,
-    with the window w = (1 + cos pi x)^3, x from -1 to 1 along the samples.
-
-    Two lines closer than about two turns over the run are fitted as a pair if the noise allows it. A warning names
-    strong lines that are not resolved; their errors are large.
+    All lines together minimise the mean of w |signal - sum of a exp(i nu t)|^2, or of w |signal - Re sum|^2 for a real
+    signal, with the window w = (1 + cos pi x)^3, x from -1 to 1 along the samples. Two lines closer than about two
+    turns over the run are fitted as a pair if the noise allows it. A warning names strong unresolved lines, whose
+    errors are large.
 
     Parameters
     ----------
     signal : array (..., n)
-        Real or complex: an angle, q0 + i q3, G1 + i G2, exp(i theta). Of several signals each is decomposed alone.
+        Real or complex signal: an angle, q0 + i q3, G1 + i G2, exp(i theta). Each signal of an array is decomposed
+        alone.
     times : array (n,) or float
-        Evenly spaced, or the step between them, the first sample then being at t = 0.
+        Evenly spaced times, or the time step, with the first sample at t = 0.
     count : int
-        The most lines. There are fewer if the residual is white noise or rounding.
+        Largest number of lines. The result contains fewer if the residual is white noise or rounding.
+
+    Returns
+    -------
+    LineSpectrum
+        Lines, the strongest first.
 
     Raises
     ------
     TypeError, ValueError
-        If the signal is not of finite numbers, has fewer than 8 samples for each line and 32 in all, or times are
-        not even. That no frequency is beyond pi/step, and so seen at another, is not checked.
+        If the signal is not finite, has fewer than 8 samples per line or 32 in all, or times are uneven. Aliasing of
+        frequencies beyond pi/step cannot be detected.
 
     Examples
     --------
@@ -196,29 +201,31 @@ def _warn_of_merged(found: LineSpectrum, run: float) -> None:
 
 @checked
 def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
-    """Return the relative change of the strongest frequencies of a signal from one half of a run to the other.
+    """Return the relative change of the strongest frequencies of a signal between the two halves of a run.
 
-    nu2/nu1 - 1, of a regular motion no more than the errors of the frequencies, is Laskar's (1993) sign of chaos. A
-    line of the first half is followed to the nearest of the second that has at least a third of its amplitude. A mean,
-    and a line slower than one turn in half the run, is not followed. Lines closer than about two turns over half the
-    run, see `LineSpectrum.resolved`, cause a change without chaos.
+    The change nu2/nu1 - 1 of a regular motion does not exceed the errors of the frequencies; a larger one indicates
+    chaos (Laskar 1993). The nearest line of the second half with at least a third of the amplitude continues a line of
+    the first half. The function ignores a mean, and lines slower than one turn in half the run. Lines closer than about
+    two turns over half the run, see `LineSpectrum.resolved`, cause a change without chaos.
 
     Parameters
     ----------
-    signal, times
-        As for `frequencies`.
+    signal : array (..., n)
+        Real or complex signal, as in `frequencies`.
+    times : array (n,) or float
+        Evenly spaced times, or the time step.
     count : int
-        How many lines to follow.
+        Number of lines to follow.
 
     Returns
     -------
     array (..., count)
-        NaN where there are fewer lines.
+        Relative changes, NaN for absent lines.
 
     Raises
     ------
     TypeError, ValueError
-        As `frequencies`, of each half.
+        If `frequencies` raises an error for one of the halves.
 
     Examples
     --------

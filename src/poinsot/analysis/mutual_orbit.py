@@ -34,16 +34,16 @@ LINES = 2
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Revolutions(Summarized):
-    """The revolutions of two bodies about each other: passages of the longitude of the first time.
+    """Revolutions of two bodies about each other: passages through the longitude of the first time.
 
-    In an ensemble the members are the first axis; where a member has fewer passages than another, NaN.
+    For an ensemble the axis of the members is first, and rows of members with fewer passages end in NaN.
 
     Attributes
     ----------
     times : array (k + 1,)
-        Of the passages, the first time itself among them.
+        Times of the passages, including the first time.
     mean_period : float
-        2 pi over the slope of the straight line that fits the longitude at all times best.
+        Mean period, 2 pi divided by the slope of the straight line fitted to the longitude at all times.
 
     Examples
     --------
@@ -57,12 +57,12 @@ class Revolutions(Summarized):
 
     @property
     def periods(self) -> Array:
-        """The time of each revolution; shape (k,)."""
+        """Duration of each revolution; shape (k,)."""
         return np.diff(self.times, axis=-1)
 
     @property
     def variation(self) -> Any:
-        """The longest less the shortest period; NaN without whole revolutions."""
+        """Difference of the longest and the shortest period; NaN without whole revolutions."""
         longest, shortest = (way(self.periods, axis=-1, initial=np.nan) for way in (np.fmax.reduce, np.fmin.reduce))
         return longest - shortest
 
@@ -76,22 +76,28 @@ class Revolutions(Summarized):
 
 @checked
 def revolutions(motion: PairTrajectory) -> Revolutions:
-    """Return the revolutions of two bodies: the times at which the secondary is again at its first longitude.
+    """Return the revolutions of two bodies: the times at which the secondary returns to its first longitude.
 
-    The longitude is the angle of the line of centres about the total angular momentum of the first time, which stands
-    still without other forces. Between the times it is the polynomial of fifth degree that has its values, rates and
-    accelerations; of a motion with dense output passages are accurate to machine precision.
+    The longitude is the angle of the line of centres about the initial total angular momentum, which is constant
+    without external forces. Between the times a polynomial of fifth degree interpolates position, velocity and
+    acceleration. With dense output, the times are accurate to machine precision. Otherwise the error relative to the
+    period decreases as the sixth power of the step: 6e-8, 9e-10 and 1.4e-11 for an eccentricity of 0.1 and 12, 24 and
+    48 times per revolution. For an elongated primary that rotates fast, count the times per half rotation instead.
+
+    Parameters
+    ----------
+    motion : PairTrajectory
+        Motion of two bodies, or an ensemble, with at least eight times per revolution.
+
+    Returns
+    -------
+    Revolutions
+        Times of the passages and periods.
 
     Raises
     ------
     ValueError
         If the longitude advances by more than an eighth of a revolution between two times.
-
-    Notes
-    -----
-    The error of a passage, relative to the period, falls as the sixth power of the step: for an eccentricity of 0.1
-    and 12, 24 or 48 times in a revolution 6e-8, 9e-10 or 1.4e-11. The pull of a long primary that spins fast is
-    sampled too: its part of the error counts the times in half a turn of it.
 
     Examples
     --------
@@ -112,12 +118,22 @@ def revolutions(motion: PairTrajectory) -> Revolutions:
 
 @checked
 def apsidal_precession(motion: PairTrajectory) -> Any:
-    """Return the rate at which the apsides turn: radians per unit of time, positive with the motion.
+    """Return the precession rate of the apsides of two bodies, positive in the direction of the motion.
 
-    The vector of the osculating eccentricity, as a complex number in the plane across the total angular momentum, is a
-    sum of lines: a free one, which turns with the apsides, and forced ones near the orbital frequency. The rate is the
-    frequency of the strongest line that is slower than half the mean motion: a fit to all times at any eccentricity,
-    however small, that is not forced. NaN where there is no such line, as on a circular orbit.
+    The osculating eccentricity vector, as a complex number in the plane normal to the total angular momentum, is a sum
+    of lines: a free line, which rotates with the apsides, and forced lines near the orbital frequency. The rate is the
+    frequency of the strongest line slower than half the mean motion. The fit uses all times and is valid for any free
+    eccentricity, however small.
+
+    Parameters
+    ----------
+    motion : PairTrajectory
+        Motion of two bodies, or an ensemble, at 48 or more evenly spaced times.
+
+    Returns
+    -------
+    float or array (members,)
+        Radians per unit of time. NaN if there is no such line, as on a circular orbit.
 
     Raises
     ------

@@ -53,25 +53,29 @@ HALF_TURNS = np.eye(4)[1:] / 2
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class PairEquilibrium(Summarized):
-    """Two bodies at rest in axes that turn uniformly; radians, the user's units.
+    """Relative equilibrium: two bodies at rest in uniformly rotating axes; radians, the user's units.
 
     Attributes
     ----------
     system : PairSystem
+        The two bodies with their forces.
     state : PairState
+        State at rest in the rotating axes.
     rate : array (3,)
-        The angular velocity of the axes, space axes.
+        Angular velocity of the axes, space axes.
     matrix : array (18, 18)
-        x' = matrix x, x = (rotation vector, change of angular momentum) along the axes of the primary, the same of the
-        secondary, changes of position and momentum along the turning axes.
+        Matrix of the linear equations x' = matrix x, x = (rotation vector and change of angular momentum of the primary
+        along its axes, rotation vector and change of angular momentum of the secondary along its axes, changes of
+        position and momentum along the rotating axes).
     eigenvalues : complex array
-        Of the motion with the same angular momentum, up to turns about it and spins about axes of symmetry: 14, two
-        less for each axis of symmetry.
+        Eigenvalues of motions with the same angular momentum, without rotations about it and without spins about axes
+        of symmetry: 14, less two for each axis of symmetry.
     frequencies, growth_rates : arrays, ascending
-        Positive imaginary and real parts of the eigenvalues, without those below 1e-6 of the rate.
+        Positive imaginary and real parts of the eigenvalues, without parts below 1e-6 of the rate.
     stability : {"lyapunov", "linear", "unstable", "undecided"}
-        "lyapunov": the energy has a minimum among the motions with the same angular momentum. "linear": the linear
-        equations let nothing grow, but the energy proves nothing. "undecided": a stiffness vanishes.
+        "lyapunov": the energy has a minimum among the motions with the same angular momentum. "linear": no solution of
+        the linear equations grows, but the energy proves nothing. "unstable": a solution grows. "undecided": a
+        stiffness vanishes.
 
     Examples
     --------
@@ -100,20 +104,20 @@ class PairEquilibrium(Summarized):
 
     @checked
     def displaced(self, number: int, amplitude: float) -> PairState:
-        """Return the bodies displaced along a small oscillation: a guess for `periodic_motion`.
+        """Return the state displaced along a small oscillation, as a guess for `periodic_motion`.
 
         Parameters
         ----------
         number : int
-            Of the frequency in `frequencies`.
+            Index of the oscillation in `frequencies`.
         amplitude : float
-            Of the largest component, which is at its maximum: radians of a rotation vector along the axes of a body, or
-            a share of the distance.
+            Amplitude of the largest component, which is at its maximum: radians of a rotation vector along the axes of
+            a body, or a fraction of the distance.
 
         Raises
         ------
         ValueError
-            If there is no such frequency, or if the amplitude is larger than half a turn.
+            If the index is out of range, or the amplitude is larger than half a turn.
 
         Examples
         --------
@@ -162,25 +166,31 @@ class PairEquilibrium(Summarized):
 def pair_equilibria(
     system: PairSystem, guess: PairState, *, distances: ArrayLike | None = None
 ) -> list[PairEquilibrium]:
-    """Return the relative equilibria of two bodies near a start, at distances of the centres of mass.
+    """Return the relative equilibria of two bodies near a guess, at given distances of the centres of mass.
 
-    Newton's method changes both attitudes and the rate. Each distance begins at the equilibrium of the one before. A
-    body that is symmetric about an axis keeps the spin about it that it has in the guess; any other turns with the line
-    of centres.
+    Newton's method varies both attitudes and the angular velocity. The iteration for each distance begins at the
+    previous equilibrium. A body with an axis of symmetry retains its spin about this axis from the guess; any other
+    body rotates with the line of centres.
 
     Parameters
     ----------
     system : PairSystem
-        One, not an ensemble, of potentials that conserve the energy and the angular momentum.
+        System of two bodies, not an ensemble, with potentials that conserve energy and angular momentum.
     guess : PairState
-        Such as `pair.doubly_synchronous(distance=...)`, or `pair.synchronous(...)` with a symmetric primary.
+        Initial guess, such as `pair.doubly_synchronous(distance=...)`, or `pair.synchronous(...)` with a symmetric
+        primary.
     distances : array (n,), optional
-        By default that of the guess.
+        Distances of the centres of mass. Default: the distance of the guess.
+
+    Returns
+    -------
+    list of PairEquilibrium
+        One equilibrium for each distance.
 
     Raises
     ------
     ValueError
-        If the system is another, or no equilibrium is near.
+        If the system is not of this kind, or no equilibrium is near the guess.
 
     Examples
     --------

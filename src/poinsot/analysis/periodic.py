@@ -49,27 +49,32 @@ SAMPLES = 256
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class PeriodicMotion(Summarized):
-    """A motion that repeats itself in a frame, and the small motion about it; radians, the user's unit of time.
+    """Motion that is periodic in a frame, with the Floquet multipliers of small motions about it.
 
     Attributes
     ----------
     system : System
+        System that was integrated.
     state : State
-        Where it starts.
+        Initial state of the period.
     period : float
+        Period in the user's unit of time.
     frame : Frame
+        Frame in which the motion is periodic.
     matrix : array (k, k)
-        x(t + period) = matrix x(t) from the time of the state, x = (rotation vector relative to the frame, change of
-        angular momentum, body axes, changes of the variables of parts); k = 6 without parts. Of two bodies k = 18, in
-        the order of `state_transition`.
+        Monodromy matrix, x(t + period) = matrix x(t) from the time of the state, x = (rotation vector relative to the
+        frame, change of angular momentum, body axes, changes of the variables of parts); k = 6 without parts, and 18
+        for two bodies, in the order of `state_transition`.
     multipliers : complex array (k,)
-        Its eigenvalues; of two bodies those among motions of the same energy and momenta, up to turns and times: 12,
-        two less for each body with an axis of symmetry, 14 at a relative equilibrium.
+        Eigenvalues of the matrix. For two bodies, the multipliers of motions with equal energy and momenta, without
+        rotations and shifts of time: 12, less two for each body with an axis of symmetry, and 14 at a relative
+        equilibrium.
     frequencies : array, ascending
-        Positive angles of the multipliers over the period, in (0, pi/period]: a motion looked at once in a period
-        does not distinguish w from 2 pi/period - w and from w + 2 pi/period.
+        Positive angles of the multipliers divided by the period, in (0, pi/period]. Sampling once per period does not
+        distinguish w from 2 pi/period - w and from w + 2 pi/period.
     growth_rates : array, ascending
-        Positive logarithms of their moduli over the period. Both without those below 1e-6/period.
+        Positive logarithms of the moduli of the multipliers divided by the period. Frequencies and growth rates below
+        1e-6/period are omitted.
 
     Examples
     --------
@@ -103,10 +108,10 @@ class PeriodicMotion(Summarized):
 
     @property
     def rotations(self) -> Array:
-        """Rotations of each body in a period, from its mean angular velocity in space; shape (1,), for two bodies (2,).
+        """Number of rotations of each body in a period, from its mean angular velocity in space; shape (1,) or (2,).
 
-        Newton's method may lead from a guess to another resonance than that meant: 1 is synchronous, 3 in two orbits
-        that of Mercury.
+        Newton's method may converge to another resonance than the intended one. In one orbit, 1 is synchronous; in two
+        orbits, 3 is the resonance of Mercury.
         """
         each = self.over_period().of_bodies.values()
         means = [np.linalg.norm(np.mean(one.omega_space, axis=0)) for one in each]
@@ -114,7 +119,7 @@ class PeriodicMotion(Summarized):
 
     @checked
     def over_period(self, count: int = SAMPLES) -> Trajectory:
-        """Return the motion at evenly spaced times of one period, from its start on and without its end."""
+        """Return the motion at evenly spaced times of one period, including its initial state but not its end."""
         refuse_nonpositive("count", count)
         return propagate(self.system, self.state, self.state.time + self.period * np.arange(count) / count)
 
@@ -141,29 +146,34 @@ class PeriodicMotion(Summarized):
 
 @checked
 def periodic_motion(system: System, guess: State, period: float, frame: Frame | None = None) -> PeriodicMotion:
-    """Return the motion near a guess that repeats itself in a frame after one period.
+    """Return the motion near a guess that is periodic in a frame.
 
-    Newton's method on the motion over a period, with its state-transition matrix. From far away it may lead to another
-    resonance: see `rotations` of the result.
+    Newton's method uses the state-transition matrix over a period. From a distant guess it may converge to another
+    resonance; `rotations` of the result identifies the resonance.
 
     Parameters
     ----------
     system : System
-        One, not an ensemble. Seen from the frame its torques must repeat themselves after the period, and its parts.
-        Or of two bodies, under potentials that conserve energy and angular momentum.
+        System, not an ensemble. Its torques and parts must be periodic in the frame. A system of two bodies must
+        conserve energy and angular momentum.
     guess : State
-        Its time is where the period starts. The motion of two bodies has its energy and angular momentum.
+        Guess at the time at which the period begins. The motion of two bodies has its energy and angular momentum.
     period : float
-        Positive; the unit of time is that of the system. That of two bodies is found near it.
+        Period in the unit of time, positive. For two bodies, a guess of the period.
     frame : Frame, optional
-        `orbit.frame`; a `RotatingFrame` that turns with the node of the orbit. Default: the space axes. Two bodies
-        repeat themselves in a `RotatingFrame` about their total angular momentum, which is found, up to spins of
-        bodies about axes of symmetry.
+        `orbit.frame`, or a `RotatingFrame` that rotates with the node of the orbit. Default: the space axes. For two
+        bodies the function finds the `RotatingFrame` about the total angular momentum; the motion is periodic up to
+        spins of bodies about axes of symmetry.
+
+    Returns
+    -------
+    PeriodicMotion
+        Periodic motion with its Floquet multipliers.
 
     Raises
     ------
     ValueError
-        If the frame or the system does not repeat itself, or if Newton's method does not settle.
+        If the frame or the system is not periodic, or if Newton's method does not converge.
 
     Examples
     --------
@@ -236,21 +246,24 @@ def _refuse_members(names: str, members: tuple[int, ...]) -> None:
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class CassiniState(Summarized):
-    """A rotation in resonance with the orbit, whose axis precesses with the node; radians, the user's unit of time.
+    """Cassini state: rotation in resonance with the orbit, with an axis that precesses with the node of the orbit.
+
+    All angles are in radians, and frequencies in radians per unit of time.
 
     Attributes
     ----------
     motion : PeriodicMotion
-        In axes that turn with the node, from a passage of the periapsis.
+        Periodic motion in axes that rotate with the node, from a passage of the periapsis.
     obliquity : float
-        Of the third body axis, its mean over the period, to the normal of the orbit.
+        Mean angle between the third body axis and the normal of the orbit over the period.
     inclination : float
-        Of the same to the third space axis, the pole of the plane along which the node moves. It is the sum of
-        obliquity and inclination of the orbit in Cassini state 1, their difference in state 2.
+        Mean angle between the third body axis and the third space axis, the pole of the plane along which the node
+        moves. It is the sum of obliquity and inclination of the orbit in Cassini state 1, and their difference in state
+        2.
     longitude, precession, wobble : float
-        Frequencies of the three free motions: about the third axis; of that axis together with the angular momentum,
-        seen from the node; of the axis about the angular momentum. In (0, pi/period], see `PeriodicMotion`; NaN where
-        the motion is not stable.
+        Frequencies of the free librations, in (0, pi/period], see `PeriodicMotion`: libration about the third axis;
+        precession of this axis together with the angular momentum, relative to the node; wobble of the axis about the
+        angular momentum. NaN if the motion is not stable.
 
     Examples
     --------
@@ -283,26 +296,33 @@ class CassiniState(Summarized):
 
 @checked
 def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliquity: Inclination = 0.0) -> CassiniState:
-    """Return the Cassini state of a body under the gravity gradient of what it orbits.
+    """Return the Cassini state of a body under the gravity gradient of the attractor of its orbit.
 
-    The guess, at the periapsis: the first body axis along the radius, the third normal to the orbit or tilted from
-    the normal by the obliquity, away from the third space axis; it turns about the third at `spin` mean motions.
+    The initial guess is at the periapsis. The first body axis is along the radius. The third is normal to the orbit or
+    tilted from the normal by the obliquity, away from the third space axis. The body rotates about the third axis at
+    `spin` mean motions.
 
     Parameters
     ----------
     body : Body
+        Body, not an ensemble.
     orbit : PrecessingOrbit
-        With a periapsis that stays where it is from the node: the rate of its mean anomaly is that of the
-        longitude, seen from the node.
+        Orbit whose periapsis is fixed relative to the node: the rates of its mean anomaly and of its longitude relative
+        to the node are equal.
     spin : float
-        Rotations per revolution, seen from the node: 1 for moons, 1.5 for Mercury; a multiple of 1/2.
+        Rotations per revolution relative to the node: 1 for moons, 1.5 for Mercury; a multiple of 1/2.
     obliquity : float
-        Radians; of the guess only.
+        Obliquity of the guess, radians.
+
+    Returns
+    -------
+    CassiniState
+        The periodic rotation with its obliquity and free frequencies.
 
     Raises
     ------
     ValueError
-        If the spin is not such a number, or as `periodic_motion`.
+        If the spin is not a multiple of 1/2, or `periodic_motion` raises an error.
 
     Examples
     --------

@@ -32,29 +32,29 @@ PAIRS = ((1, 2), (2, 0), (0, 1))
 
 
 class InelasticRelaxation(Summarized):
-    """The averaged loss of energy inside a homogeneous elastic ellipsoid that tumbles, at constant angular momentum.
+    """Averaged internal dissipation of a tumbling homogeneous elastic ellipsoid at constant angular momentum.
 
-    The forces of inertia of the free rotation strain the body; each harmonic of the strain loses 2 pi / Q of its
-    largest elastic energy in a cycle. The strain is the static one, exact in the ellipsoid without stress on its
-    surface, as of Breiter, Rozek and Vokrouhlicky (2012, MNRAS 427, 755): the momentum stays in space, and the body
-    turns towards rotation about its short axis. Q is one number for all frequencies; self-gravity only loads the body
-    at rest.
+    The inertial forces of the free rotation strain the body, and each harmonic of the strain loses 2 pi / Q of its
+    largest elastic energy in a cycle. The strain is the exact static strain of the ellipsoid with a stress-free surface
+    (Breiter, Rozek and Vokrouhlicky 2012, MNRAS 427, 755). The angular momentum in space is constant, and the body
+    evolves towards rotation about its short axis. Q is the same for all frequencies. Self-gravity is not included: it
+    only loads the body at rest.
 
     Parameters
     ----------
     body : Body
-        A homogeneous ellipsoid: `Body.from_ellipsoid`.
+        Homogeneous ellipsoid made by `Body.from_ellipsoid`.
     rigidity : float
-        The shear modulus, mass / (length time^2).
+        Shear modulus, mass / (length time^2).
     quality_factor : float
-        Q.
+        Quality factor Q.
     poisson_ratio : float
-        From -1 to below 1/2.
+        Poisson ratio, from -1 to below 1/2.
 
     Raises
     ------
     ValueError
-        If the body is no ellipsoid or a sphere, or a number is out of its range.
+        If the body is not an ellipsoid or is a sphere, or a number is out of its range.
 
     Examples
     --------
@@ -88,9 +88,9 @@ class InelasticRelaxation(Summarized):
         Parameters
         ----------
         angular_momentum : float or array
-            G.
+            Magnitude G of the angular momentum.
         dynamic_moment : float or array
-            G^2 / (2 T), between the smallest and the largest moment, as of `FreeRotation`.
+            Dynamic moment G^2 / (2 T), between the smallest and the largest moment, as in `FreeRotation`.
         """
         given = {"angular_momentum": angular_momentum, "dynamic_moment": dynamic_moment}
         G, J = np.broadcast_arrays(*(real_numbers(name, x) for name, x in given.items()))
@@ -106,15 +106,15 @@ class InelasticRelaxation(Summarized):
 
     @checked
     def damping_time(self, rate: ArrayLike) -> Array:
-        """Return the time in which a small nutation about the short axis falls by the factor e.
+        """Return the time in which a small nutation about the short axis decays by the factor e.
 
-        It is D rigidity Q / (density a^2 rate^3), as of Burns and Safronov (1973, MNRAS 165, 403), with the large
-        semiaxis a. D is 7.7 for c / a = 0.9 and 18 for 0.5; those of others differ by factors of ten.
+        The time is D rigidity Q / (density a^2 rate^3) with the large semiaxis a (Burns and Safronov 1973, MNRAS 165,
+        403). D is 7.7 for c / a = 0.9 and 18 for 0.5. Published values of D differ by factors of ten.
 
         Parameters
         ----------
         rate : float or array
-            The angular velocity about the short axis.
+            Angular velocity about the short axis, radians per unit of time.
         """
         A, B, C = self._moments
         spring = self._compliance[4, 4] / (A * (C - A)) + self._compliance[3, 3] / (B * (C - B))
@@ -127,8 +127,8 @@ class InelasticRelaxation(Summarized):
         Parameters
         ----------
         state : mapping
-            "dynamic_moment", and "rate": the angular momentum over the largest moment, which is the rate of rotation
-            when the tumbling has ended.
+            Values of "dynamic_moment" and of "rate", the angular momentum divided by the largest moment, which is the
+            angular velocity after the tumbling has ended.
         """
         G, J = state["rate"] * self._moments[2], np.clip(state["dynamic_moment"], self._moments[0], self._moments[2])
         return {"dynamic_moment": float(2 * J * J / G**2 * self.power(G, J))}

@@ -32,26 +32,29 @@ AT_ONCE = 16
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RunEstimate(Summarized):
-    """Time and memory of a run of `propagate`.
+    """Estimated time and memory of a run of `propagate`.
 
     Attributes
     ----------
     system : System
+        System of the run.
     members : int
-        How many; one body is one member.
+        Number of members; 1 for one body.
     times : array (n,)
+        Times of the results.
     bytes : int
-        What the motions are made of, in double precision: that in a store by default, and the memory of a result that
-        is stored there.
+        Size of the state variables of the motions in double precision: the default size of a store, and the memory of a
+        result in memory.
     memory : int
-        Bytes that this process may use: a result that needs more goes to a store, `out=`.
+        Bytes that this process may use. A larger result requires a store, `out=`.
     threads : int
+        Number of threads.
     seconds : float
-        On this machine with these threads, without compilation.
+        Duration on this machine with these threads, without compilation.
     compilation : float
-        Seconds of the first run of this kind of system in each process.
+        Seconds that the first run of this kind of system takes in each process.
     sampled : int
-        Members in the sample.
+        Number of members in the timed sample.
 
     Examples
     --------
@@ -74,7 +77,7 @@ class RunEstimate(Summarized):
 
     @checked
     def seconds_on(self, workers: int, threads: int | None = None) -> float:
-        """Return the seconds on as many workers, each with as many threads as here, on processors like this one."""
+        """Return the duration in seconds with several workers, each with this processor and number of threads."""
         if workers < 1 or (threads is not None and threads < 1):
             raise ValueError(f"workers and threads must be positive, got {workers} and {threads}.")
         return self.seconds * self.threads / (workers * (self.threads if threads is None else threads))
@@ -103,9 +106,14 @@ def estimate_run(
     Parameters
     ----------
     system, state, times, threads
-        As in `propagate`.
+        Same as in `propagate`.
     **options
-        The other arguments of `propagate` except the destination of results.
+        Other arguments of `propagate`, except the destination of results.
+
+    Returns
+    -------
+    RunEstimate
+        Estimated seconds, bytes and threads.
 
     Examples
     --------

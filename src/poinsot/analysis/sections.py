@@ -56,16 +56,16 @@ Coordinates = Callable[[EventRecord], tuple[ArrayLike, ArrayLike]]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Section(Summarized):
-    """The points of motions in a plane, member by member, in the order of their times.
+    """Points of motions in a plane, member by member, in the order of their times.
 
     Attributes
     ----------
     x, y : array (members, n)
-        NaN behind the last point of a member.
+        Coordinates of the points; NaN after the last point of a member.
     labels : tuple of str
-        What they are, with units.
+        Names of the coordinates, with units.
     motion : Trajectory
-        Whose they are; of a failed member there are the points before.
+        Motion from which the points were taken. Failed members contain the points before the failure.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class Section(Summarized):
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """The points as an xarray Dataset, along `member` and `point`, with units and provenance."""
+        """Points as an xarray Dataset along `member` and `point`, with units and provenance."""
         named = [re.fullmatch(r"(.*?)(?: \[(.*)\])?", label) for label in self.labels]
         found = {
             axis: (("point",), values, one[2] or "1", one[1])
@@ -108,22 +108,29 @@ class Section(Summarized):
 def section(
     motion: Trajectory, coordinates: Coordinates, event: int | None = None, labels: Sequence[str] = ("x", "y")
 ) -> Section:
-    """Return the points of a motion at the passages of one of its events, or at all its times.
+    """Return the points of a motion at the times of one of its events, or at all its times.
 
     Parameters
     ----------
     motion : Trajectory
-        Of one body or of members.
+        Motion of one body or of an ensemble.
     coordinates : callable
-        `EventRecord` to x and y, each of shape (k,): from its `states`, `omega_body` and `times`.
+        Function of an `EventRecord` that returns x and y, each of shape (k,), from its `states`, `omega_body` and
+        `times`.
     event : int, optional
-        Which of `motion.events`. Default: the times of the motion, such as one in each revolution.
-    labels : two words, with units
+        Index of an event in `motion.events`. Default: the times of the motion, such as one in each revolution.
+    labels : two of str
+        Names of the two coordinates, with units.
+
+    Returns
+    -------
+    Section
+        Points of each member.
 
     Raises
     ------
     TypeError, ValueError
-        If the motion is none or has no such event, or the coordinates are not two arrays (k,).
+        If the motion is not a trajectory or lacks the event, or the coordinates are not two arrays (k,).
 
     Examples
     --------
@@ -178,34 +185,34 @@ def _all_times(motion: Trajectory) -> EventRecord:
 def spin_orbit_section(
     system: OfOneBody, angle: Angles, rate: AngularVelocities, revolutions: int, **options: Any
 ) -> Section:
-    """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and rate.
+    """Return the rotation in the plane of an orbit at each periapsis: angle modulo pi, and angular velocity.
 
-    The third body axis is normal to the orbit, the first one at the angle from the direction to the periapsis
-    (Wisdom, Peale and Mignard 1984, Icarus 58, 137). The motion starts at the periapsis next to the epoch.
+    The third body axis is normal to the orbit, and `angle` is between the first body axis and the direction to the
+    periapsis (Wisdom, Peale and Mignard 1984, Icarus 58, 137). The motion begins at the periapsis next to the epoch.
 
     Parameters
     ----------
     system : System
-        Of forces with one Kepler orbit, which has no members; several forces may share it.
-    angle : float
-        Radians, at the first periapsis.
+        System whose forces use one Kepler orbit without members; several forces may share it.
+    angle : float or array (members,)
+        Angle at the first periapsis, radians.
     rate : float or array (members,)
-        Inertial, in radians per unit of time as all rates: `1.5 * orbit.mean_motion` for three turns in two
+        Inertial angular velocity, radians per unit of time: `1.5 * orbit.mean_motion` for three rotations in two
         revolutions.
     revolutions : int
-        Of the orbit.
+        Number of revolutions of the orbit.
     **options
-        Those of `propagate`. The formulation is by default "planar".
+        Arguments of `propagate`. The default formulation is "planar".
 
     Returns
     -------
     Section
-        x is in [0, pi). In chunks it is the dataset of the points, row after row, each with its `member`.
+        Points with x in [0, pi). With `out` or `reduce`, the dataset of the points row by row, each with its `member`.
 
     Raises
     ------
     TypeError, ValueError
-        If the orbit is another one, or a force does not leave the spin axis normal to it.
+        If the orbit is of another kind, or a force tilts the spin axis.
 
     Examples
     --------
@@ -261,25 +268,29 @@ def _spin_orbit_in_chunks(
 
 @checked
 def andoyer_section(system: OfOneBody, state: State, time: Time, *, angle: Angle = 0.0, **options: Any) -> Section:
-    """Return Andoyer's l and L/G where g passes an angle, growing; a start on the section is its first point.
+    """Return the Andoyer variables l and L/G at the times at which g passes an angle, growing.
+
+    An initial state on the section is its first point.
 
     Parameters
     ----------
     system : System
+        Body with forces; not two bodies.
     state : State
-        Of one body or of members; two degrees of freedom need one value of the energy for all, and of what else is
-        conserved.
+        State of one body or of members. A section of a system with two degrees of freedom requires that all members
+        have the same energy and other conserved quantities.
     time : float
-        Where the motion ends.
+        Last time of the motion.
     angle : float
-        Of g, radians.
+        Value of g on the section, radians.
     **options
-        Those of `propagate`, without events.
+        Arguments of `propagate`, without events.
 
     Returns
     -------
     Section
-        x is l in (-pi, pi], y is L/G. In chunks it is the dataset of the points, row after row, each with its `member`.
+        Points with x = l in (-pi, pi] and y = L/G. With `out` or `reduce`, the dataset of the points row by row, each
+        with its `member`.
 
     Examples
     --------

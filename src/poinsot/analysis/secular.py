@@ -43,16 +43,16 @@ SAMPLES = 10
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class SecularEvolution(Summarized):
-    """Averaged variables of a rotation at times.
+    """Averaged variables of a rotation as functions of time.
 
     Attributes
     ----------
     times : array (n,)
-        Those that were reached.
+        Times that the evolution reached.
     values : mapping
-        The variables by name, each an array (n,).
+        Variables by name, each an array (n,).
     stopped : float or None
-        The time at which the evolution stopped before its last time; None if it did not.
+        Time at which the evolution stopped before the last requested time, or None.
 
     Examples
     --------
@@ -82,31 +82,32 @@ def secular_evolution(
 ) -> SecularEvolution:
     """Integrate averaged variables under the sum of the rates of change of all effects.
 
-    Each step of the integrator ends at the next of the times or earlier, and is at most a hundredth of the whole time.
-    An effect that lasts a third of such a step is integrated. The function `until` is evaluated at ten times in each
-    step, so that two zeros are found if they are a tenth of a step apart. More times resolve shorter events.
+    Each step of the integrator ends at the next of the times or earlier, and is at most a hundredth of the total time.
+    An effect that acts for a third of such a step is integrated. The function `until` is evaluated at ten times in each
+    step and detects two zeros that are a tenth of a step apart. More times resolve shorter events.
 
     Parameters
     ----------
     effects : sequence of functions
-        Each of a mapping of the variables by name; it returns the rates of change of those that it changes, by name.
-        `YorpCoefficients.drift` makes one, of "rate" and "obliquity".
+        Functions of a mapping of the variables by name. Each returns the rates of change of some variables by name.
+        `YorpCoefficients.drift` makes such a function, for "rate" and "obliquity".
     start : mapping
-        The variables by name at the first time.
+        Variables by name at the first time.
     times : array (n,)
-        Strictly ascending.
+        Strictly ascending times.
     until : function, optional
-        A function of the mapping of the variables; the evolution stops where its sign changes or its value is zero,
-        also at the first time.
+        Function of the mapping of the variables. The evolution stops where the sign of its value changes or its value
+        is zero, also at the first time.
 
     Returns
     -------
     SecularEvolution
+        Variables at the times that the evolution reached.
 
     Raises
     ------
     ValueError
-        If an effect reads or changes what is no variable, the times do not ascend, or rates of change become infinite.
+        If an effect uses or changes an unknown variable, the times do not ascend, or rates of change become infinite.
 
     Examples
     --------

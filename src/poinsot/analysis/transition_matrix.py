@@ -46,19 +46,22 @@ Share = tuple[Sequence[int], Sequence[Sequence[int]]]
 
 
 class StateTransition(Summarized):
-    """xi(t) = matrix xi(t0) + sensitivity dp along a motion, to first order; of an ensemble members come first.
+    """State-transition matrix Phi and sensitivities of a motion: xi(t) = Phi xi(t0) + sensitivity dp, to first order.
+
+    For an ensemble the axis of the members is first.
 
     Attributes
     ----------
     motion : Trajectory
+        The motion.
     parameters : tuple of str
         Names of the parameters p.
     directions : array (n, k, k + p)
         Columns of the matrix, then of the sensitivity, each divided by exp(growth).
     growth : array (n, k + p)
-        Natural logarithms, which do not overflow.
+        Natural logarithms of the factors by which the columns are divided; they cannot overflow.
     second : array (n, k, k + p, k + p) or None
-        Second derivatives of xi(t) by xi(t0) and the parameters; None of order 1.
+        Second derivatives of xi(t) with respect to xi(t0) and the parameters; None for order 1.
 
     Examples
     --------
@@ -90,10 +93,10 @@ class StateTransition(Summarized):
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of the k coordinates: radians, units of angular momentum, and those of the variables of parts.
+        """Names of the k coordinates xi: angles in radians, angular momenta, and the variables of parts in their units.
 
-        k = 6 without parts; of planar motion 2, the rotation about the third axis and the third component of g. Of two
-        bodies k = 18: "primary.theta_1", ..., "secondary.g_3", "position_1", ..., "momentum_3".
+        k = 6 without parts. For planar motion k = 2: the rotation about the third axis and the third component of g.
+        For two bodies k = 18: "primary.theta_1", ..., "secondary.g_3", "position_1", ..., "momentum_3".
         """
         bodies, kinds = self.motion.initial.of_bodies, ("theta", "g")
         axes = (3,) if self._k == 2 * len(bodies) else (1, 2, 3)
@@ -109,17 +112,17 @@ class StateTransition(Summarized):
 
     @property
     def matrix(self) -> Array:
-        """Phi(t, t0), shape (n, k, k); infinite where it is beyond 1e308."""
+        """State-transition matrix Phi(t, t0), shape (n, k, k); infinite where it exceeds 1e308."""
         return self._columns[..., : self._k]
 
     @property
     def sensitivity(self) -> Array:
-        """Derivatives of xi by the parameters, of a start that stays the same in q, g and own; shape (n, k, p)."""
+        """Derivatives of xi by the parameters, for a fixed initial state in q, g and own; shape (n, k, p)."""
         return self._columns[..., self._k :]
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """The dataset of the motion with directions, growth, matrix, sensitivity and second derivatives."""
+        """Dataset of the motion with directions, growth, matrix, sensitivity and second derivatives."""
         motion, rows = self.motion.dataset, ("member", "time")[-self.growth.ndim + 1 :]
         columns = (*self.coordinates, *self.parameters)
         found: dict[str, tuple[tuple[str, ...], Array, str]] = {
@@ -137,18 +140,19 @@ class StateTransition(Summarized):
         return motion.assign(own).assign_coords(names)
 
     def covariance(self, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Array:
-        """Return the covariance of xi at the times, to first order.
+        """Return the covariance of xi at the times, to first order: Phi P0 Phi^T + S Pp S^T, with the sensitivity S.
 
         Parameters
         ----------
         initial : array (k, k)
-            Of xi at the start: rad^2, rad times momentum, momentum^2, ...
+            Covariance P0 of xi at the initial time: rad^2, rad times momentum, momentum^2, ...
         of_parameters : array (p, p), optional
-            Of the parameters, without correlation to the state; default: they are known.
+            Covariance Pp of the parameters, uncorrelated with the state. Default: zero.
 
         Returns
         -------
         array (n, k, k)
+            Covariance at each time.
         """
         start = _covariance("initial", initial, self._k)
         total = self.matrix @ start @ np.swapaxes(self.matrix, -1, -2)
@@ -172,26 +176,32 @@ def state_transition(
     progress: bool | None = None,
     **chunking: Unpack[Chunking],
 ) -> StateTransition:
-    """Return a motion with its state-transition matrix, and its derivatives by parameters.
+    """Return a motion with its state-transition matrix, and its derivatives with respect to parameters.
 
     Parameters
     ----------
     system, state, times, formulation, tolerance, threads, progress
-        As in `propagate`; "planar" gives the two coordinates of a body that turns about its third axis alone.
+        Same as in `propagate`. "planar" gives the two coordinates of a body that rotates about its third axis only.
     parameters : sequence of str
-        Names of numbers: "body.moments[0]", "forces[0].orbit.eccentricity", or the end of one, "eccentricity", where
-        it is unambiguous. An orbit that several forces share is one.
+        Names of parameters: "body.moments[0]", "forces[0].orbit.eccentricity", or an unambiguous end such as
+        "eccentricity". An orbit that several forces share counts as one.
     order : {1, 2}
-        With second derivatives or without.
+        2 to compute the second derivatives, too.
     **chunking
-        As in `propagate`; the result is the dataset of the state transitions.
+        Same as in `propagate`; the result is then the dataset of the state transitions.
+
+    Returns
+    -------
+    StateTransition
+        Motion with matrix, sensitivities and covariances.
 
     Raises
     ------
     ValueError
-        If there is no such number, or if it belongs to an orbit that is integrated or a table.
+        If the parameter does not exist, or belongs to an orbit that is integrated or tabulated.
     PropagationError, PropagationInterrupted
-        As `propagate`; also if the motion only grazes where a formula jumps: it has no derivative there.
+        If `propagate` raises them. A PropagationError also occurs if the motion grazes a discontinuity of a formula,
+        where it has no derivative.
 
     Examples
     --------

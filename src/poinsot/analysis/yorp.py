@@ -43,25 +43,25 @@ WEIGHTS = 0.15 * 0.25 * np.pi * np.cosh(STEPS) / np.cosh(0.5 * np.pi * np.sinh(S
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class YorpCoefficients(Summarized):
-    """Mean torques of unit pressure over rotation about one axis and a circular orbit, by obliquity.
+    """Mean YORP torques at unit pressure over rotation about one axis and a circular orbit, as functions of obliquity.
 
-    With the pressure P at the semimajor axis, the moment of inertia C and the rate w, dw/dt = P spin / C and
-    d(obliquity)/dt = P tilt / (C w). On an ellipse both are larger by 1 / sqrt(1 - e^2): light and time are shared out
-    evenly over the true anomaly.
+    With the radiation pressure P at the semimajor axis, the moment of inertia C and the angular velocity w, dw/dt = P
+    spin / C and d(obliquity)/dt = P tilt / (C w). On an eccentric orbit both are larger by 1 / sqrt(1 - e^2), because
+    light and time are distributed evenly over the true anomaly.
 
     Attributes
     ----------
     obliquities : array (n,)
-        Between the spin axis and the normal of the orbit, radians.
+        Angles between the spin axis and the normal of the orbit, radians.
     spin : array (n,)
-        Along the spin axis, cubes of lengths.
+        Coefficients along the spin axis, cubes of lengths.
     tilt : array (n,)
-        Across it, away from the normal of the orbit.
+        Coefficients normal to the spin axis, away from the normal of the orbit, cubes of lengths.
     late : array (n,)
-        The value of `tilt` if all faces emitted the light a quarter of a turn later.
+        Values of `tilt` if all faces emitted the light a quarter of a turn later.
     error : array (n,)
-        Estimated largest error of `spin` and of `tilt` + i `late`, cubes of lengths; it is not a strict bound. Zero
-        without shadows.
+        Estimated largest error of `spin` and of `tilt` + i `late`, cubes of lengths; not a strict bound. Zero without
+        shadows.
 
     Examples
     --------
@@ -88,18 +88,19 @@ class YorpCoefficients(Summarized):
 
     @checked
     def with_lag(self, thermal_parameter: float, albedo: float = 0.0) -> YorpCoefficients:
-        """Return the same with thermal inertia, in linear theory: the tilt changes, the spin does not.
+        """Return the coefficients with thermal inertia in linear theory, which changes the tilt but not the spin.
 
-        The first harmonic of the absorbed light in the rotation phase is radiated times
-        1 / (1 + (1 + i) Theta / 2), and no other one counts in a mean (Capek and Vokrouhlicky 2004, Icarus 172, 526;
-        Vokrouhlicky 1998, A&A 335, 1093). The depth of the heat is small compared with the faces.
+        The first harmonic of the absorbed light in the rotation phase is radiated times 1 / (1 + (1 + i) Theta / 2),
+        and no other harmonic contributes to a mean (Capek and Vokrouhlicky 2004, Icarus 172, 526; Vokrouhlicky 1998,
+        A&A 335, 1093). The theory assumes that heat penetrates less deep than the size of a face.
 
         Parameters
         ----------
         thermal_parameter : float
-            Theta = Gamma sqrt(w) / (emissivity sigma T^3), not negative, T the temperature below the Sun.
+            Thermal parameter Theta = Gamma sqrt(w) / (emissivity sigma T^3), not negative, with the subsolar
+            temperature T.
         albedo : float
-            The share of light that is reflected, at once; from 0 to 1.
+            Fraction of the light that is reflected, without delay; from 0 to 1.
         """
         parameter = float(real_array("thermal_parameter", thermal_parameter, ()))
         share = float(real_array("albedo", albedo, ()))
@@ -114,14 +115,14 @@ class YorpCoefficients(Summarized):
     def drift(self, pressure: float, moment_of_inertia: float) -> Callable[[Mapping[str, float]], dict[str, float]]:
         """Return the rates of change of "rate" and "obliquity", for `pt.analysis.secular_evolution`.
 
-        Between the obliquities the coefficients are those of cubic splines; these must reach from 0 to pi.
+        Cubic splines interpolate the coefficients between the obliquities, which must reach from 0 to pi.
 
         Parameters
         ----------
         pressure : float
-            Of sunlight at the semimajor axis, times 1 / sqrt(1 - e^2) on an ellipse.
+            Radiation pressure of sunlight at the semimajor axis, times 1 / sqrt(1 - e^2) on an eccentric orbit.
         moment_of_inertia : float
-            About the spin axis.
+            Moment of inertia about the spin axis.
         """
         from scipy.interpolate import CubicSpline
 
@@ -149,31 +150,34 @@ class YorpCoefficients(Summarized):
 def yorp_coefficients(
     surface: Mesh | DirectionalTorque, obliquities: Angles, *, axis: Any = (0, 0, 1), shadows: bool = True
 ) -> YorpCoefficients:
-    """Return the mean torque of YORP over rotation and orbit, without thermal inertia; `with_lag` adds that.
+    """Return the mean YORP torques of a surface over rotation and orbit, without thermal inertia.
 
-    The mean over the rotation is a closed form, between the phases at which shadows begin and end on faces. Without
-    shadows the mean over the orbit is accurate to rounding. With shadows it is a sum over latitudes of the Sun, whose
-    number doubles until the estimated error is below 1e-6 of the sum of the torques of all faces, at most 4096.
+    `YorpCoefficients.with_lag` adds thermal inertia. The mean over the rotation is a closed form between the phases at
+    which shadows begin and end on faces. Without shadows the mean over the orbit is accurate to rounding. With shadows
+    the function sums over latitudes of the Sun and doubles their number, up to 4096, until the estimated error is below
+    1e-6 of the sum of the torques of all faces.
 
     Parameters
     ----------
     surface : Mesh or DirectionalTorque
-        A body, or the smooth field of one: its means are those of a propagation with it.
+        Shape of the body, or its smoothed torque, for means that agree with a propagation under this torque.
     obliquities : array (n,)
-        From 0 to pi, radians.
+        Obliquities from 0 to pi, radians.
     axis : array (3,), axes of the shape
-        The spin axis, of any length but zero; default: the third axis.
+        Spin axis of any nonzero length; default: the third axis.
     shadows : bool
-        Whether faces of a mesh are dark whose centroids are in the shadow of others. A field has what it was made with.
+        True if faces of a mesh are dark when other faces shade their centroids. The argument does not affect a
+        `DirectionalTorque`.
 
     Returns
     -------
     YorpCoefficients
+        Coefficients at the obliquities.
 
     Raises
     ------
     ValueError
-        If an obliquity is not from 0 to pi or the axis is zero.
+        If an obliquity is outside 0 to pi or the axis is zero.
 
     Examples
     --------

@@ -113,25 +113,31 @@ SECONDS_OF_BYTE = 1e-8
 
 @checked
 def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Path:
-    """Write a trajectory with its events, units, frames and provenance, and return its path; `load` reads it again.
+    """Write a trajectory with its events, units, frames and provenance to a file that `load` reads.
 
-    The file has nothing of the machine that wrote it. If body, forces and orbits are the package's own and made of
-    parameters, it has the text of a scenario too, and `poinsot run` on it repeats the motion.
+    The file contains no information about the machine. If body, forces and orbits are built in and made of parameters,
+    the file also contains the text of a scenario, and `poinsot run` on the file repeats the motion.
 
     Parameters
     ----------
     motion : Trajectory
+        Motion to write.
     path : str or Path
-        Ends in `.nc` (NetCDF-4) or `.zarr` (a folder, Zarr of format 3). An ensemble in a store is copied to `.zarr`
-        with the chunks that are there; for `.nc` it must be whole.
+        Name that ends in `.nc` (NetCDF-4) or `.zarr` (a folder in Zarr format 3). An ensemble in a store is copied to
+        `.zarr` with the chunks that exist; writing it to `.nc` requires all chunks.
     overwrite : bool
-        Whether an existing file of that name is replaced.
+        True to replace an existing file of that name.
+
+    Returns
+    -------
+    Path
+        Path of the file.
 
     Raises
     ------
     TypeError, ValueError, OSError
-        If the first argument is no trajectory, the name ends in something else, its folder does not exist, or the file
-        does.
+        If the first argument is not a trajectory, the name has another ending, the folder does not exist, or the file
+        exists.
 
     Examples
     --------
@@ -173,24 +179,29 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
 
 
 def load(source: str | Path | xarray.Dataset) -> Trajectory:
-    """Return the trajectory in a file that `save` wrote, or in the dataset that xarray made of one.
+    """Return the trajectory in a file that `save` wrote, or in a dataset that xarray read from such a file.
 
-    Times, quaternions (n, 4), momenta, initial state, events and orbits integrated along are read bit for bit. Body,
-    forces and orbits are made again from the text in the file and the arrays that it names. Where it has none (classes
-    from outside the package; every `motion.dataset`), the trajectory has the body alone: its potential energy and its
-    integrals are read from the file, and `motion.system.not_rerunnable` is the reason why it cannot be run. The wall
-    time is NaN, and there is no dense output.
+    Times, quaternions, momenta, initial state, events and integrated orbits are restored bit for bit. Body, forces and
+    orbits are restored from the text and arrays in the file. If the file lacks this text (with user-defined classes,
+    and for every `motion.dataset`), the trajectory contains the body but not the forces. Potential energy and integrals
+    are then read from the file, and `motion.system.not_rerunnable` gives the reason. The wall time is NaN, and there is
+    no dense output.
 
     Parameters
     ----------
     source : str, Path or xarray.Dataset
-        Only what `save` writes is read, no chunks and no codecs: a dataset that xarray made of another file that you
-        trust is taken as it is.
+        File that `save` wrote. poinsot rejects files with other chunks or codecs. A dataset is not checked for its
+        origin: load only datasets from files that you trust.
+
+    Returns
+    -------
+    Trajectory
+        The stored motion.
 
     Raises
     ------
     OSError, ValueError
-        If the file cannot be opened; or it is no such file, or not whole.
+        If the file cannot be opened, was not written by `save`, or is incomplete.
 
     Examples
     --------

@@ -25,24 +25,25 @@ SLACK = 1e-12
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Andoyer(Summarized):
-    """Andoyer variables: three angles and their conjugate momenta, of one state or of members.
+    """Andoyer variables: three angles and their conjugate momenta, of one state or of the members of an ensemble.
 
-    The attitude is R3(h) R1(I) R3(g) R1(J) R3(l) with cos I = H/G and cos J = L/G: from the space axes through
-    the plane across the angular momentum to the body axes. Where I or J is zero the angles next to it are
-    determined by their sum only; the outer one is then zero. An I or J below 1e-8 is indistinguishable from zero.
-    (Andoyer 1923; Deprit 1967, Am. J. Phys. 35, 424.)
+    The attitude is R3(h) R1(I) R3(g) R1(J) R3(l) with cos I = H/G and cos J = L/G. These rotations lead from the space
+    axes through the plane normal to the angular momentum to the body axes. If I or J is zero, only the sum of the
+    adjacent angles is defined, and the outer angle is zero. Values of I or J below 1e-8 cannot be distinguished from
+    zero (Andoyer 1923; Deprit 1967, Am. J. Phys. 35, 424).
 
     Parameters
     ----------
     l, g, h : float or array (members,)
-        Angles, radians.
+        Angles in radians.
     L, G, H : float or array (members,)
-        Angular momentum along the third body axis, its size, and along the third space axis.
+        Component of the angular momentum along the third body axis, its magnitude, and its component along the third
+        space axis.
 
     Raises
     ------
     ValueError
-        If G is not positive, |L| or |H| is larger than G, or members do not match.
+        If G is not positive, |L| or |H| is larger than G, or the numbers of members differ.
 
     Examples
     --------
@@ -84,7 +85,7 @@ class Andoyer(Summarized):
     @classmethod
     @checked
     def from_state(cls, state: State) -> Andoyer:
-        """Return the variables of a state; angles in (-pi, pi]."""
+        """Return the Andoyer variables of a state, with angles in (-pi, pi]."""
         if not isinstance(state, State):
             raise TypeError(f"state must be a State, got {described(state)}.")
         body, space = state.angular_momentum_body, state.angular_momentum_space

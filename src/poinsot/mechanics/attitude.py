@@ -142,16 +142,17 @@ def omega_space(q: ArrayLike, q_dot: ArrayLike) -> Array:
 
 
 class Attitude(Immutable):
-    """The attitude as a formula sees it: it turns vectors between space and body axes.
+    """Attitude of a body in a formula, which transforms vectors between space and body axes.
 
     Parameters
     ----------
     matrix : array (3, 3) of scalars or None
-        The active matrix, x_space = A x_body; None: that of the quaternion.
+        Active rotation matrix A, x_space = A x_body. None: the matrix follows from the quaternion.
     comoving : bool
-        Whether it refers to moving axes, along which formulas see the vectors of the environment alone.
+        True if the attitude is relative to moving axes. Formulas then receive vectors of the environment along these
+        axes.
     quaternion : four scalars, optional
-        The same attitude.
+        Unit quaternion body -> space of the same attitude, scalar first.
 
     Examples
     --------
@@ -172,7 +173,7 @@ class Attitude(Immutable):
 
     @property
     def components(self) -> Iterable[Scalar]:
-        """The four scalars of the quaternion, or the nine of the matrix where it has none."""
+        """Four components of the quaternion, or nine of the matrix if the attitude was made without a quaternion."""
         return self._matrix.flat if self._quaternion is None else self._quaternion
 
     turn: Sequence[Scalar] = (0.0, 0.0, 0.0)
@@ -194,13 +195,13 @@ class Attitude(Immutable):
 
     @property
     def matrix(self) -> Array:
-        """The active matrix along the space axes, x_space = A x_body, (3, 3) scalars."""
+        """Active rotation matrix A of x_space = A x_body, (3, 3) scalars."""
         matrix: Array = self._along_space(self._matrix)
         return matrix
 
     @property
     def quaternion(self) -> Any:
-        """The unit quaternion body -> space, four scalars, scalar first."""
+        """Unit quaternion body -> space, four scalars, scalar first."""
         if self._quaternion is None:
             raise ValueError(
                 "attitude must have its quaternion for a formula that reads it, got its matrix alone. "
@@ -215,27 +216,27 @@ class Attitude(Immutable):
 
     @classmethod
     def from_quaternion(cls, q: Iterable[Scalar], comoving: bool = False) -> Attitude:
-        """Return the attitude of one quaternion of four scalars.
+        """Return the attitude of a unit quaternion body -> space, four scalars, scalar first.
 
-        All entries of the matrix are of second degree in q. So a potential and its torque belong together also where
-        rounding has moved q off the unit sphere, and a kernel keeps the energy.
+        All entries of the matrix are of second degree in q. A potential and its torque therefore remain consistent
+        where rounding has moved q off the unit sphere, and the integration conserves the energy.
         """
         return cls(None, comoving, functions.Vector(q))
 
     def turned(self, quaternion: Vector) -> Attitude:
-        """Return the attitude of axes that a unit quaternion along the body axes turns away from these."""
+        """Return the attitude after a further rotation by a unit quaternion, given along the body axes."""
         own = None if self._quaternion is None else quat.product(Vector(self._quaternion), quaternion)
         return Attitude(self._matrix @ rotation_matrix(quaternion), self.comoving, own)
 
     def to_body(self, vector: Iterable[Scalar]) -> Vector:
-        """Return the components along the body axes of a vector given in space."""
+        """Return the components of a vector along the body axes, from its components along the space axes."""
         if self.comoving and not isinstance(vector, functions.ComovingVector):
             raise functions.NotComoving
         x = vector.components if isinstance(vector, functions.ComovingVector) else functions.Vector(vector)
         return functions.Vector(functions.dot(self._matrix[:, i], x) for i in range(3))
 
     def to_space(self, vector: Iterable[Scalar]) -> Vector:
-        """Return the components in space of a vector given along the body axes."""
+        """Return the components of a vector along the space axes, from its components along the body axes."""
         x = functions.Vector(vector)
         return self._in_space(functions.dot(self._matrix[i], x) for i in range(3))
 

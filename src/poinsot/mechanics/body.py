@@ -51,24 +51,22 @@ def _of_vectors(name: str) -> Callable[[Method], Method]:
 
 
 class Body(Parametric):
-    """A rigid body, by its moments of inertia about the given axes.
+    """Rigid body with given principal moments of inertia.
+
+    The angular momentum g and the angular velocity omega obey g = I omega along the body axes.
 
     Parameters
     ----------
     moments : array (3,) or (members, 3)
-        Principal moments of inertia, in any order, in the user's unit of mass times length squared. The
-        body axes are then the principal axes. Other axes: `Body.from_inertia`.
+        Principal moments of inertia, in any order and in the user's unit of mass times length squared. The body axes
+        are the principal axes. `Body.from_inertia` accepts a tensor along other axes.
     mass : float or array (members,), optional
-        Two bodies that attract each other need it; the rotation of one does not.
+        Mass of the body. `TwoBodies` requires it; the rotation of a single body does not depend on it.
 
     Raises
     ------
     ValueError
         If a moment or the mass is not positive, or a moment is larger than the sum of the other two.
-
-    Notes
-    -----
-    `kinetics` is the only place that knows how momentum and rate are related.
 
     Examples
     --------
@@ -108,22 +106,22 @@ class Body(Parametric):
 
     @_of_vectors("angular_momentum_body")
     def omega(self, angular_momentum_body: ArrayLike) -> NDArray[Any]:
-        """Return the angular velocity in body axes, I^-1 g; shape (..., 3)."""
+        """Return the angular velocity I^-1 g along the body axes, shape (..., 3), from the angular momentum g."""
         return self.kinetics().omega(_three("angular_momentum_body", angular_momentum_body))
 
     @_of_vectors("angular_momentum_body")
     def kinetic_energy(self, angular_momentum_body: ArrayLike) -> Scalar:
-        """Return g . omega / 2, eq. (9); shape (...)."""
+        """Return the kinetic energy of rotation g . omega / 2, eq. (9), shape (...)."""
         return self.kinetics().kinetic_energy(_three("angular_momentum_body", angular_momentum_body))
 
     @_of_vectors("omega_body")
     def angular_momentum(self, omega_body: AngularVelocities) -> NDArray[Any]:
-        """Return the angular momentum in body axes, I omega; shape (..., 3)."""
+        """Return the angular momentum I omega along the body axes, shape (..., 3)."""
         return quat.component_product(self.moments, _three("omega_body", omega_body))
 
     @_of_vectors("direction_body")
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
-        """Return the moment of inertia about a unit vector in body axes, J = u . I u; shape (...)."""
+        """Return the moment of inertia u . I u about a unit vector u along the body axes, shape (...)."""
         direction = _three("direction_body", direction_body)
         return quat.dot(self.moments, quat.component_product(direction, direction))
 
@@ -148,17 +146,17 @@ class Body(Parametric):
 
     @property
     def principal_axes(self) -> Rotation:
-        """The rotation principal -> body axes, right-handed, the nearest one to the identity."""
+        """Rotation from the principal axes to the body axes, right-handed and as near as possible to the identity."""
         return rotation(quaternion_from_matrix(self.principal_matrix))
 
     @property
     def principal_matrix(self) -> NDArray[np.float64]:
-        """The principal axes along the body axes, as the columns of a (3, 3) matrix."""
+        """Matrix (3, 3) whose columns are the principal axes along the body axes."""
         return np.eye(3)
 
     @property
     def inertia(self) -> NDArray[np.float64]:
-        """The inertia tensor in the body axes, shape (..., 3, 3)."""
+        """Inertia tensor along the body axes, shape (..., 3, 3)."""
         return np.asarray(np.eye(3) * np.asarray(self.moments)[..., None, :])
 
     def tensor(self) -> functions.Vector:
@@ -169,14 +167,21 @@ class Body(Parametric):
 
     @staticmethod
     def from_inertia(tensor: Matrix, mass: Real | None = None) -> Body:
-        """Return the body with an inertia tensor, shape (3, 3), about the user's axes, and with a mass.
+        """Return the body with an inertia tensor along arbitrary body axes.
 
-        The axes stay the user's: every vector of a state, force or result is along them.
+        All vectors of states, forces and results refer to the axes of the tensor.
+
+        Parameters
+        ----------
+        inertia : array (3, 3)
+            Symmetric inertia tensor along the body axes.
+        mass : float, optional
+            Mass of the body, which `TwoBodies` requires.
 
         Raises
         ------
         ValueError
-            If the tensor is not symmetric to 1e-12 of its largest entry, or no rigid body has it.
+            If the tensor is not symmetric to 1e-12 of its largest entry, or no rigid body has this tensor.
         """
         inertia = real_array("tensor", tensor, (3, 3))
         if not np.allclose(inertia, inertia.T, rtol=0, atol=1e-12 * np.max(np.abs(inertia))):
@@ -192,14 +197,15 @@ class Body(Parametric):
 
     @staticmethod
     def from_shape(shape: Any) -> Body:
-        """Return the body of a shape (`Mesh`, `Ellipsoid`, ...) about its centre of mass, along the shape's axes.
+        """Return the body of a shape (`Mesh`, `Ellipsoid`, ...) about its centre of mass, along the axes of the shape.
 
-        `body.shape` is the shape. Products of inertia below 1.5e-14 of the largest moment are rounding and become 0.
+        `body.shape` contains the shape. Products of inertia below 1.5e-14 of the largest moment are rounding errors and
+        become 0.
 
         Raises
         ------
         ValueError
-            If a moment is zero, as those of points along a line.
+            If a moment of inertia is zero, as for points along a line.
         """
         if isinstance(shape, type) or not hasattr(shape, "circumscribing_radius"):
             raise TypeError(f"shape must be a shape, such as a Mesh, got {described(shape)}.")
@@ -223,19 +229,20 @@ class Body(Parametric):
     ) -> Body:
         """Return the body with a gravity field of second degree and a moment of inertia about its third axis.
 
-        With I33 = c: I11 = c + C20 - 2 C22, I22 = c + C20 + 2 C22, I12 = -2 S22, I13 = -C21, I23 = -S21, all
-        times mass radius^2 (MacCullagh's formula (19) in spherical harmonics).
+        With I33 = c: I11 = c + C20 - 2 C22, I22 = c + C20 + 2 C22, I12 = -2 S22, I13 = -C21, I23 = -S21, all times mass
+        radius^2 (MacCullagh's formula (19) in spherical harmonics).
 
         Parameters
         ----------
         C20, C22, C21, S21, S22 : float
-            Coefficients along the body axes, not normalised: sqrt(5) (C20), sqrt(5/3) (C21, S21) and
-            sqrt(5/12) (C22, S22) times normalised ones, which cannot be distinguished from them. J2 is -C20.
-            Principal axes with C20 < -2 C22 < 0 have A < B < C, the long axis on the prime meridian.
+            Coefficients along the body axes, not normalised: sqrt(5) (C20), sqrt(5/3) (C21, S21) and sqrt(5/12) (C22,
+            S22) times the normalised coefficients. poinsot cannot detect normalised input. J2 is -C20. Principal axes
+            with C20 < -2 C22 < 0 give A < B < C, with the long axis on the prime meridian.
         polar_moment_factor : float
-            c = I33 / (mass radius^2); C / (M R^2) of principal axes. A mean factor m has c = m - 2/3 C20.
+            Polar moment factor c = I33 / (mass radius^2), or C / (M R^2) for principal axes. A mean factor m gives c =
+            m - 2/3 C20.
         mass, radius : float
-            Of the body, and of the sphere to which the coefficients refer. Without a mass moments are over the mass.
+            Mass of the body and reference radius of the coefficients. Without a mass, moments are per unit of mass.
 
         Raises
         ------
@@ -256,17 +263,17 @@ class Body(Parametric):
         gamma: float | None = None,
         polar_moment: float = 1.0,
     ) -> Body:
-        """Return the body with two of the three ratios between its moments (A, B, C) along the body axes.
+        """Return the body with two of the three ratios between its moments of inertia (A, B, C) along the body axes.
 
-        alpha = (C - B) / A, beta = (C - A) / B, gamma = (B - A) / C, each in [-1, 1]. Two of them determine
-        the third, beta (1 + alpha gamma) = alpha + gamma, and the shape: A : B : C =
-        (1 - gamma) : (1 + alpha gamma) : (1 + alpha). The polar moment C is the scale, which changes no free
-        rotation and none under gravity gradients. Of the Moon beta and gamma are published.
+        alpha = (C - B) / A, beta = (C - A) / B and gamma = (B - A) / C are each in [-1, 1]. Two ratios determine the
+        third, beta (1 + alpha gamma) = alpha + gamma, and the shape A : B : C = (1 - gamma) : (1 + alpha gamma) : (1 +
+        alpha). The polar moment C is the scale. It affects neither a free rotation nor a rotation under gravity
+        gradients. Publications give beta and gamma of the Moon.
 
         Raises
         ------
         ValueError
-            If not exactly two are given, or no rigid body has them.
+            If not exactly two ratios are given, or no rigid body has these ratios.
         """
         named = {"alpha": alpha, "beta": beta, "gamma": gamma}
         given = {name: ratio for name, ratio in named.items() if ratio is not None}
@@ -294,14 +301,14 @@ class Body(Parametric):
 
     @staticmethod
     def from_cylinder(mass: float, radius: float, height: float) -> Body:
-        """Return the homogeneous circular cylinder, its axis the third body axis."""
+        """Return the homogeneous circular cylinder whose axis is the third body axis."""
         across, along = _positive("radius", radius) ** 2, _positive("height", height) ** 2
         side = across / 4 + along / 12
         return Body(_positive("mass", mass) * np.array([side, side, across / 2]), mass=mass)
 
     @staticmethod
     def from_point_masses(masses: ArrayLike, positions: Points) -> Body:
-        """Return the body of point masses, shapes (n,) and (n, 3), about their centre of mass."""
+        """Return the body of point masses, shape (n,), at positions, shape (n, 3), about their centre of mass."""
         m = _positive("masses", masses, (None,))
         if not m.size:
             raise ValueError("masses must not be empty, got shape (0,).")
@@ -327,12 +334,13 @@ class Body(Parametric):
         Parameters
         ----------
         attitude : scipy Rotation or array (4,)
-            Body -> space; with a frame, body -> frame. A quaternion is scalar first.
+            Rotation body -> space, or body -> frame if a frame is given. A quaternion is scalar first.
         omega_body, omega_space, angular_momentum_body, angular_momentum_space : array (3,)
-            Inertial rate or angular momentum, along the body or the space axes. With a frame, the rate
-            relative to it, along the body axes (`omega_body`) or the frame's axes (`omega_space`).
+            Inertial angular velocity (radians per unit of time) or angular momentum, along the body or the space axes.
+            If a frame is given, the angular velocity relative to the frame, along the body axes (`omega_body`) or the
+            axes of the frame (`omega_space`).
         time : float
-            The time of the state; that of a date is `orbit.calendar.time("2026-11-21T00:00:00 UTC")`.
+            Time of the state. `orbit.calendar.time("2026-11-21T00:00:00 UTC")` converts a date.
         frame : Frame, optional
             Moving axes, such as `orbit.frame`.
         """

@@ -45,28 +45,25 @@ _EPOCH = re.compile(rf"{_DATE}([T ]{_CLOCK})?( *(?P<scale>[A-Za-z0-9]+))?", re.A
 
 @dataclasses.dataclass(frozen=True)
 class Calendar(Immutable):
-    """The instant that the time 0 stands for, and the unit of time.
+    """Calendar that converts between dates and times: the date of time 0, its time scale and the unit of time.
 
-    `time(epoch)` turns dates into times, `date(time)` turns them back. Dates need astropy; floats do not.
+    `time(epoch)` converts dates to times, and `date(time)` converts times to dates. Dates require astropy; numbers do
+    not. UTC includes the leap seconds that astropy contains and assumes no later ones. It begins in 1960.
 
     Parameters
     ----------
     zero : str
-        The instant of t = 0: a date such as "2000-01-01T12:00:00", or with the day of the year "2000-001T12:00:00".
+        Date of t = 0, such as "2000-01-01T12:00:00", or with the day of the year "2000-001T12:00:00".
     scale : {"UTC", "TAI", "GPS", "TT", "TDB", "TCB", "TCG"}
-        Of that date. Time is counted in the same scale; from a UTC or GPS date it is counted in TAI, so that a leap
-        second is a second like any other.
+        Time scale of `zero`. Time is counted in this scale, except that a calendar with a UTC or GPS date counts in
+        TAI, so that a leap second has the length of any other second.
     unit : {"s", "min", "h", "d"}
-        Of time; a day has 86400 s.
+        Unit of time; a day has 86400 s.
 
     Raises
     ------
     ValueError
-        If the date is none, or the scale or the unit is unknown.
-
-    Notes
-    -----
-    UTC has the leap seconds that astropy knows, and none after them. It begins in 1960.
+        If the date is invalid, or the scale or the unit is unknown.
 
     Examples
     --------
@@ -93,26 +90,26 @@ class Calendar(Immutable):
         object.__setattr__(self, "zero", date)
 
     def time(self, epoch: Any) -> Any:
-        """Return the time of an instant, or of an array of them.
+        """Return the time of a date, or of an array of dates.
 
         Parameters
         ----------
         epoch : str, astropy.time.Time, datetime with a time zone, float, or array of these
-            A date with its time scale: "2026-11-21T00:00:00 UTC", "... TDB"; a final Z is UTC. A number is a time
-            already, and returned as it is.
+            Date with its time scale: "2026-11-21T00:00:00 UTC", "... TDB". A final Z means UTC. A number is already a
+            time and is returned unchanged.
 
         Returns
         -------
         float or array
-            As exact as a float: to half a nanosecond within 50 days of zero, to 0.1 microseconds within
-            30 years.
+            Time since `zero`, accurate to half a nanosecond within 50 days of zero and to 0.1 microseconds within 30
+            years.
 
         Raises
         ------
         ValueError
-            If a date is invalid, or has no time scale.
+            If a date is invalid or lacks a time scale.
         ImportError
-            If a date is given and astropy is missing.
+            If a date is given and astropy is not installed.
         """
         if _is_instant(epoch):
             times = self._counted(epoch)
@@ -125,7 +122,7 @@ class Calendar(Immutable):
         return float(times) if np.ndim(times) == 0 else times
 
     def date(self, time: Any) -> Any:
-        """Return the instants of times as an `astropy.time.Time`, in the scale of this calendar (GPS as TAI)."""
+        """Return the dates of times as an `astropy.time.Time` in the scale of this calendar (TAI for GPS)."""
         times = real_numbers("time", time, self.unit)
         if np.any(np.abs(times) > FURTHEST / SECONDS[self.unit]):
             raise ValueError(f"time must be within 30000 years of {self.zero} to be a date, got {quoted(time)}.")
@@ -137,7 +134,7 @@ class Calendar(Immutable):
             return instant.utc if self.scale == "UTC" else instant
 
     def converted(self, times: NDArray[np.float64], calendar: Calendar) -> NDArray[np.float64]:
-        """Return the times at which this calendar has the instants that another one has at `times`."""
+        """Return the times of this calendar at the instants that another calendar denotes by `times`."""
         return times if calendar == self else np.asarray(self.time(calendar.date(times)))
 
     def _of_array(self, epochs: NDArray[Any]) -> NDArray[np.float64]:

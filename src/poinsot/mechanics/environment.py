@@ -68,9 +68,10 @@ class Dated(Parametric):
 
 
 class Orbit(Dated, ABC):
-    """The position of the body relative to one attractor, space axes; it owns that attractor's `mu`.
+    """Position of the body relative to one attractor, space axes; the base class of all orbits.
 
-    Subclasses declare a field `mu` and give position and velocity as formulas of the time.
+    A subclass declares the gravitational parameter `mu` of the attractor and defines position and velocity as formulas
+    of the time.
 
     Examples
     --------
@@ -99,17 +100,18 @@ class Orbit(Dated, ABC):
 
     @abstractmethod
     def position_at(self, time: Scalar) -> Vector:
-        """Return the three components of the position of the body from the attractor.
+        """Return the three components of the position of the body relative to the attractor, space axes.
 
-        Each has the shape of the time. Of members and times of shape (n,), common to all, each has shape (members, n).
+        Each component has the shape of the time. With members, and times of shape (n,) common to all, each has shape
+        (members, n).
         """
 
     @abstractmethod
     def velocity_at(self, time: Scalar) -> Vector:
-        """Return the three components of its velocity."""
+        """Return the three components of the velocity of the body relative to the attractor, space axes."""
 
     def inverse_distance_at(self, time: Scalar) -> Scalar:
-        """Return one over the length of the position."""
+        """Return the inverse 1 / r of the distance from the attractor."""
         return 1 / functions.norm(self.position_at(time))
 
     @property
@@ -124,7 +126,7 @@ class Orbit(Dated, ABC):
 
     @property
     def sample_time(self) -> Any:
-        """A time at which the attractor is felt, for trials of formulas; shape () or (members,)."""
+        """Time at which the attractor acts, for trials of formulas; shape () or (members,)."""
         return 0.0
 
     @property
@@ -134,17 +136,17 @@ class Orbit(Dated, ABC):
 
     @property
     def origin(self) -> str:
-        """The name of the attractor."""
+        """Name of the attractor."""
         return "attractor"
 
     @property
     def block(self) -> OrbitBlock | None:
-        """The variables that a kernel may integrate along in place of the formulas; None if it has none."""
+        """Variables that a kernel may integrate instead of the formulas, or None."""
         return None
 
     @property
     def uniform_rotation(self) -> NDArray[np.float64] | None:
-        """The angular velocity, space axes, about which the position turns unchanged; None if it does not."""
+        """Angular velocity, space axes, about which the position rotates uniformly, or None for any other orbit."""
         return None
 
     @property
@@ -154,7 +156,7 @@ class Orbit(Dated, ABC):
 
     @property
     def frame(self) -> Frame:
-        """The axes radial (away from the attractor), transverse (forward), normal to position and velocity."""
+        """Axes radial (away from the attractor), transverse (forward), and normal to position and velocity."""
         return FrameOfOrbit(self)
 
 
@@ -266,18 +268,19 @@ class OrbitBlock(Block):
 
 
 class Environment(Immutable):
-    """Positions on the orbits at an instant, from integrated variables or from formulas.
+    """Positions and velocities on orbits at one instant, from integrated variables or from formulas.
 
     Parameters
     ----------
     time : scalar
-        The time.
+        Time of the instant.
     blocks : sequence of pairs
-        Blocks of orbits with the values of their variables.
+        Blocks of integrated orbits with the values of their variables.
     views : mapping, optional
-        The `id` of an orbit -> the number of its block, if it has one. Default: the block with the numbers of its own.
+        Map from the `id` of an orbit to the number of its block, or None for an orbit without a block. By default, an
+        orbit uses the block with equal parameters.
     comoving : bool
-        Whether vectors are along the comoving axes of the one block, which all orbits have.
+        True if vectors are along the comoving axes of one block that all orbits share.
 
     Examples
     --------
@@ -297,28 +300,28 @@ class Environment(Immutable):
         self.blocks, self._views, self._comoving = blocks, views, comoving
 
     def position(self, orbit: Orbit) -> Vector:
-        """Return the position of the body from the attractor of that orbit, space axes."""
+        """Return the position of the body relative to the attractor of an orbit, space axes."""
         if (found := self._found(orbit)) is None:
             return self._beside(orbit).position_at(self.time)
         block, own = found
         return self._vector(block.position(orbit, self.time, own), block, own)
 
     def velocity(self, orbit: Orbit) -> Vector:
-        """Return the velocity of the body relative to the attractor of that orbit, space axes."""
+        """Return the velocity of the body relative to the attractor of an orbit, space axes."""
         if (found := self._found(orbit)) is None:
             return self._beside(orbit).velocity_at(self.time)
         block, own = found
         return self._vector(block.velocity(orbit, self.time, own), block, own)
 
     def inverse_distance(self, orbit: Orbit) -> Scalar:
-        """Return 1 / r of the body from the attractor of that orbit."""
+        """Return 1 / r, with the distance r of the body from the attractor of an orbit."""
         if (found := self._found(orbit)) is None:
             return self._beside(orbit).inverse_distance_at(self.time)
         block, own = found
         return block.inverse_distance(orbit, self.time, own)
 
     def direction(self, orbit: Orbit) -> Vector:
-        """Return the unit vector from the attractor of that orbit to the body, space axes."""
+        """Return the unit vector from the attractor of an orbit to the body, space axes."""
         if (found := self._found(orbit)) is None:
             inverse = self.inverse_distance(orbit)
             return Vector(x * inverse for x in self.position(orbit))

@@ -24,22 +24,23 @@ __all__ = ["Event"]
 
 
 class Event(Parametric, ABC):
-    """A zero of one scalar formula along a motion.
+    """Event at the zeros of a scalar formula along a motion; the base class of all events.
 
-    A subclass that also has the method `act` changes the state there, and the motion continues from the state that it
-    returns.
+    A subclass defines `value(instant)`. A subclass that also defines `act` changes the state at the event, and the
+    motion continues from the state that `act` returns.
 
     Parameters
     ----------
     direction : {-1, 0, 1}
-        Only where the value falls (-1) or rises (1) with time, in whichever direction the run goes. 0: both.
+        1 for zeros at which the value rises with time, -1 for zeros at which it falls, 0 for both. The sign refers to
+        increasing time, also in a run backwards.
     terminal : bool
-        Whether the motion ends there.
+        True if the motion ends at the event.
 
     Raises
     ------
     ValueError
-        If the direction is another number, or a terminal event also acts.
+        If the direction is another number, or a terminal event also defines `act`.
 
     Examples
     --------
@@ -74,15 +75,16 @@ class Event(Parametric, ABC):
 
     @of_scalars
     def condition(self, instant: Instant) -> Scalar:  # noqa: ARG002
-        """Return a scalar that is positive where a zero of the value is an event; by default at all of them."""
+        """Return a scalar that is positive where a zero of the value counts as an event. By default all zeros count."""
         return 1.0
 
     def act(self, body: Body, state: State) -> State:  # noqa: ARG002
         """Return the state from which the motion continues.
 
-        `body` and the fields are those of the member; of two bodies `TwoBodies` and a `PairState`. Of a system with
-        parts the body has them: `body.state` takes the rates of body and parts together, `body.own(part)` and
-        `state.own` are their variables, and a state returned without variables of a part leaves them as they are.
+        For an ensemble, `body` and the fields of the event are those of one member. For two bodies, `act` receives a
+        `TwoBodies` and a `PairState`. If the system has parts, `body` includes them: `body.state` accepts the angular
+        velocity of body and parts together, and `body.own(part)` and `state.own` contain the variables of the parts.
+        The variables of a part remain unchanged if the returned state does not contain them.
         """
         return state
 
@@ -93,15 +95,15 @@ class Event(Parametric, ABC):
 
     @property
     def kind(self) -> str:
-        """The name of the class, for summaries."""
+        """Name of the class, for summaries."""
         return type(self).__name__
 
     @of_scalars
     def check_start(self, instant: Instant) -> None:
-        """Raise a ValueError if a motion must not begin where it does: an instant of arrays, if there are members."""
+        """Raise a ValueError if a motion must not begin at this instant. Ensembles pass an instant of arrays."""
 
     def on(self, body: str) -> Event:
-        """Return the same event of one of two bodies, "primary" or "secondary"."""
+        """Return the same event for one of two bodies, "primary" or "secondary"."""
         return EventOn(self, body, direction=self.direction, terminal=self.terminal)
 
 

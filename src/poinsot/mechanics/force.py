@@ -61,7 +61,10 @@ class Force(Parametric, ABC):
 
 
 class Potential(Force):
-    """A conservative effect, by one scalar formula in body-frame vectors; its torque is derived.
+    """Conservative force, given by its potential energy; poinsot derives the torque.
+
+    A subclass defines `energy(instant)`, a formula of body-frame vectors. The torque is N = -(dU / d rotation), along
+    the body axes.
 
     Examples
     --------
@@ -81,7 +84,7 @@ class Potential(Force):
     @of_scalars
     @abstractmethod
     def energy(self, instant: Instant) -> Scalar:
-        """Return the potential energy, written with `instant.attitude.to_body(u)` of space vectors u."""
+        """Return the potential energy. `instant.attitude.to_body(u)` transforms a space vector u to the body axes."""
 
     @override
     def on(self, body: str) -> Potential:
@@ -98,7 +101,9 @@ class Potential(Force):
 
 
 class Torque(Force):
-    """An effect that has no potential, by one formula with three body components.
+    """Torque without a potential, given by one formula with three components along the body axes.
+
+    A subclass defines `torque(instant)`. The torque N enters the equation g' = g x omega + N.
 
     Examples
     --------
@@ -126,9 +131,9 @@ class Load(NamedTuple):
     Attributes
     ----------
     force : Vector
-        On the secondary, space axes; the opposite one is on the primary.
+        Force on the secondary, space axes. The opposite force acts on the primary.
     torques : two of Vector
-        On primary and secondary, each about its centre of mass and along its axes.
+        Torques on primary and secondary, each about the centre of mass and along the axes of the body.
 
     Examples
     --------
@@ -145,9 +150,10 @@ NOTHING = Vector((0.0, 0.0, 0.0))
 
 
 class PairLoad(Force):
-    """Force and torques on two bodies without a potential, by one formula.
+    """Force and torques on two bodies without a potential, given by one formula.
 
-    The force is the one along which the separation accelerates, reduced mass times relative acceleration.
+    A subclass defines `load(instant)`. The force F accelerates the separation: F = reduced mass times relative
+    acceleration.
 
     Examples
     --------
@@ -163,7 +169,7 @@ class PairLoad(Force):
     @of_scalars
     @abstractmethod
     def load(self, instant: Any) -> Load:
-        """Return force and torques at a `PairInstant`."""
+        """Return the `Load` at a `PairInstant`."""
 
 
 class _On(Force):

@@ -43,7 +43,9 @@ PARALLEL = 1e-12
 
 
 class Frame(Immutable):
-    """Axes that move in space; attitudes and rates relative to them go in and come out by name.
+    """Moving axes, to which attitudes and angular velocities can be referred; the base class of all frames.
+
+    A subclass defines the quaternion and the angular velocity of the axes as functions of time.
 
     Examples
     --------
@@ -66,9 +68,9 @@ class Frame(Immutable):
 
     @abstractmethod
     def quaternion(self, time: Times) -> NDArray[np.float64]:
-        """Return the unit quaternion frame -> space, x_space = q x_frame q~; shape (..., 4).
+        """Return the unit quaternion q frame -> space, x_space = q x_frame q~, shape (..., 4).
 
-        Times of shape (n,) are common to all members, and the result has the shape (members, n, 4).
+        Times of shape (n,) are common to all members, and the result then has shape (members, n, 4).
         """
 
     @abstractmethod
@@ -87,7 +89,7 @@ class Frame(Immutable):
         return text_table(type(self).__name__, self._told)
 
     def attitude(self, time: Times) -> Rotation:
-        """Return the scipy rotation frame -> space."""
+        """Return the scipy rotation frame -> space at given times."""
         return rotation(real_numbers("quaternion(time)", self.quaternion(time)))
 
 
@@ -150,16 +152,16 @@ def from_roll_pitch_yaw(angles: ArrayLike) -> NDArray[np.float64]:
 
 
 class RotatingFrame(Frame):
-    """Axes that turn at a constant rate.
+    """Axes that rotate at a constant angular velocity.
 
     Parameters
     ----------
     attitude : scipy Rotation or array (4,) or (members, 4)
-        Frame -> space at the epoch.
+        Rotation frame -> space at the epoch. A quaternion is scalar first.
     omega_space : array (3,) or (members, 3)
-        Its constant angular velocity, space axes, radians per unit of time.
+        Constant angular velocity of the frame along the space axes, radians per unit of time.
     epoch : float or array (members,)
-        The time of `attitude`.
+        Time of `attitude`.
 
     Examples
     --------

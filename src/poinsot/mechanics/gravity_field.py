@@ -25,26 +25,27 @@ SLACK = 1e-9
 
 
 class GravityField(Parametric):
-    """The field of a body about its centre of mass, by coefficients that are not normalised.
+    """Gravity field of a body about its centre of mass, as unnormalised spherical harmonic coefficients.
 
-    V = G M / r sum_n (radius / r)^n sum_m P_nm(sin latitude) (C_nm cos(m longitude) + S_nm sin(m longitude)), P_nm
-    without the sign (-1)^m, longitude and latitude along the body axes. The term of degree 0 is 1 and those of degree 1
-    are 0.
+    V = G M / r sum_n (radius / r)^n sum_m P_nm(sin latitude) (C_nm cos(m longitude) + S_nm sin(m longitude)), with P_nm
+    without the sign (-1)^m, and longitude and latitude along the body axes. The term of degree 0 is 1 and the terms of
+    degree 1 are 0.
 
     Parameters
     ----------
     degree : int
-        At least 2.
+        Largest degree n, at least 2.
     mass : float
-        In the user's unit: with moments of inertia over M R^2 it is 1.
+        Mass M of the body in the user's unit; 1 if moments of inertia are divided by M R^2.
     radius : float
-        The length to which the coefficients refer.
+        Reference radius of the coefficients.
     C, S : array (degree + 1, degree + 1)
-        Rows are degrees n, columns orders m. C_00 is 1 or left at 0, S_n0 is 0; what is right of the diagonal does not
-        count.
+        Coefficients, with degrees n as rows and orders m as columns. C_00 is 1 or 0, and S_n0 is 0. Entries above the
+        diagonal are ignored.
     extent : float, optional
-        The radius of a sphere about the centre of mass that holds the body, best the smallest. Inside it the series
-        need not converge, and a run counts the times at which an attractor was there. 0: unknown, nothing is counted.
+        Radius of a sphere about the centre of mass that contains the body, preferably the smallest one. The series need
+        not converge inside it, and a run counts the times at which an attractor is inside. 0 means unknown: nothing is
+        counted.
 
     Raises
     ------
@@ -92,15 +93,16 @@ class GravityField(Parametric):
 
     @of_scalars
     def power(self, n: int) -> Scalar:
-        """Return the mean square of the terms of one degree at the unit of length, over that of degree 0."""
+        """Return the mean square of the terms of one degree at unit distance, divided by that of degree 0."""
         squares = sum((c * c + s * s) / norm**2 for (c, s), norm in zip(self.row(n), norms(n)[n], strict=True))
         return self.radius ** (2 * n) * squares
 
     @classmethod
     def from_normalized(cls, mass: Real, radius: Real, C: Matrix, S: Matrix, extent: Real = 0.0) -> GravityField:
-        """Return the field of fully normalised coefficients, as most tables have them; every one may have members.
+        """Return the field with fully normalised coefficients, the convention of most tables.
 
-        A normalised coefficient is one that is not, over sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!).
+        Every argument may have members. A coefficient C_nm is sqrt((2 - [m = 0]) (2 n + 1) (n - m)! / (n + m)!) times
+        the fully normalised coefficient.
         """
         rows = (real_numbers("C", C).shape or (0,))[-1]
         c, s = (member_array(name, value, (rows, rows)) for name, value in (("C", C), ("S", S)))
@@ -110,7 +112,7 @@ class GravityField(Parametric):
 
     @property
     def normalized(self) -> tuple[Array, Array]:
-        """The fully normalised coefficients, C and S."""
+        """Fully normalised coefficients C and S."""
         factors = norms(self.degree)
         return np.divide(self.C, factors), np.divide(self.S, factors)
 
@@ -126,10 +128,10 @@ class GravityField(Parametric):
 
     @property
     def inertia_deviator(self) -> Array:
-        """The inertia tensor minus its mean, which a gravity field does not determine; shape (..., 3, 3).
+        """Inertia tensor minus its mean, which a gravity field does not determine; shape (..., 3, 3).
 
-        Times mass radius^2: I11, I22, I33 less their mean are C20/3 -+ 2 C22 and -2/3 C20; I12 = -2 S22, I13 = -C21,
-        I23 = -S21.
+        In units of mass radius^2, I11, I22 and I33 minus their mean are C20/3 - 2 C22, C20/3 + 2 C22 and -2/3 C20. The
+        products are I12 = -2 S22, I13 = -C21 and I23 = -S21.
         """
         both = np.broadcast_arrays(self.C[..., 2, :3], self.S[..., 2, :3])
         (c20, c21, c22), (_, s21, s22) = (np.moveaxis(x, -1, 0) for x in both)

@@ -21,19 +21,21 @@ __all__ = ["Instant"]
 
 
 class Instant(Immutable):
-    """One body at one instant: all that a formula may see, in scalars of any kind.
+    """Instant of a rotating body: the attitude, rates and environment that a formula of a force, part or event may use.
 
     Parameters
     ----------
     body : Body
+        The body with its parts.
     attitude : Attitude
+        Attitude of the body.
     environment : Environment
-        The time, and where the orbits are at it.
+        Time, and positions on the orbits at this time.
     omega_body, angular_momentum_body : vector, optional
-        The inertial angular velocity, radians per unit of time, and the angular momentum, along the body axes. One
-        of them gives the other; without both formulas may depend on time, attitude and orbits alone, as energies do.
+        Inertial angular velocity (radians per unit of time) and angular momentum along the body axes. Either one
+        determines the other. Without both, formulas may depend on time, attitude and orbits only, as energies do.
     scale : scalar
-        What momenta in the vector field of a system are multiplied by, and the angular momentum that is given.
+        Factor of the momenta in the scaled vector field of a system, and of the given angular momentum.
 
     Examples
     --------
@@ -78,17 +80,17 @@ class Instant(Immutable):
 
     @property
     def without_rates(self) -> Instant:
-        """The same for formulas of energies."""
+        """Same instant without angular velocity, for formulas of energies."""
         return Instant(self.body, self.attitude, self.environment)
 
     @property
     def time(self) -> Scalar:
-        """The time."""
+        """Time of the instant."""
         return self.environment.time
 
     @cached_property
     def omega_body(self) -> Vector:
-        """The inertial angular velocity along the body axes."""
+        """Inertial angular velocity along the body axes."""
         if self._omega_body is not None:
             return Vector(self._omega_body)
         if self._momentum is None:
@@ -99,7 +101,7 @@ class Instant(Immutable):
 
     @cached_property
     def angular_momentum_body(self) -> Vector:
-        """The angular momentum along the body axes."""
+        """Angular momentum along the body axes."""
         if self._momentum is None:
             return Vector(self.body.angular_momentum(self.omega_body))
         momentum: Vector = Vector(self._momentum) / self.scale
@@ -117,7 +119,7 @@ class Instant(Immutable):
 
     @cached_property
     def inertia(self) -> Array:
-        """The inertia tensor along the body axes, (3, 3) scalars."""
+        """Inertia tensor along the body axes, (3, 3) scalars."""
         return matrix_of(self.body.tensor())
 
     def own(self, block: Block) -> Vector:
@@ -125,19 +127,19 @@ class Instant(Immutable):
         return self.environment.own(block) if isinstance(block, OrbitBlock) else self.body.own(block)
 
     def position(self, orbit: Orbit) -> Vector:
-        """Return the position of the body from the attractor of that orbit, space axes."""
+        """Return the position of the body relative to the attractor of an orbit, space axes."""
         return self.environment.position(self._of_members(orbit))
 
     def velocity(self, orbit: Orbit) -> Vector:
-        """Return the velocity of the body relative to the attractor of that orbit, space axes."""
+        """Return the velocity of the body relative to the attractor of an orbit, space axes."""
         return self.environment.velocity(self._of_members(orbit))
 
     def direction(self, orbit: Orbit) -> Vector:
-        """Return the unit vector from the attractor of that orbit to the body, space axes."""
+        """Return the unit vector from the attractor of an orbit to the body, space axes."""
         return self.environment.direction(self._of_members(orbit))
 
     def inverse_distance(self, orbit: Orbit) -> Scalar:
-        """Return 1 / r of the body from the attractor of that orbit."""
+        """Return 1 / r, with the distance r of the body from the attractor of an orbit."""
         return self.environment.inverse_distance(self._of_members(orbit))
 
     def _of_members(self, orbit: Orbit) -> Orbit:

@@ -20,24 +20,25 @@ __all__ = ["PairInstant"]
 
 
 class PairInstant(Instant):
-    """Two bodies at one instant: all that a formula of a pair may see, in scalars of any kind.
+    """Instant of two bodies: the attitudes, separation and momenta that a formula of a pair may use.
 
     Parameters
     ----------
     pair : TwoBodies
+        The two bodies.
     attitudes : two of Attitude
-        Of primary and secondary.
+        Attitudes of primary and secondary.
     separation : vector
-        From the primary's centre of mass to the secondary's, space axes.
+        Position of the secondary's centre of mass relative to the primary's, space axes.
     environment : Environment
-        The time, and where orbits are at it: those of the barycentre.
+        Time, and positions of the barycentre on the orbits at this time.
     momentum : vector, optional
-        The relative momentum, the relative velocity times the reduced mass; space axes.
+        Reduced mass times the relative velocity, space axes.
     angular_momenta : two of vectors, optional
-        Of the bodies, each about its centre of mass and along its axes. Without momenta formulas may depend on time,
-        attitudes and the separation alone, as energies do.
+        Angular momenta of the bodies, each about the centre of mass and along the axes of the body. Without momenta,
+        formulas may depend on time, attitudes and separation only, as energies do.
     scales : two scalars
-        What the angular momenta are multiplied by.
+        Factors of the angular momenta in the scaled vector field.
 
     Examples
     --------

@@ -33,15 +33,18 @@ __all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "jumps_at", "named_parts"
 
 
 class Jump(NamedTuple):
-    """Sample times of a part, k period + phase for integer k; variables are constant between samples, right-continuous.
+    """Sample times k period + phase of a part, for integer k.
+
+    The variables of the part are constant between samples and change at each sample.
 
     Attributes
     ----------
     period, phase : scalar
+        Sampling period and time of the sample k = 0, in units of time.
     draws : int
-        How many independent numbers of the standard normal distribution each jump is given.
+        Number of independent standard normal numbers that each sample receives.
     seed : scalar
-        Seed of these numbers, together with the member and k.
+        Seed of these numbers, used together with the number of the member and k.
 
     Examples
     --------
@@ -82,15 +85,20 @@ class Jump(NamedTuple):
 
 
 class Part(Block, Force):
-    """Something that moves in the body or on it, with variables of its own or without.
+    """Moving part in or on a body, with or without variables; the base class of wheels, dampers and controllers.
 
-    The total angular momentum g about the centre of mass obeys g' = g x omega + external torque whatever moves inside.
-    A part changes the step to the angular velocity, omega = K (g - h), and the kinetic energy,
-    (g - h) . K (g - h) / 2 + internal energies. The motor, friction and spring torques between body and part appear
-    in `rates` alone.
+    The total angular momentum g about the centre of mass obeys g' = g x omega + external torque, regardless of internal
+    motion. A part changes the relation omega = K (g - h) and the kinetic energy (g - h) . K (g - h) / 2 + internal
+    energies. Torques of motors, friction and springs between body and part occur in `rates` only.
 
-    The body's inertia tensor is that of body and parts, each locked where `inertia` is zero. `own` are the part's
-    variables, scalars of any kind in the order of `variables`; matrices are rows of three scalars.
+    The inertia tensor of the body includes all parts, locked where `inertia` is zero. The argument `own` of the methods
+    contains the variables of the part, scalars of any kind in the order of `variables`. Matrices are rows of three
+    scalars.
+
+    Parameters
+    ----------
+    name : str
+        Name of the part among the variables of a system. By default it follows from the class.
 
     Examples
     --------
@@ -109,32 +117,32 @@ class Part(Block, Force):
 
     @property
     def jump(self) -> Jump | None:
-        """Sample times of `update`; None without samples. A motion with samples runs forwards only."""
+        """Sample times of `update`, or None without samples. A motion with samples can only be integrated forwards."""
         return None
 
     @of_scalars
     def update(self, instant: Instant, draws: Vector) -> Vector:  # noqa: ARG002
-        """Return the variables behind a jump, from the instant before it and numbers drawn at random."""
+        """Return the variables after a sample, from the instant before it and random numbers."""
         return instant.own(self)
 
     @of_scalars
     def start(self, time: Scalar, omega_body: Vector) -> Vector:  # noqa: ARG002
-        """Return the values at the start of a motion that names none; by default zeros."""
+        """Return the initial values of the variables for a state that does not give them; zeros by default."""
         return Vector((0.0,) * self.size)
 
     @of_scalars
     def momentum(self, own: Vector, time: Scalar) -> Vector:  # noqa: ARG002
-        """Return h, the angular momentum at omega = 0, along the body axes; those of parts add up."""
+        """Return the angular momentum h at omega = 0 along the body axes. The momenta of all parts are added."""
         return Vector((0.0, 0.0, 0.0))
 
     @of_scalars
     def inertia(self, own: Vector, time: Scalar) -> Matrix:  # noqa: ARG002
-        """Return the change of the mass distribution: added to the body's inertia, and gravity acts on it."""
+        """Return the change of the mass distribution, an addition to the body's inertia on which gravity acts."""
         return NOTHING
 
     @of_scalars
     def spinning_inertia(self, own: Vector) -> Matrix:  # noqa: ARG002
-        """Return the inertia that does not turn with the body: taken out of K^-1 alone."""
+        """Return the inertia that does not rotate with the body; it is subtracted in K^-1 only."""
         return NOTHING
 
     @of_scalars
@@ -149,9 +157,9 @@ class Part(Block, Force):
         Parameters
         ----------
         instant : Instant
-            `instant.own(self)` are the variables.
+            Instant of the body; `instant.own(self)` returns the variables of the part.
         pull : Vector
-            Minus the derivatives of the sum of the system's potentials with respect to the variables.
+            Negative derivatives of the total potential energy with respect to the variables.
         """
         return Vector(())
 
@@ -162,7 +170,7 @@ class Part(Block, Force):
 
     @of_scalars
     def check_start(self, instant: Instant) -> None:
-        """Raise a ValueError for a start at which the part cannot be; by default none."""
+        """Raise a ValueError for an initial state that the part does not allow. By default every state is allowed."""
 
 
 NOTHING = Vector((Vector((0.0, 0.0, 0.0)),) * 3)

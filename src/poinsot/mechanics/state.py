@@ -49,29 +49,27 @@ TANGENT_SLACK = 1e-9
 
 
 class State(Summarized):
-    """Attitude and momentum at one time, or arrays of them.
+    """State of a rotating body: attitude and momentum at one time, or arrays of these.
+
+    Q = 2 q (0, g), with the angular momentum g = Im(q~ Q)/2 along the body axes, eq. (17) of the paper. A state does
+    not contain moments of inertia: `body.omega` or a trajectory gives angular velocities. A state is immutable:
+    `quaternion` and `time` are read-only arrays, and momenta are copies.
 
     Parameters
     ----------
     quaternion : array (4,) or (n, 4)
-        Unit quaternion q, scalar first, x_space = q x_body q~.
+        Unit quaternion q body -> space, scalar first, x_space = q x_body q~.
     conjugate_momenta : array (4,) or (n, 4)
-        Its conjugate momentum Q, tangent to the unit sphere: q . Q = 0. Unit of angular momentum.
+        Conjugate momentum Q of q, tangent to the unit sphere: q . Q = 0. Unit of angular momentum.
     time : float or array (n,)
-        The time, in the user's unit.
+        Time in the user's unit.
     own : mapping, optional
-        The variables of the system's parts, each an array (k,) or (n, k) under the name of its part.
+        Variables of the system's parts: name of the part -> array (k,) or (n, k).
 
     Raises
     ------
     ValueError
-        If |q| is off 1 by more than 1e-9, or |q . Q| is above 1e-9 |Q|. Nothing is normalised.
-
-    Notes
-    -----
-    A state stays as it was made: `quaternion` and `time` are read-only arrays, and momenta are copies. A state knows no
-    moments of inertia; rates come from `body.omega` or from a trajectory. One of `body.state` holds g
-    in place of Q, which follows from it. The paper's Secs. 3 and 5; g = Im(q~ Q)/2 is eq. (17).
+        If |q| differs from 1 by more than 1e-9, or |q . Q| is above 1e-9 |Q|. poinsot does not normalise them.
 
     Examples
     --------
@@ -119,10 +117,10 @@ class State(Summarized):
         time: Times = 0.0,
         own: Mapping[str, ArrayLike] | None = None,
     ) -> State:
-        """Return the state with Euler angles (radians) and their canonical momenta; shapes (3,) or (n, 3).
+        """Return the state with Euler angles (radians) and their canonical momenta, shapes (3,) or (n, 3).
 
-        Any angles are accepted off the singularity; q changes its sign when the first grows by 2 pi.
-        Paper, eqs. (8), (12), (14).
+        Any angles away from the singularity are valid. The quaternion q changes its sign when the first angle increases
+        by 2 pi (eqs. (8), (12), (14) of the paper).
         """
         angles, momenta = member_array("angles", angles, (3,)), member_array("momenta", momenta, (3,))
         euler.refuse_singular_angles(angles, sequence)
@@ -134,8 +132,9 @@ class State(Summarized):
     def euler(self, sequence: str = "313") -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the Euler angles (radians) and their canonical momenta, each of shape (..., 3).
 
-        The first angle is in [0, 4 pi), which keeps the sign of q; the third in [0, 2 pi); the second in (0, pi), or in
-        (-pi/2, pi/2) for a sequence of three different axes. Paper, eqs. (13), (15) with the exact lift of erratum E6.
+        The first angle is in [0, 4 pi), which preserves the sign of q, and the third in [0, 2 pi). The second is in (0,
+        pi), or in (-pi/2, pi/2) for a sequence of three different axes (eqs. (13), (15) of the paper with the exact
+        lift of erratum E6).
 
         Raises
         ------
@@ -147,19 +146,19 @@ class State(Summarized):
 
     @property
     def quaternion(self) -> NDArray[np.float64]:
-        """The unit quaternion q, scalar first, body -> space; shape (..., 4)."""
+        """Unit quaternion q body -> space, scalar first; shape (..., 4)."""
         return self.phase["quaternion"]
 
     @property
     def conjugate_momenta(self) -> NDArray[np.float64]:
-        """The momentum Q conjugate to q, Q = 2 q (0, g); shape (..., 4)."""
+        """Momentum Q conjugate to q, Q = 2 q (0, g); shape (..., 4)."""
         if (Q := self.phase.get("conjugate_momenta")) is not None:
             return copied(Q)
         return copied(self._conjugate_momenta)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """() for one state, (n,) for many."""
+        """Shape of the state: () for one state, (n,) for several."""
         return next(iter(self.phase.values())).shape[:-1]
 
     @property
@@ -169,17 +168,17 @@ class State(Summarized):
 
     @property
     def own(self) -> Phase:
-        """The variables of the system's parts, by the name of the part; each of shape (..., k)."""
+        """Variables of the system's parts: name of the part -> array (..., k)."""
         return copied(own_of(self.phase))
 
     @property
     def rigid(self) -> Phase:
-        """The state without the variables of parts."""
+        """Same state without the variables of parts."""
         return {name: values for name, values in self.phase.items() if name in RIGID}
 
     @property
     def attitude(self) -> Rotation:
-        """The attitude as a scipy rotation, body -> space."""
+        """Attitude body -> space as a scipy rotation."""
         return rotation(self.quaternion)
 
     @cached_property
@@ -192,14 +191,14 @@ class State(Summarized):
 
     @property
     def angular_momentum_body(self) -> NDArray[np.float64]:
-        """The angular momentum g = Im(q~ Q)/2 in body axes, eq. (17); shape (..., 3)."""
+        """Angular momentum g = Im(q~ Q)/2 along the body axes, eq. (17); shape (..., 3)."""
         if (g := self.phase.get("angular_momentum_body")) is not None:
             return copied(g)
         return copied(self._angular_momentum_body)
 
     @property
     def angular_momentum_space(self) -> NDArray[np.float64]:
-        """The angular momentum G = Im(Q q~)/2 in space axes; shape (..., 3)."""
+        """Angular momentum G = Im(Q q~)/2 along the space axes; shape (..., 3)."""
         return copied(self._angular_momentum_space)
 
     @cached_property
@@ -218,21 +217,22 @@ class State(Summarized):
 
 
 class PairState(State):
-    """The state of two bodies: where the secondary is from the primary, and how both turn.
+    """State of two bodies: relative position and momentum, and the rotational state of each body.
 
     Parameters
     ----------
     position : array (3,) or (n, 3)
-        Of the secondary's centre of mass from the primary's, space axes.
+        Position of the secondary's centre of mass relative to the primary's, space axes.
     momentum : array (3,) or (n, 3)
-        The relative velocity times the reduced mass, conjugate to the position.
+        Reduced mass times the relative velocity, conjugate to the position, space axes.
     primary, secondary : State
-        At one time. `TwoBodies.state` makes them of velocities and rates.
+        Rotational states at one common time. `TwoBodies.state` makes a pair state from velocities and angular
+        velocities.
 
     Raises
     ------
     ValueError
-        If the times are different, the position is zero, or there are not equally many members.
+        If the times differ, the position is zero, or the numbers of members differ.
 
     Examples
     --------
@@ -263,22 +263,22 @@ class PairState(State):
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """The position of the secondary from the primary, space axes; shape (..., 3)."""
+        """Position of the secondary relative to the primary, space axes; shape (..., 3)."""
         return copied(self.phase["orbit"][..., :3])
 
     @property
     def momentum(self) -> NDArray[np.float64]:
-        """The relative velocity times the reduced mass, space axes; shape (..., 3)."""
+        """Reduced mass times the relative velocity, space axes; shape (..., 3)."""
         return copied(self.phase["orbit"][..., 3:])
 
     @property
     def primary(self) -> State:
-        """The state of the primary."""
+        """Rotational state of the primary."""
         return self.of_bodies["primary"]
 
     @property
     def secondary(self) -> State:
-        """The state of the secondary."""
+        """Rotational state of the secondary."""
         return self.of_bodies["secondary"]
 
     @property
@@ -314,7 +314,7 @@ class PairState(State):
     @property
     @override
     def angular_momentum_space(self) -> NDArray[np.float64]:
-        """The angular momentum about the barycentre, of the orbit and both rotations, space axes; shape (..., 3)."""
+        """Total angular momentum of the orbit and both rotations about the barycentre, space axes; shape (..., 3)."""
         own = sum(state.angular_momentum_space for state in self.of_bodies.values())
         return np.asarray(np.cross(self.position, self.momentum) + own)
 
@@ -372,12 +372,17 @@ def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:
 
 
 def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
-    """Return Q - (q . Q) q / |q|^2, the momenta tangent to the unit sphere, with the same angular momentum.
+    """Return momenta tangent to the unit sphere, Q - (q . Q) q / |q|^2, with the same angular momentum.
 
     Parameters
     ----------
     quaternion, conjugate_momenta : array (4,) or (members, 4)
-        Scalar first; neither is normalised.
+        Quaternion q, scalar first, and momenta Q. Neither needs to be normalised.
+
+    Returns
+    -------
+    array (4,) or (members, 4)
+        Tangent momenta.
 
     Raises
     ------

@@ -52,17 +52,21 @@ AT_REST = 1e-9
 
 
 class System(Dynamics):
-    """A rigid body under forces.
+    """Rigid body together with the forces and parts that act on it.
+
+    poinsot derives the equations of motion q' = q (0, omega) / 2, g' = g x omega + sum of torques, with omega = I^-1 g
+    for a body without parts, and detects the conserved quantities.
 
     Parameters
     ----------
     body : Body
+        The body, or a `TwoBodies` for two bodies that attract each other.
     *forces : Potential, Torque or Part
-        The package's or the user's own. None: torque-free motion.
+        Forces and parts, built in or user-defined. Without any, the rotation is torque-free.
     units : mapping, optional
-        The units of the numbers given, for results and pictures: `{"time": "s", "inertia": "kg m2"}`. They
-        are names only; all numbers must be consistent. Without them quantities are dimensionless. Pictures in other
-        units need a time of s, min, h, d or yr and, for momenta and torques, products of powers as "kg km2".
+        Units of the given numbers, for labels of results and plots: `{"time": "s", "inertia": "kg m2"}`. poinsot does
+        not convert numbers, so all must be consistent. Without units, quantities are dimensionless. Plots convert units
+        if the time is in s, min, h, d or yr and momenta and torques are products of powers such as "kg km2".
 
     Raises
     ------
@@ -147,7 +151,7 @@ class System(Dynamics):
 
     @cached_property
     def integrals(self) -> tuple[Integral, ...]:
-        """Integrals of the motion; empty if there are none (for example in the paper's Sec. 6.2)."""
+        """Integrals of the motion; empty if there are none (for example in Sec. 6.2 of the paper)."""
         return integrals_of(self)
 
     @checked
@@ -163,19 +167,20 @@ class System(Dynamics):
         frame: Frame | None = None,
         **own: ArrayLike,
     ) -> State:
-        """Return the state of the body with its parts, g = K^-1 omega + h, as `body.state` does without parts.
+        """Return the state of the body with its parts, g = K^-1 omega + h.
 
         Parameters
         ----------
         attitude, omega_body, omega_space, angular_momentum_body, angular_momentum_space, time, frame
-            As for `Body.state`: an attitude and exactly one of the four vectors; momenta are those of all together.
+            Same as in `Body.state`: an attitude and exactly one of the four vectors. Momenta are the total momenta of
+            body and parts.
         **own : array (k,) or (members, k)
-            The variables of parts, each under the name of its part. Default: at rest relative to the body.
+            Variables of parts, each under the name of its part. Default: at rest relative to the body.
 
         Raises
         ------
         ValueError
-            If a momentum is given without the variables of all parts, or variables of no part.
+            If a momentum is given without the variables of all parts, or a variable belongs to no part.
         """
         given = {
             "omega_body": omega_body,

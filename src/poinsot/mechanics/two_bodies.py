@@ -51,22 +51,22 @@ def check_name_of_body(body: Any) -> str:
 class TwoBodies(Parametric):
     """Two rigid bodies that attract each other, such as a binary asteroid.
 
-    The secondary's position is that of its centre of mass from the primary's, along the space axes; the barycentre is
-    dropped.
+    The relative position is the position of the secondary's centre of mass relative to the primary's, along the space
+    axes. The motion of the barycentre is not integrated.
 
     Parameters
     ----------
     primary, secondary : Body
-        Each with its mass: `Body(moments, mass=...)`, or a body made of a shape.
+        Bodies with masses: `Body(moments, mass=...)`, or bodies made of a shape.
     G : float
-        The constant of gravitation in the units of masses and moments; by default that of the SI.
+        Constant of gravitation in the units of masses and moments; by default 6.6743e-11 m^3 kg^-1 s^-2.
     masses : array (2,) or (members, 2), optional
-        By default those of the bodies.
+        Masses of primary and secondary. Default: the masses of the bodies.
 
     Raises
     ------
     ValueError
-        If a body has no mass, or a mass or G is not positive.
+        If a body lacks a mass, or a mass or G is not positive.
 
     Examples
     --------
@@ -91,24 +91,24 @@ class TwoBodies(Parametric):
 
     @property
     def bodies(self) -> dict[str, Body]:
-        """The two by name."""
+        """Bodies by name, "primary" and "secondary"."""
         return {"primary": self.primary, "secondary": self.secondary}
 
     @property
     def total_mass(self) -> Scalar:
-        """The sum of the masses."""
+        """Sum of the two masses."""
         first, second = self.each_mass
         return first + second
 
     @property
     def reduced_mass(self) -> Scalar:
-        """m1 m2 / (m1 + m2), by which the relative velocity is multiplied for the momentum."""
+        """Reduced mass m1 m2 / (m1 + m2), the factor between relative velocity and momentum."""
         first, second = self.each_mass
         return first * second / (first + second)
 
     @property
     def mu(self) -> Scalar:
-        """The gravitational parameter of the relative orbit, G (m1 + m2): that of a `KeplerOrbit`."""
+        """Gravitational parameter G (m1 + m2) of the relative orbit, as `KeplerOrbit` requires it."""
         return self.G * self.total_mass
 
     @property
@@ -131,25 +131,28 @@ class TwoBodies(Parametric):
         time: Times = 0.0,
         frame: Frame | Literal["orbit"] | None = None,
     ) -> PairState:
-        """Return the state with a relative position and velocity, and with two attitudes and rates.
+        """Return the state with a relative position and velocity, two attitudes and two angular velocities or momenta.
 
         Parameters
         ----------
         position, velocity : array (3,) or (members, 3)
-            Of the secondary's centre of mass from the primary's, space axes.
+            Position and velocity of the secondary's centre of mass relative to the primary's, space axes.
         attitudes : two of scipy Rotation or array (4,)
-            Of primary and secondary, body -> space; with a frame, body -> frame. A quaternion is scalar first.
+            Attitudes of primary and secondary, body -> space, or body -> frame if a frame is given. A quaternion is
+            scalar first.
         omega_body, omega_space, angular_momentum_body, angular_momentum_space : two of array (3,)
-            Those of primary and secondary, as for `Body.state`; exactly one of the four.
+            Angular velocities or momenta of primary and secondary, as for `Body.state`; exactly one of the four.
         time : float
+            Time of the state.
         frame : Frame or "orbit", optional
-            Moving axes to which attitudes and rates refer; position and velocity stay along the space axes. "orbit":
-            radial from the primary to the secondary, transverse, normal, turning with the line of centres in its plane.
+            Moving axes to which attitudes and angular velocities refer. Position and velocity remain along the space
+            axes. The axes "orbit" are radial from the primary to the secondary, transverse, and normal; they rotate
+            with the line of centres in its plane.
 
         Raises
         ------
         ValueError
-            If there are not two of each, or what `Body.state` raises.
+            If an argument does not consist of two values, or `Body.state` raises an error.
 
         Examples
         --------
@@ -206,19 +209,20 @@ class TwoBodies(Parametric):
         time: Times = 0.0,
         frame: Frame | Literal["orbit"] | None = None,
     ) -> PairState:
-        """Return the state with the secondary where an orbit is at a time: its elements are the osculating ones.
+        """Return the state with the secondary on an orbit about the primary with given osculating elements.
 
         Parameters
         ----------
         orbit : Orbit
-            Of the secondary about the primary, such as `KeplerOrbit(pair.mu, semimajor_axis=..., eccentricity=...)`.
+            Orbit of the secondary about the primary, such as `KeplerOrbit(pair.mu, semimajor_axis=...,
+            eccentricity=...)`.
         attitudes, omega_body, omega_space, angular_momentum_body, angular_momentum_space, time, frame
-            As for `state`.
+            Same as in `state`.
 
         Raises
         ------
         ValueError
-            If `orbit.mu` is not G (m1 + m2) to 1e-9, or what `state` raises.
+            If `orbit.mu` differs from G (m1 + m2) by more than 1e-9 of it, or `state` raises an error.
 
         Examples
         --------
@@ -252,21 +256,23 @@ class TwoBodies(Parametric):
         period: Duration | None = None,
         time: Times = 0.0,
     ) -> PairState:
-        """Return the start of a circular orbit with a synchronous secondary, to second degree of their gravity.
+        """Return the initial state of a circular orbit with a synchronous secondary.
 
-        The secondary is along the first space axis and moves along the second. The principal axes of both, from the
-        least moment to the largest, are along the space axes: long axes on the line of centres. The secondary turns
-        with the orbit, the primary at its own rate about its axis of the largest moment, which is normal to the orbit.
-        The orbit's rate w has w^2 = G (m1 + m2) / r^3 + 3 G / (2 mu r^5) (m1 (tr I2 - 3 A2) + m2 (tr I1 - 3 D)) with A2
-        the least moment of the secondary and D the mean of the two smaller moments of the primary.
+        The gravity fields are taken to second degree. The secondary is on the first space axis and moves along the
+        second. The principal axes of both bodies, from the least moment to the largest, are along the space axes, so
+        the long axes are on the line of centres. The secondary rotates with the orbit. The primary rotates at
+        `primary_rate` about its axis of largest moment, normal to the orbit. The orbital rate w obeys w^2 = G (m1 + m2)
+        / r^3 + 3 G / (2 mu r^5) (m1 (tr I2 - 3 A2) + m2 (tr I1 - 3 D)), with the reduced mass mu, the least moment A2
+        of the secondary and the mean D of the two smaller moments of the primary.
 
         Parameters
         ----------
         primary_rate : float
-            Radians per unit of time, in space.
+            Inertial angular velocity of the primary, radians per unit of time.
         distance, period : float
-            Exactly one of the two: of the centres of mass; of the orbit.
+            Distance of the centres of mass, or period of the orbit; exactly one of the two.
         time : float
+            Time of the state.
 
         Examples
         --------
@@ -288,16 +294,19 @@ class TwoBodies(Parametric):
         rate: AngularVelocity | None = None,
         time: Times = 0.0,
     ) -> PairState:
-        """Return the start of the circular orbit along which both bodies turn, to second degree of their gravity.
+        """Return the initial state of a circular orbit with two synchronous bodies.
 
-        As `synchronous`, and the primary turns with the orbit too: D is its least moment. With gravity of the second
-        degree this is an exact solution, a relative equilibrium; with others it is near one.
+        The equations are those of `synchronous`, except that D is the least moment of the primary, which also rotates
+        with the orbit. With gravity of second degree the state is an exact relative equilibrium. With other gravity
+        fields it is close to one.
 
         Parameters
         ----------
         distance, period, rate : float
-            Exactly one of the three: of the centres of mass; of the orbit; its rate, radians per unit of time.
+            Distance of the centres of mass, period of the orbit, or angular velocity of the orbit in radians per unit
+            of time; exactly one of the three.
         time : float
+            Time of the state.
 
         Examples
         --------
@@ -331,16 +340,19 @@ class TwoBodies(Parametric):
     ) -> PairState:
         """Return the state after an impulse that changes the velocity of one of the bodies, such as an impact.
 
-        The relative velocity changes by the same, by its opposite if it is that of the primary. The rotations stay.
+        A change of the secondary's velocity is added to the relative velocity, a change of the primary's is subtracted.
+        The rotations do not change.
 
         Parameters
         ----------
         state : PairState
+            State before the impulse.
         delta_velocity : array (3,) or (members, 3)
-            Along the space axes, or along those of a frame.
+            Change of the velocity, along the space axes or the axes of a frame.
         body : {"secondary", "primary"}
+            Body whose velocity changes.
         frame : Frame or "orbit", optional
-            Axes of the change; "orbit": radial, transverse, normal.
+            Axes of the change; "orbit" means radial, transverse, normal.
 
         Examples
         --------

@@ -48,24 +48,26 @@ def euler_angles(
     separate: bool = False,
     title: str = "",
 ) -> Axes:
-    """Draw Euler angles, of one motion within half a turn.
+    """Draw Euler angles relative to the space axes or to a frame.
 
-    Within 5 degrees of gimbal lock, which is shaded, the first and the third turn fast against each other; at it only
-    the second is drawn.
+    The angles of one motion are drawn in the interval of half a turn on either side. Gimbal lock is shaded within 5
+    degrees. The first and the third angle vary rapidly there with opposite signs; at gimbal lock itself only the second
+    angle is drawn.
 
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble, whose members start within half a turn of each other.
+        Motion of one body, or an ensemble whose initial attitudes are within half a turn of each other.
     sequence : str
-        Any of the 12, as `State.euler` takes it.
+        One of the 12 sequences of `State.euler`.
     frame : Frame, optional
-        From whose axes they turn, such as `orbit.frame`. Default: the space axes.
+        Frame to which the angles refer, such as `orbit.frame`. Default: the space axes.
     {options}
 
     Returns
     -------
     matplotlib Axes
+        The panel.
 
     Examples
     --------
@@ -91,28 +93,30 @@ def roll_pitch_yaw(
     separate: bool = False,
     title: str = "",
 ) -> Axes:
-    """Draw roll, pitch and yaw from the axes of an orbit, of one motion within half a turn.
+    """Draw roll, pitch and yaw relative to the axes of an orbit.
 
-    They turn axes along the transverse direction (forward), opposite to the normal, and down into the body axes: yaw
-    about the third, then pitch about the second, then roll about the first. Gimbal lock is drawn as in `euler_angles`,
-    which has other sequences: `euler_angles(motion, "313", orbit.frame)`.
+    The angles of one motion are drawn in the interval of half a turn on either side. The reference axes are transverse
+    (forward), opposite to the normal, and down. Yaw about the third axis, then pitch about the second, then roll about
+    the first lead to the body axes. Gimbal lock is drawn as in `euler_angles`, which supports other sequences:
+    `euler_angles(motion, "313", orbit.frame)`.
 
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble, whose members start within half a turn of each other.
+        Motion of one body, or an ensemble whose initial attitudes are within half a turn of each other.
     orbit : Orbit, optional
-        With a frame: radial, transverse, normal. By default the orbit of the system, if there is one and no other.
+        Orbit whose frame is radial, transverse, normal. Default: the only orbit of the system.
     {options}
 
     Returns
     -------
     matplotlib Axes
+        The panel.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no orbit, has no frame, or the system has none or several and none is named.
+        If the orbit is not an orbit or lacks a frame, or the system contains none or several and none is given.
 
     Examples
     --------

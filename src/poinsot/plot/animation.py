@@ -68,33 +68,35 @@ def animate(
     view: ArrayLike | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Write an animation of a motion: the body with its axes, G, omega and the trace of an axis.
+    """Write an animation that shows a moving body with its axes, angular momentum G, omega and the trace of an axis.
 
-    Two bodies move about their barycentre, to scale. Equal times of the motion take equal times of the animation;
-    between stored times it follows the dense output, or else the great circle from one attitude to the next.
+    Two bodies move about their barycentre, to scale. Equal intervals of the motion last equally long in the animation.
+    Between stored times the animation uses the dense output, or the great circle between attitudes.
 
     Parameters
     ----------
     motion : Trajectory
-        Of one body or of two, at two times or more.
+        Motion of one body or of two, at two times or more.
     path : str or Path
-        Ends in `.gif`, or in `.mp4` where there is ffmpeg: on the path, or from the package imageio-ffmpeg.
+        Name of the file, which ends in `.gif` or `.mp4`. Writing `.mp4` requires ffmpeg, on the path or from the
+        package imageio-ffmpeg.
     seconds : float
-        Duration of the animation, at most 600, with 20 frames per second. A part of the motion is `motion[:1000]`.
+        Duration of the animation, at most 600, with 20 frames per second. `motion[:1000]` selects a part of the motion.
     view : array (2,), optional
-        Elevation and azimuth of the eye in degrees; (22, -59) by default.
+        Elevation and azimuth of the viewpoint in degrees; (22, -59) by default.
     overwrite : bool
-        Whether an existing file of that name is replaced.
+        True to replace an existing file of that name.
 
     Returns
     -------
     Path
+        Path of the file.
 
     Raises
     ------
     TypeError, ValueError, FileNotFoundError, FileExistsError
-        If it is no trajectory, is an ensemble, has fewer than two times, the path cannot be written, or there is no
-        ffmpeg for an animation in .mp4.
+        If the motion is not a trajectory, is an ensemble or has fewer than two times, if the path cannot be written, or
+        if ffmpeg is missing for `.mp4`.
 
     Examples
     --------

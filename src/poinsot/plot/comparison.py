@@ -51,20 +51,22 @@ def attitude_error(
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble, of which both panels have the median and bands.
+        Motion of one body, or an ensemble, whose median and bands are drawn.
     other : Trajectory, Frame, Rotation or array (4,) or (n, 4), optional
-        The reference: another motion, as `difference` takes it; a frame such as `orbit.frame`; one attitude, or one
-        for each time. Default, of an ensemble: its median attitude, which has the least sum of angles to the members.
+        Reference: another motion with the rules of `difference`; a frame such as `orbit.frame`; one attitude, or one
+        for each time. Default for an ensemble: its median attitude, which minimises the sum of the angles to the
+        members.
     {options}
 
     Returns
     -------
     array (2,) of matplotlib Axes
+        Left and right panel.
 
     Raises
     ------
     ValueError
-        If the times of a reference differ, or there is none for one motion.
+        If the times of the reference differ, or the reference of a single motion is missing.
 
     Examples
     --------
@@ -106,19 +108,19 @@ def difference(
     Parameters
     ----------
     motion, other : Trajectory
-        Each one or an ensemble, or both of two bodies, at equal times (in files of dates they are rounded: half a
-        microsecond apart is equal); or `motion` has dense output over the times of `other`.
+        Motions or ensembles of one body, or both of two bodies, at equal times. Dates in files are rounded, so times
+        half a microsecond apart count as equal. Other times require dense output of `motion` over the times of `other`.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        No angle at all is drawn as the smallest one.
+        The panel. A zero angle is drawn at the smallest nonzero angle.
 
     Raises
     ------
     ValueError
-        If their times differ, and there is no dense output.
+        If the times differ and there is no dense output.
 
     Examples
     --------

@@ -43,27 +43,27 @@ def branch(
     ax: Axes | None = None,
     title: str = "",
 ) -> Axes:
-    """Draw a quantity of the motions of a branch, or of several, over the parameter.
+    """Draw a quantity of the periodic motions of one or several branches against the parameter.
 
     Parameters
     ----------
     branch : Branch or sequence of them
-        All in the same parameter.
+        Branches, all in the same parameter.
     quantity : function of a PeriodicMotion
-        A number: an angle of the start, the amplitude over the period.
+        Function that returns a number, such as an initial angle, or the amplitude over the period.
     labels : pair of str
-        Of the axes, with units: ("eccentricity", "amplitude [deg]").
+        Labels of the axes with units: ("eccentricity", "amplitude [deg]").
     {options}
 
     Returns
     -------
     matplotlib Axes
-        Its figure is `axes.figure`, for `savefig`.
+        The panel; `axes.figure` is its figure, for `savefig`.
 
     Raises
     ------
     TypeError, ValueError
-        If there is no branch, or the quantity is no number.
+        If there is no branch, or the quantity is not a number.
 
     Examples
     --------

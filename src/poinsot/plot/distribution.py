@@ -40,23 +40,24 @@ def histogram(
     rate_unit: str | None = None,
     title: str = "",
 ) -> Axes:
-    """Draw how many members have which value of a quantity at the last time, with its 5th and 95th percentile.
+    """Draw a histogram of a quantity of the members at the last time, with its 5th and 95th percentile.
 
-    The median at the first time is drawn together with the median at the last time. Members that stopped before are
-    omitted.
+    The plot shows the medians at the first and at the last time. Members that stopped earlier are omitted.
 
     Parameters
     ----------
     ensemble : Trajectory
-        Of one body; in a store the first and the last time alone are read.
+        Ensemble of one body. From a store, only the first and the last time are read.
     quantity : {"effective_rate", "rate", "angular_momentum", "turn"}
-        2T/G with the kinetic energy T and the size G of the angular momentum; the size of the angular velocity; G; the
-        angle between the angular momenta at the first and the last time.
+        "effective_rate": 2T/G with the kinetic energy T and the magnitude G of the angular momentum. "rate": magnitude
+        of the angular velocity. "angular_momentum": G. "turn": angle between the angular momenta at the first and the
+        last time.
     {options}
 
     Returns
     -------
     matplotlib Axes
+        The panel.
 
     Examples
     --------

@@ -34,27 +34,27 @@ def spectrum(
 ) -> Axes:
     """Draw the amplitudes of the lines of one signal against their frequencies, and the RMS residual.
 
-    The strongest five have their frequency above them, the error of the last digit in brackets: 0.4713945(2) stands
-    for 0.4713945 +- 0.0000002; without brackets all ten digits are certain. Bars are as wide as the errors. Lines that
-    are not resolved have open circles.
+    Labels give the frequencies of the five strongest lines with the error of the last digit in brackets: 0.4713945(2)
+    stands for 0.4713945 +- 0.0000002. Without brackets all ten digits are certain. The width of a bar is the error of
+    its frequency. Open circles mark unresolved lines.
 
     Parameters
     ----------
     spectrum : LineSpectrum
-        Of one signal, from `frequencies`.
+        Spectrum of one signal, from `pt.analysis.frequencies`.
     time, unit : str
-        CF units of the time and of the signal, such as "s" and "rad", which a spectrum does not know.
+        CF units of the time and of the signal, such as "s" and "rad", which the spectrum does not contain.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        Its figure is `axes.figure`, for `savefig`.
+        The panel; `axes.figure` is its figure, for `savefig`.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no spectrum, or one of several signals.
+        If the argument is not the spectrum of one signal.
 
     Examples
     --------

@@ -58,29 +58,30 @@ def poinsot_construction(
 ) -> Axes3D:
     """Draw Poinsot's construction at one instant: the inertia ellipsoid rolling on the invariable plane.
 
-    The ellipsoid omega . I omega = 2T, fixed in the body, touches the plane omega . G = 2T, fixed in space, at
-    the tip of omega, which draws the polhode on the one (in closed form) and the herpolhode on the other (the
-    line through the samples). Poinsot, Théorie nouvelle de la rotation des corps (1834).
+    The ellipsoid omega . I omega = 2T, fixed in the body, touches the plane omega . G = 2T, fixed in space, at the tip
+    of omega. This point draws the polhode on the ellipsoid (in closed form) and the herpolhode on the plane (a line
+    through the samples). Poinsot, Théorie nouvelle de la rotation des corps (1834).
 
     Parameters
     ----------
     motion : Trajectory
-        Free of torques. G is not to scale.
+        Torque-free motion of one body. G is not to scale.
     time_index : int
-        Which of its times; the last by default.
+        Index of the instant in `motion.times`; the last by default.
     view : array (2,), optional
-        Elevation and azimuth of the eye in degrees; (20, -60) by default.
+        Elevation and azimuth of the viewpoint in degrees; (20, -60) by default.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        3D, with G upwards: space after the shortest rotation that takes G to the third axis.
+        Panel in 3D with G upwards: space after the shortest rotation that maps G to the third axis.
 
     Raises
     ------
     IndexError, TypeError, ValueError
-        If it is no trajectory of one body without parts, G is zero or not constant to 1e-6, or there is no such time.
+        If the motion is not a trajectory of one body without parts, G is zero or not constant to 1e-6, or the index is
+        out of range.
 
     Examples
     --------
@@ -119,27 +120,27 @@ def polhode(
 ) -> Axes3D:
     """Draw the path of omega along the body axes, on the ellipsoid omega . I omega = 2T.
 
-    Thin lines are other polhodes of the same energy, the black ones the separatrices. Where forces change
-    the kinetic energy by more than 1e-6 there is no such ellipsoid, and the path is drawn alone; so it is of a body
-    with parts. Goldstein, Classical Mechanics, Sec. 5.6.
+    Thin lines are other polhodes of the same energy; black lines are the separatrices. If forces change the kinetic
+    energy by more than 1e-6, or the body has parts, this ellipsoid does not exist, and only the path is drawn
+    (Goldstein, Classical Mechanics, Sec. 5.6).
 
     Parameters
     ----------
     motion : Trajectory
-        The path is the line through its samples, the dot the last of them.
+        Motion of one body, whose samples a line joins. A dot marks the last one.
     view : array (2,), optional
-        Elevation and azimuth of the eye in degrees; by default the last sample is in front.
+        Elevation and azimuth of the viewpoint in degrees; by default the last sample is in front.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        3D, along the body axes as they were given, principal or not.
+        Panel in 3D along the given body axes, principal or not.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no trajectory of one body, or has no samples, or is at rest.
+        If the motion is not a trajectory of one body, contains no samples, or is at rest.
 
     Examples
     --------
@@ -179,25 +180,26 @@ def herpolhode(
 ) -> Axes:
     """Draw the path of omega in the invariable plane, between the two circles that bound it.
 
-    With k the axis that the polhode encircles and D = 2T/G^2, the circles about the line of G have the radii
-    G sqrt((D - 1/I_k) (1/I_i - D)) of the other two axes i; on a separatrix the smaller is zero. Poinsot
-    (1834); Goldstein, Classical Mechanics, Sec. 5.6.
+    With k the axis that the polhode encircles and D = 2T/G^2, the circles about the line of G have the radii G sqrt((D
+    - 1/I_k) (1/I_i - D)) for the other two axes i; on a separatrix the smaller radius is zero (Poinsot 1834; Goldstein,
+    Classical Mechanics, Sec. 5.6).
 
     Parameters
     ----------
     motion : Trajectory
-        Free of torques. The path is the line through its samples, the dot the last of them.
+        Torque-free motion of one body. A line joins its samples, and a dot marks the last one.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        Seen from the tip of G, one unit as long on both axes, which are the first two of `poinsot_construction`.
+        The panel, seen from the tip of G, with equal scales on both axes, which are the first two axes of
+        `poinsot_construction`.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no trajectory of one body without parts, or G is zero or not constant to 1e-6.
+        If the motion is not a trajectory of one body without parts, or G is zero or not constant to 1e-6.
 
     Examples
     --------

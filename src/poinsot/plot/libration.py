@@ -34,19 +34,22 @@ def librations(
     separate: bool = False,
     title: str = "",
 ) -> Axes:
-    """Draw yaw, pitch and roll of one of two bodies relative to their orbit, of one motion within half a turn.
+    """Draw yaw, pitch and roll of one of two bodies relative to their orbit.
+
+    The angles of one motion are drawn in the interval of half a turn on either side.
 
     Parameters
     ----------
     motion : PairTrajectory
-        One, or an ensemble.
+        Motion of two bodies, or an ensemble.
     body : {"secondary", "primary"}
-        Its principal axes are oriented as in `pt.analysis.librations`.
+        Body whose principal axes are drawn, oriented as in `pt.analysis.librations`.
     {options}
 
     Returns
     -------
     matplotlib Axes
+        The panel.
 
     Examples
     --------

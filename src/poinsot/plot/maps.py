@@ -42,26 +42,27 @@ def map(  # noqa: A001
     ax: Axes | None = None,
     title: str = "",
 ) -> Axes:
-    """Draw a map of an indicator over a grid.
+    """Draw a map of an indicator on a grid.
 
     Parameters
     ----------
     x, y : arrays (n,), (m,)
-        Where the columns and the rows of the grid are, each strictly monotonic.
+        Coordinates of the columns and rows of the grid, each strictly monotonic.
     values : array (m, n) or (m n,)
-        Row after row, as the members of `np.meshgrid(x, y)`, ravelled, come. NaN is drawn grey.
+        Values row by row, in the order of the ravelled `np.meshgrid(x, y)`. NaN is drawn grey.
     x_label, y_label, label : str
-        Of the axes and of the values, with their units.
+        Labels of the axes and of the values, with units.
     center : float, optional
-        A value that is drawn white, with purple below and orange above, one scale for both: 2 for MEGNO. Default: dark
-        to light.
+        Value that is drawn white, with purple below and orange above on one scale, such as 2 for MEGNO. Default:
+        colours from dark to light.
     limits : pair of floats, optional
-        Values at the ends of the colours. Default: what holds 98 % of the values, and the center.
+        Values at the ends of the colour scale. Default: limits that contain 98 % of the values, and the center.
     {options}
 
     Returns
     -------
     matplotlib Axes
+        The panel.
 
     Examples
     --------
@@ -98,19 +99,20 @@ def chaos(
     time_unit: str | None = None,
     title: str = "",
 ) -> NDArray[Any]:
-    """Draw the mean MEGNO (left) and the fast Lyapunov indicator (right) against the time from the start.
+    """Draw the mean MEGNO (left) and the fast Lyapunov indicator (right) against the time since the initial state.
 
     Parameters
     ----------
     found : ChaosIndicators
-        Of one body or an ensemble at several times; up to seven members have colours of their own.
+        Indicators of one body or of an ensemble at several times. Up to seven members are drawn in different colours.
     labels : sequence of str
-        What the members are called.
+        Names of the members.
     {options}
 
     Returns
     -------
     array (2,) of matplotlib Axes
+        Left and right panel.
 
     Examples
     --------

@@ -18,16 +18,18 @@ __all__ = ["yorp"]
 def yorp(
     coefficients: YorpCoefficients, *, ax: Axes | None = None, angle_unit: str | None = None, title: str = ""
 ) -> Axes:
-    """Draw the mean torques of unit pressure along the spin axis and towards larger obliquity, over the obliquity.
+    """Draw the mean torques at unit pressure along the spin axis and towards larger obliquity, against the obliquity.
 
     Parameters
     ----------
     coefficients : YorpCoefficients
+        Coefficients at several obliquities.
     {options}
 
     Returns
     -------
     matplotlib Axes
+        The panel.
 
     Examples
     --------

@@ -35,24 +35,24 @@ def mutual_orbit(
 ) -> Axes:
     """Draw the orbit of the secondary about the primary, and the outlines of both bodies at the last time, to scale.
 
-    Seen along the normal of the orbit at the first time, when the secondary is to the right of the primary.
+    The view is along the normal of the orbit at the first time, when the secondary is on the right of the primary.
 
     Parameters
     ----------
     motion : PairTrajectory
-        The path is the line through its samples. A body made of a shape is drawn as the convex hull of each of its
-        parts, any other as the homogeneous ellipsoid with its mass and moments.
+        Motion of two bodies, whose samples a line joins. A body made of a shape is drawn as the convex hull of each of
+        its parts, and any other body as the homogeneous ellipsoid with its mass and moments.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        One unit as long on both axes, with the centre of mass of the primary at the origin.
+        The panel, with equal scales on both axes and the centre of mass of the primary at the origin.
 
     Raises
     ------
     TypeError, ValueError
-        If it is no motion of two bodies, is an ensemble, or has no times.
+        If the motion is not a motion of two bodies, is an ensemble, or contains no times.
 
     Examples
     --------

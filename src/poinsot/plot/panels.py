@@ -24,22 +24,27 @@ Pair = Any
 """Two axes of matplotlib, as a sequence or an array, or None."""
 
 OPTIONS = {
-    "ax": "ax : matplotlib Axes, optional\n    Where to draw; default: a new figure.",
-    "axes": "axes : pair of matplotlib Axes, optional\n    Where to draw; default: a new figure.",
+    "ax": "ax : matplotlib Axes, optional\n    Panel to draw in. Default: a new figure.",
+    "axes": "axes : pair of matplotlib Axes, optional\n    Panels to draw in. Default: a new figure.",
     "angle_unit": 'angle_unit : {"deg", "rad", "mrad", "arcmin", "arcsec", "rev"}, optional\n'
-    "    Default: deg, or arcsec where all are below 0.1 deg.",
-    "rate_unit": 'rate_unit : str, optional\n    "deg/s", "mrad/h", "rpm", ...; an angle alone is per unit of time. '
-    "Default: by the\n    largest, or radians where the system does not name its unit of time.",
-    "time_unit": 'time_unit : {"s", "min", "h", "d", "yr", "date"}, optional\n    Default: dates where the motion '
-    "has a calendar, else by the span.",
-    "length_unit": 'length_unit : str, optional\n    "km", "au", "mm". Default: that of the system.',
-    "momentum_unit": 'momentum_unit : str, optional\n    "mN m s", "kg km2 d-1". Default: that of the system.',
-    "torque_unit": 'torque_unit : str, optional\n    "uN m", "kg km2 d-2". Default: that of the system.',
-    "window": "window : pair of times or dates, optional\n    Default: all times.",
-    "separate": "separate : bool\n    Whether each curve has a part of the panel to itself, of its `child_axes`.",
-    "title": "title : str, optional\n    Above the plot.",
+    "    Unit of angles. Default: deg, or arcsec if all angles are below 0.1 deg.",
+    "rate_unit": "rate_unit : str, optional\n"
+    '    Unit of angular velocities, such as "deg/s", "mrad/h" or "rpm"; an angle alone means per unit of time.\n'
+    "    Default: a unit that suits the largest value, or radians if the system does not name its unit of time.",
+    "time_unit": 'time_unit : {"s", "min", "h", "d", "yr", "date"}, optional\n'
+    "    Unit of times. Default: dates if the motion includes a calendar, otherwise a unit that suits the span.",
+    "length_unit": "length_unit : str, optional\n"
+    '    Unit of lengths, such as "km", "au" or "mm". Default: the unit of the system.',
+    "momentum_unit": "momentum_unit : str, optional\n"
+    '    Unit of angular momenta, such as "mN m s" or "kg km2 d-1". Default: the unit of the system.',
+    "torque_unit": "torque_unit : str, optional\n"
+    '    Unit of torques, such as "uN m" or "kg km2 d-2". Default: the unit of the system.',
+    "window": "window : pair of times or dates, optional\n    First and last time of the plot. Default: all times.",
+    "separate": "separate : bool\n"
+    "    True to draw each curve in a separate part of the panel, one of its `child_axes`.",
+    "title": "title : str, optional\n    Title above the plot.",
 }
-"""What the docstrings say of the options that plots share."""
+"""Descriptions of the options that several plots share."""
 
 PAD = 28
 """Points between axes and their title: room for a legend."""
@@ -59,7 +64,7 @@ def plot(function: Function) -> Function:
     checking: Any = checked(function)
     options = [OPTIONS[name] for name in inspect.signature(function).parameters if name in OPTIONS]
     if "3D" in str(inspect.signature(function).return_annotation):
-        options = [option.replace("draw;", "draw, in 3D;") for option in options]
+        options = [option.replace("Panel to draw in.", "3D panel to draw in.") for option in options]
     checking.__doc__ = inspect.cleandoc(function.__doc__ or "").replace("{options}", "\n".join(options))
     return checking  # type: ignore[no-any-return]
 

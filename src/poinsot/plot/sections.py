@@ -35,19 +35,19 @@ def section(
     rate_unit: str | None = None,
     title: str = "",
 ) -> Axes:
-    """Draw the points of a section; neighbouring members have different colours.
+    """Draw the points of a section, with different colours for neighbouring members.
 
     Parameters
     ----------
     section : Section
-        Labels of the axes are its own; coordinates in "[rad]" are angles and those in "[rad/s]" angular velocities (or
-        over another unit of time, that of the system), which are drawn in a unit that suits them.
+        Points with the labels of their axes. Coordinates in "[rad]" are angles and coordinates in "[rad/s]" (or per
+        other unit of time of the system) angular velocities, both drawn in a suitable unit.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        Its figure is `axes.figure`, for `savefig`.
+        The panel; `axes.figure` is its figure, for `savefig`.
 
     Examples
     --------

@@ -37,31 +37,31 @@ def momentum_sphere(
 ) -> Axes3D:
     """Draw the unit sphere of directions g/G of the angular momentum, with the curves of equal energy.
 
-    A free body moves along one of them: round the short axis (of the largest moment of inertia) where
-    2T < G^2 / I_middle, round the long axis (of the smallest) where 2T is larger. Between the two modes lie
-    the separatrices. Landau and Lifshitz, Mechanics, Sec. 37, draw them on the ellipsoid of energy.
+    The momentum of a free body moves along one of the curves: around the short axis (of the largest moment of inertia)
+    if 2T < G^2 / I_middle, and around the long axis (of the smallest) if 2T is larger. The separatrices lie between the
+    two modes. Landau and Lifshitz, Mechanics, Sec. 37, draw the curves on the ellipsoid of energy.
 
     Parameters
     ----------
     motion : Trajectory or Body
-        A trajectory is drawn by its path and its last sample on the sphere of its body; with forces or parts the path
-        crosses the curves, which are the curves of the body free of torques, as the title states. The sphere is in the
-        principal axes, numbered as the moments are.
+        A body, or a trajectory, whose path and last sample are drawn on the sphere of its body. With forces or parts
+        the path crosses the curves, which are torque-free curves, as the title states. The sphere is in the principal
+        axes, numbered like the moments.
     state : State, optional
-        It is marked with its curve, and so is each of an array of states.
+        State, or array of states, to mark together with its curve.
     view : array (2,), optional
-        Elevation and azimuth of the eye in degrees; by default towards the separatrices, the state in front.
+        Elevation and azimuth of the viewpoint in degrees; by default towards the separatrices, with the state in front.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        3D, without units.
+        Panel in 3D, without units.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument is not of its kind, is an ensemble, or is at rest.
+        If an argument is of another type, is an ensemble, or is at rest.
 
     Examples
     --------

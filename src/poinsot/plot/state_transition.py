@@ -34,25 +34,28 @@ def uncertainty(
 ) -> NDArray[Any]:
     """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
 
-    Of two bodies both are drawn for each, together with the standard deviations of the position and of its momentum,
+    For two bodies both are drawn for each, together with the standard deviations of the relative position and momentum,
     space axes.
 
     Parameters
     ----------
     transition : StateTransition
-        In space. The coordinates of parts are not drawn.
-    initial, of_parameters : arrays
-        As in `StateTransition.covariance`.
+        Transition of a motion, not of an ensemble. The coordinates of parts are not drawn.
+    initial : array (k, k)
+        Covariance at the initial time, as in `StateTransition.covariance`.
+    of_parameters : array (p, p), optional
+        Covariance of the parameters, as in `StateTransition.covariance`.
     {options}
 
     Returns
     -------
-    array (2,) of matplotlib Axes, of two bodies (4,)
+    array (2,) or (4,) of matplotlib Axes
+        Two panels for one body, four for two bodies.
 
     Raises
     ------
     TypeError, ValueError
-        If it is of an ensemble or of planar motion.
+        If the transition is of an ensemble or of planar motion.
 
     Examples
     --------

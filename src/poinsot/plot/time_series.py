@@ -49,19 +49,20 @@ def quaternions(
     separate: bool = False,
     title: str = "",
 ) -> NDArray[Any]:
-    """Draw the four components of q (left) and of Q (right) against time, as in the paper's figures.
+    """Draw the four components of q (left) and of Q (right) against time, as in the figures of the paper.
 
     Parameters
     ----------
     motion : Trajectory
-        Of an ensemble the median of the members is drawn, with bands between the quartiles and between the 5th and the
-        95th percentile, as in all plots against time; q and -q, the same attitude, are resolved by the median attitude.
+        Motion of one body, or an ensemble. As in all plots against time, an ensemble is drawn as the median of the
+        members with bands between the quartiles and between the 5th and the 95th percentile. The median attitude
+        resolves the sign of q and -q, which are the same attitude.
     {options}
 
     Returns
     -------
     array (2,) of matplotlib Axes
-        Their figure is `axes[0].figure`, for `savefig`. Units are those of the system.
+        Left and right panel in the units of the system; `axes[0].figure` is their figure, for `savefig`.
 
     Examples
     --------
@@ -94,12 +95,14 @@ def angular_velocity(
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble. Of two bodies the primary's is left and the secondary's right, each along its body axes.
+        Motion of one body, or an ensemble. For two bodies, the left panel shows the primary and the right panel the
+        secondary, each along its body axes.
     {options}
 
     Returns
     -------
     array (2,) of matplotlib Axes
+        Left and right panel.
 
     Examples
     --------
@@ -129,17 +132,18 @@ def angular_momentum(
     separate: bool = False,
     title: str = "",
 ) -> NDArray[Any]:
-    """Draw the angular momentum along the body axes (left) and along the space axes (right), that of parts included.
+    """Draw the angular momentum of body and parts along the body axes (left) and along the space axes (right).
 
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble.
+        Motion of one body, or an ensemble.
     {options}
 
     Returns
     -------
     array (2,) of matplotlib Axes
+        Left and right panel.
 
     Examples
     --------
@@ -170,20 +174,20 @@ def part_variables(
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble.
+        Motion of one body with parts, or an ensemble.
     part : str, optional
-        The name of a part with variables. Default: the one that the system has.
+        Name of a part with variables. Default: the only such part of the system.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        With a unit where all variables are angular momenta.
+        The panel, with a unit if all variables are angular momenta.
 
     Raises
     ------
     ValueError
-        If the system has no such part, or several and none is named.
+        If the system lacks the part, or contains several and none is named.
 
     Examples
     --------
@@ -223,12 +227,13 @@ def distance(
     Parameters
     ----------
     motion : PairTrajectory
-        One, or an ensemble.
+        Motion of two bodies, or an ensemble.
     {options}
 
     Returns
     -------
     matplotlib Axes
+        The panel.
 
     Examples
     --------
@@ -251,22 +256,23 @@ def torques(
     window: ArrayLike | None = None,
     title: str = "",
 ) -> Axes:
-    """Draw the size of the torque of each force, on a log axis.
+    """Draw the magnitude of the torque of each force, on a log axis.
 
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble, with forces. Torques between the body and its parts are not drawn.
+        Motion of one body with forces, or an ensemble. Torques between the body and its parts are not drawn.
     {options}
 
     Returns
     -------
     matplotlib Axes
+        The panel.
 
     Raises
     ------
     TypeError, ValueError
-        If there are no forces.
+        If the system contains no forces.
 
     Examples
     --------
@@ -298,21 +304,21 @@ def drift(
     window: ArrayLike | None = None,
     title: str = "",
 ) -> Axes:
-    """Plot the drift of the integrals of motion, on a log axis.
+    """Draw the relative drift of the conserved quantities, on a log axis.
 
-    They are the norm of q, q . Q, which is zero, and what the forces conserve, whose value at the start is named. Of
-    two bodies each has its q and Q.
+    The curves are the norm of q, the product q . Q, which is zero, and the quantities that the forces conserve, with
+    their initial values. For two bodies the norm and the product are drawn for each body.
 
     Parameters
     ----------
     motion : Trajectory
-        One, or an ensemble.
+        Motion of one body or of two, or an ensemble.
     {options}
 
     Returns
     -------
     matplotlib Axes
-        Values below half the rounding of a float, 1.1e-16, are drawn there.
+        The panel. Values below half the rounding unit, 1.1e-16, are drawn at this value.
 
     Examples
     --------

@@ -96,9 +96,12 @@ def view(
 ) -> View | Path:
     """Write a page that plays a motion in three dimensions, together with plots of the quaternions q and Q.
 
-    Two bodies move about their barycentre, to scale, together with plots of their distance and of the rate of the
-    secondary. The page requires no network. Between the stored times it interpolates the attitude by the cubic
-    rotation vector with the attitudes and rates at both ends, and momenta and rates linearly.
+    Two bodies move about their barycentre, to scale, together with plots of their distance and of the secondary's
+    angular velocity. The page requires no network. Between stored times it interpolates the attitude by a cubic
+    rotation vector, and momenta and angular velocities linearly. A body made of a shape is drawn as this shape. Other
+    bodies are drawn as homogeneous ellipsoid or box with the same moments. For a body without parts, the page shows the
+    inertia ellipsoid omega . I omega = 2 T with the polhode if T is constant to 1e-6, and the invariable plane if the
+    angular momentum in space is constant, too.
 
     Parameters
     ----------
@@ -115,18 +118,13 @@ def view(
 
     Returns
     -------
-    Path, or View without a path
+    View or Path
+        The page, or the path of the file if a path is given.
 
     Raises
     ------
     TypeError, ValueError, FileNotFoundError, FileExistsError
-        If it is no trajectory, is an ensemble, has fewer than two times, or the path cannot be written.
-
-    Notes
-    -----
-    A body made of a shape is drawn as that, mass points as spheres. Ellipsoid and box are the homogeneous ones with
-    the moments of the body. Of a body without parts the inertia ellipsoid omega . I omega = 2T, on which the polhode
-    lies, is there if T is constant to 1e-6, and the invariable plane if the angular momentum in space is, too.
+        If the motion is not a trajectory, is an ensemble or has fewer than two times, or the path cannot be written.
 
     Examples
     --------

@@ -32,19 +32,22 @@ BLOCK = 65_536
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EventRecord(Summarized):
-    """The zeros of one event along a motion, in the order of its times; of an ensemble member after member.
+    """Record of all zeros of one event along a motion, in the order of the times, and for an ensemble member by member.
 
     Attributes
     ----------
     event : Event
+        The event.
     system : System
+        System of the motion.
     times : array (k,)
+        Times of the zeros.
     states : State
-        Those at these times; of an event that acts, before it does.
+        States at these times. For an event with `act`, the states before the action.
     directions : array (k,)
-        1 where the value rises with time, -1 where it falls.
+        1 if the value rises with time, -1 if it falls.
     members : array (k,)
-        Whose they are; zeros for one body.
+        Number of the member of each zero; 0 for one body.
 
     Examples
     --------
@@ -78,7 +81,7 @@ class EventRecord(Summarized):
 
     @checked
     def member(self, member: int) -> EventRecord:
-        """Return the events of one member."""
+        """Return the record of one member."""
         return self._rows(self.members == member)
 
     def _rows(self, chosen: Array) -> EventRecord:
@@ -89,7 +92,7 @@ class EventRecord(Summarized):
 
     @property
     def omega_body(self) -> Array:
-        """The inertial angular velocity along the body axes; shape (k, 3)."""
+        """Inertial angular velocity at the events along the body axes, shape (k, 3)."""
         numbers = (number[self.members] if number.ndim else number for number in self.system.numbers)
         return np.asarray(self.system.with_numbers(numbers).omega_body(self.states))
 

@@ -52,48 +52,56 @@ def propagate(
     device: str = "cpu",
     **chunking: Unpack[Chunking],
 ) -> Trajectory:
-    """Return the motion of a system from a state, at the given times.
+    """Integrate the motion of a system from a state and return it at the given times.
 
-    Also without forces this is an integration; `free_motion` has the closed form.
-
-    The integration runs outwards from the state's time in both directions. Arrays of states, moments or
-    parameters with a member axis make an ensemble: all results gain that axis first.
+    The integration runs forwards and backwards from the time of the state, by Taylor series at machine precision. If
+    states, moments or parameters contain an axis of members, the run is an ensemble, and all results gain that axis
+    first. For a free body, `free_motion` gives the closed form.
 
     Parameters
     ----------
     system : System
+        Body with forces and parts.
     state : State
-        Its time may be anywhere.
+        Initial state. Its time need not be one of `times`.
     times : array (n,)
-        Strictly monotonic, up or down; the results are in this order. Dates where an orbit has a calendar.
+        Times of the results, strictly increasing or strictly decreasing; dates if an orbit has a calendar.
     events : list of Event
-        What to watch for: `motion.events` has the times and the states of each.
+        Events to detect. `motion.events` contains the times and states of each.
     formulation : {"lie_poisson", "canonical", "euler_angles", "planar"} or Formulation, optional
-        The variables integrated; results look the same. Default: the fastest, "lie_poisson", (q, g). The others
-        have g from their own: the rate about an axis of small moment loses I_max / I_min roundings of theirs.
-        "planar": one angle, for a body that turns about its third axis alone.
+        Integrated variables. Default: "lie_poisson", (q, g), the fastest. The other formulations derive g from their
+        variables, which amplifies rounding errors in the angular velocity about the axis of smallest moment by up to
+        I_max / I_min. "planar" integrates one angle, for a body that rotates about its third axis only.
     tolerance : float, optional
-        Relative error per step. Default, and the least: the rounding unit of the precision, 2.2e-16 in double.
+        Relative error per step. Default and minimum: the rounding unit of the precision, 2.2e-16 in double precision.
     dense : bool
-        Keep the Taylor polynomials, so that `motion(t)` gives the state at any time in between.
+        True to store the Taylor polynomials, so that `motion(t)` gives the state at any time in the interval.
     precision : {"double", "extended", "quadruple"}
-        Of the arithmetic. Results are rounded to double.
+        Precision of the arithmetic. Results are rounded to double precision.
     threads : int, optional
-        For an ensemble; default: all the cores that the process may use.
+        Number of threads of an ensemble. Default: all cores available to the process.
     progress : bool, optional
-        Show a bar of a run that lasts; default: of an ensemble, on a terminal.
+        True to show a progress bar during a long run. Default: True for an ensemble on a terminal.
     device : {"cpu", "cuda"}
-        Where an ensemble is integrated: "cuda", on a GPU of NVIDIA (`pip install 'poinsot[cuda]'`).
+        Device that integrates an ensemble. "cuda" means an NVIDIA GPU and requires cupy (`pip install
+        'poinsot[cuda]'`). This code has not been run on a GPU yet: tests compile it for the processor and find equal
+        bits.
     **chunking
-        `out`, `chunk`, `variables`, `reduce`, `client`: an ensemble in chunks of members, to a store or on a cluster;
-        docs/stores.md and docs/cluster.md.
+        `out`, `chunk`, `variables`, `reduce`, `client`: integrate an ensemble in chunks of members, to a store or on a
+        cluster (docs/stores.md and docs/cluster.md).
+
+    Returns
+    -------
+    Trajectory
+        Motion at the times. With `reduce`, its reduced dataset.
 
     Raises
     ------
     PropagationError
-        If the run becomes singular; it carries the time reached and the partial trajectory.
+        If the motion becomes singular. The error contains the time reached and the partial trajectory.
     PropagationInterrupted
-        On Ctrl-C (a KeyboardInterrupt), after the steps under way, with the same two. Ctrl-C again is heard at once.
+        On Ctrl-C (a KeyboardInterrupt), after the current steps, with the same attributes. A second Ctrl-C stops at
+        once.
 
     Examples
     --------

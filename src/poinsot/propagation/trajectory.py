@@ -72,26 +72,27 @@ Interpolant = Callable[[Array], Phase]
 
 
 class Trajectory(Summarized):
-    """A motion at the requested times, read by name; every property has the times as its first axis.
+    """Motion at the requested times; every property is an array whose first axis is the axis of the times.
+
+    In an ensemble every array gains the axis of the members first: (members, n, 4) for quaternions.
 
     Attributes
     ----------
     system : System
+        System that was integrated.
     initial : State
-        Where the motion started; drifts are measured from here.
+        Initial state, from which drifts are measured.
     times : array (n,)
+        Requested times, in the order of the call.
     run : Run
-        Method, order, steps, tolerance, versions.
+        Method, order, number of steps, tolerance and versions.
     failures : dict
-        Of an ensemble: member -> why it stopped; its rows from there on are NaN. Of one of its members: 0 -> why.
+        Map from the number of a failed member to the reason; its rows are NaN from the time of failure. For a motion of
+        one such member, the key is 0.
     store : EnsembleStore or None
-        Of an ensemble in a store: what has its arrays, which are read when they are asked for.
+        Store of an ensemble, from which arrays are read on access.
     provenance : dict
-        Of a motion that a scenario made: its `title`, the `seed` of its spread, and its text, the `scenario`.
-
-    Notes
-    -----
-    In an ensemble every array has the members as its first axis: (members, n, 4).
+        Entries of a motion made from a scenario: its `title`, the `seed` of its spread, and the text `scenario`.
 
     Examples
     --------
@@ -156,15 +157,15 @@ class Trajectory(Summarized):
 
     @cached_property
     def phase(self) -> Phase:
-        """State variables by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
+        """State variables by name, as integrated.
 
-        The momenta are those that were integrated; from them follow the others.
+        The names are `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
         """
         return self._computed()
 
     @property
     def reached(self) -> NDArray[np.bool_]:
-        """At which times there is a motion; shape (n,), of an ensemble (members, n)."""
+        """Boolean array, True at the times that the motion reached; shape (n,), for an ensemble (members, n)."""
         first = np.asarray(next(iter(self.phase.values())))
         return np.asarray(np.isfinite(first[..., 0]))
 
@@ -172,8 +173,8 @@ class Trajectory(Summarized):
     def events(self) -> tuple[EventRecord, ...]:
         """Records of the events, in the order of `propagate(..., events=[...])`.
 
-        Of a motion in a file or a store it is read here, of a member no more than its chunk has. An event of a file
-        has its `kind`, its `repr` and whether it is `terminal`; its formula is not there.
+        For a motion in a file or a store, the records are read on access; for a member, only its chunk is read. An
+        event from a file provides its `kind`, its `repr` and whether it is `terminal`, but not its formula.
         """
         return self.event_source.of_members(None)
 
@@ -188,7 +189,7 @@ class Trajectory(Summarized):
 
     @cached_property
     def environment(self) -> Environment:
-        """The environment at the times: `motion.environment.position(orbit)`, along the space axes, three arrays (n,).
+        """Environment at the times; `motion.environment.position(orbit)` returns three arrays (n,), space axes.
 
         Positions on integrated orbits are results of the run; positions on other orbits follow from formulas.
         """
@@ -196,65 +197,69 @@ class Trajectory(Summarized):
 
     @property
     def quaternion(self) -> Array:
-        """Euler parameters, scalar first, body -> space; shape (n, 4). Their drift is a measurement."""
+        """Unit quaternions body -> space, scalar first; shape (n, 4).
+
+        poinsot never normalises them, so that their norm error is a measure of accuracy.
+        """
         return np.asarray(self.phase["quaternion"])
 
     @property
     def conjugate_momenta(self) -> Array:
-        """Q = 2 q (0, g); shape (n, 4)."""
+        """Conjugate momenta Q = 2 q (0, g); shape (n, 4)."""
         return self._state.conjugate_momenta
 
     @property
     def attitude(self) -> Rotation:
-        """The attitudes as a scipy rotation, body -> space."""
+        """Attitudes body -> space as a scipy rotation."""
         return rotation(self.quaternion)
 
     @property
     def angular_momentum_body(self) -> Array:
-        """The angular momentum g = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
+        """Angular momentum g = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
         return self._state.angular_momentum_body
 
     @property
     def own(self) -> Phase:
-        """The variables of the system's parts, by the name of the part; each of shape (n, k)."""
+        """Variables of the system's parts: name of the part -> array (n, k)."""
         return self._state.own
 
     @property
     def angular_momentum_space(self) -> Array:
-        """The angular momentum G = Im(Q q~)/2 along the space axes; shape (n, 3)."""
+        """Angular momentum G = Im(Q q~)/2 along the space axes; shape (n, 3)."""
         return self._state.angular_momentum_space
 
     @property
     def omega_body(self) -> Array:
-        """The inertial angular velocity along the body axes; shape (n, 3)."""
+        """Inertial angular velocity along the body axes; shape (n, 3)."""
         return np.asarray(self.system.omega_body(self._state))
 
     @property
     def omega_space(self) -> Array:
-        """The inertial angular velocity along the space axes; shape (n, 3)."""
+        """Inertial angular velocity along the space axes; shape (n, 3)."""
         return quat.rotate(self.quaternion, self.omega_body)
 
     @property
     def kinetic_energy(self) -> Array:
-        """T, eq. (9); shape (n,)."""
+        """Kinetic energy T, eq. (9); shape (n,)."""
         return np.asarray(self.system.kinetic_energy(self._state))
 
     @property
     def potential_energy(self) -> Array:
-        """The sum of the potentials; shape (n,)."""
+        """Potential energy U, the sum of all potentials; shape (n,)."""
         return np.asarray(self.system.potential_energy(self._state, self.environment))
 
     @property
     def torques_body(self) -> dict[str, Array]:
-        """The torque of each force along the body axes, by its class; each of shape (n, 3).
+        """Torque of each force along the body axes: name of the class -> array (n, 3).
 
-        Torques between the body and its parts are none of them. Of a loaded motion whose forces are unknown: empty.
+        Torques between the body and its parts are not included. The mapping is empty for a loaded motion whose forces
+        are unknown.
         """
         return self.system.torques_body(self._state, self.environment)
 
     @property
     def energy(self) -> Array:
-        """T + U; shape (n,)."""
+        """Total energy T + U; shape (n,)."""
         return self.kinetic_energy + self.potential_energy
 
     @property
@@ -264,9 +269,9 @@ class Trajectory(Summarized):
 
     @checked
     def euler(self, sequence: str = "313") -> tuple[Array, Array]:
-        """Return Euler angles and their canonical momenta, each (n, 3), as `State.euler` does.
+        """Return Euler angles (radians) and their canonical momenta, each (n, 3), as `State.euler` does.
 
-        NaN at singular attitudes, where `State.euler` raises an error; one warning names a regular sequence.
+        Rows are NaN at singular attitudes, where `State.euler` raises an error. One warning names a regular sequence.
         """
         q = self.quaternion
         sine = euler.sine_of_attitudes(q, sequence)
@@ -284,7 +289,7 @@ class Trajectory(Summarized):
 
     @checked
     def relative_to(self, frame: Frame) -> RelativeMotion:
-        """Return attitude and rate relative to a moving frame, such as `orbit.frame`."""
+        """Return attitude and angular velocity relative to a moving frame, such as `orbit.frame`."""
         frame = checked_frame(frame)
         frame_omega = quat.rotate(quat.conjugate(self.quaternion), frame.omega_space(self.times))
         return RelativeMotion(
@@ -330,10 +335,10 @@ class Trajectory(Summarized):
 
     @checked
     def member(self, member: int) -> Trajectory:
-        """Return the motion of one member of an ensemble as of one body, with its own system, start and events.
+        """Return the motion of one member of an ensemble, with its own system, initial state and events.
 
-        Its rows are those of the ensemble bit for bit; times that the member did not reach are left out, and
-        `failures[0]` contains the reason. `run` remains the run of the ensemble.
+        The result is a motion of one body, equal to the rows of the ensemble bit for bit. Times that the member did not
+        reach are omitted, and `failures[0]` contains the reason. `run` describes the run of the ensemble.
         """
         return self.isel(member=member)
 
@@ -344,20 +349,21 @@ class Trajectory(Summarized):
     def isel(self, *, time: Several = ..., member: Index = ...) -> Trajectory: ...
 
     def isel(self, *, time: Index = EVERY, member: Index = EVERY) -> Trajectory | State:
-        """Return the motion at some of its times, or of some of its members, by their places.
+        """Return the motion at some of its times, or of some of its members, selected by index.
 
         Parameters
         ----------
         time : int, slice, array of int or of bool, optional
-            One time gives the `State` there. Several must be in the order of the motion; start, run, events and dense
-            output stay those of the whole.
+            Index of one time, which returns the `State` at this time, or of several times in the order of the motion.
+            The initial state, run, events and dense output remain those of the whole motion.
         member : int, slice, array of int or of bool, optional
-            One member gives its motion as of one body, see `member`; several are numbered anew.
+            Index of one member, which returns a motion of one body as `member` does, or of several members, which are
+            renumbered.
 
         Raises
         ------
         IndexError, TypeError, ValueError
-            If there is no such place, if it is none, or if the order of the times would change.
+            If an index is out of range or invalid, or if the order of the times would change.
         """
         at = checked_index("time", time, self.times.size)
         members = self._members(member)
@@ -427,26 +433,27 @@ class Trajectory(Summarized):
 
     @property
     def norm_error(self) -> Array:
-        """|q| - 1; shape (n,)."""
+        """Norm error |q| - 1; shape (n,)."""
         return np.asarray(quat.norm(self.quaternion)) - 1
 
     @property
     def tangency_error(self) -> Array:
-        """The ratio q . Q / |Q|, zero for a momentum that is tangent to the unit sphere or zero; shape (n,)."""
+        """Ratio q . Q / |Q|, which is zero for a momentum that is tangent to the unit sphere or zero; shape (n,)."""
         q, momenta = self.quaternion, self.conjugate_momenta
         size = np.hypot.reduce(momenta, axis=-1)  # squares may overflow
         return np.asarray(quat.dot(q, momenta / np.where(size == 0, 1.0, size)[..., None]))
 
     @property
     def integrals(self) -> dict[str, Array]:
-        """The conserved quantities of the system along the motion, by name; empty where there is none."""
+        """Conserved quantities of the system along the motion, by name; empty if there are none."""
         return self._proof("integral")
 
     @property
     def drift(self) -> dict[str, Array]:
-        """The relative change of each integral since the start, each (n,) or (members, n).
+        """Relative change of each conserved quantity since the initial state, each of shape (n,) or (members, n).
 
-        Energies are measured against |T| + |U|, momenta against |g|, both the largest on the way.
+        The change of an energy is divided by |T| + |U|, and the change of a momentum by |g|, each at its maximum along
+        the motion.
         """
         return self._proof("drift")
 
@@ -572,7 +579,7 @@ class Trajectory(Summarized):
 
     @property
     def dataset(self) -> xarray.Dataset:
-        """The motion as an xarray Dataset with units, frames and provenance; of one in a store, what is stored."""
+        """Motion as an xarray Dataset with units, frames and provenance; for a store, its variables."""
         if self.store is None:
             data = self.variables(self.variable_names)
             known = self._summary_with({name: data[name].values for name in self._errors})
@@ -593,7 +600,7 @@ class Trajectory(Summarized):
 
     @property
     def variable_names(self) -> tuple[str, ...]:
-        """The names of what a dataset has along the times."""
+        """Names of the variables of a dataset along the times."""
         proof = [f"{kind}_{name}" for name in self._integral_names for kind in ("integral", "drift")]
         own = [f"own_{part.name}" for part in self.system.parts if part.size]
         carried = ["carried"] if self._orbits is not None else []
@@ -601,7 +608,7 @@ class Trajectory(Summarized):
 
     @property
     def state_variables(self) -> tuple[str, ...]:
-        """The names of those that the motion is made of."""
+        """Names of the state variables."""
         of_two = ORBIT if "quaternion" not in self.phase and "orbit" in self.phase else ()
         rigid = (name for name in self.phase if name in RIGID)
         return (*rigid, *of_two, *(f"own_{part.name}" for part in self.system.parts if part.size))
@@ -672,7 +679,7 @@ class Trajectory(Summarized):
 
     @property
     def reference_frame(self) -> str:
-        """The name of the space axes, by the orbits or by the file that had the motion."""
+        """Name of the space axes, from the orbits or from the file of the motion."""
         named = (orbit.reference_frame for orbit in self.system.orbits)
         own = next((frame for frame in named if frame != SPACE_AXES_UNNAMED), None)
         return str(own or self.provenance.get("reference_frame", SPACE_AXES_UNNAMED))

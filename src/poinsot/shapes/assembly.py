@@ -19,17 +19,17 @@ Array = NDArray[np.float64]
 
 
 class Assembly(Shape):
-    """Shapes, each where `moved` put it, as one rigid body.
+    """Several shapes as one rigid body, each at the place and attitude set by `moved`.
 
     Parameters
     ----------
     parts : sequence of Shape
-        Where two of them overlap, both count: that is not checked.
+        Shapes of the assembly. Overlaps are not checked: their mass counts twice.
 
     Raises
     ------
     ValueError
-        If there are none.
+        If the sequence is empty.
 
     Examples
     --------
@@ -64,9 +64,9 @@ class Assembly(Shape):
 
     @property
     def circumscribing_radius(self) -> float:
-        """The radius of the sphere about the centre of mass that holds the spheres of the parts.
+        """Radius of the sphere about the centre of mass that contains the circumscribing spheres of the parts.
 
-        It is an upper bound of that of the smallest sphere that holds the parts themselves.
+        It is an upper bound of the radius of the smallest sphere that contains the parts.
         """
         center = self.center_of_mass
         return max(float(np.linalg.norm(p.center_of_mass - center)) + p.circumscribing_radius for p in self.parts)

@@ -104,17 +104,23 @@ class Lighting:
 
 @checked
 def lit_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -> Flags:
-    """Return True for each face of a mesh whose centroid receives light from a direction; shape (..., faces).
+    """Return True for each face of a mesh whose centroid receives light from a direction.
 
-    A ray that meets an edge or a corner of another face is stopped by it.
+    Edges and corners of other faces also block the light.
 
     Parameters
     ----------
     mesh : Mesh
+        Surface with its faces.
     directions : array (..., 3)
-        To the light, axes of the shape, of any length but zero.
+        Directions to the light, axes of the shape, of any nonzero length.
     shadows : bool
-        Whether faces are in the shadow of others; False: all that look to the light are lit.
+        True to include shadows of other faces. With False, all faces oriented towards the light are lit.
+
+    Returns
+    -------
+    bool array (..., faces)
+        True for each lit face.
 
     Raises
     ------
@@ -132,16 +138,22 @@ def lit_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -> Flags:
 
 @checked
 def lit_areas(mesh: Mesh, directions: ArrayLike) -> Array:
-    """Return the exact areas of the parts of faces that a distant light reaches; shape (..., faces).
+    """Return the exact areas of the parts of faces that a distant light reaches.
 
-    The shadows of all other faces are cut out, one after the other: the time grows as the square of the number of
-    faces, and meshes of hundreds take a second for a direction.
+    The function subtracts the shadows of all other faces one by one. The time grows as the square of the number of
+    faces; a mesh of several hundred faces takes a second for each direction.
 
     Parameters
     ----------
     mesh : Mesh
+        Surface with its faces.
     directions : array (..., 3)
-        To the light, axes of the shape, of any length but zero.
+        Directions to the light, axes of the shape, of any nonzero length.
+
+    Returns
+    -------
+    array (..., faces)
+        Lit area of each face.
 
     Raises
     ------

@@ -17,19 +17,19 @@ Array = NDArray[np.float64]
 
 
 class Mascons(Shape):
-    """Mass points at rest relative to each other.
+    """Point masses at rest relative to each other.
 
     Parameters
     ----------
     masses : array (n,)
-        Positive.
+        Masses of the points, positive.
     positions : array (n, 3), axes of the shape
-        From its origin.
+        Positions of the points relative to the origin of the shape.
 
     Raises
     ------
     ValueError
-        If there are none, or a mass is not positive.
+        If the arrays are empty, or a mass is not positive.
 
     Examples
     --------

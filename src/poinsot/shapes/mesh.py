@@ -23,32 +23,30 @@ Faces = NDArray[np.int64]
 
 
 class Mesh(Shape):
-    """The homogeneous body inside a closed surface of triangles: every integral is exact for that polyhedron.
+    """Homogeneous polyhedron inside a closed surface of triangles, with exact integrals for this polyhedron.
+
+    The relative error of the potential grows with distance as 1e-15 times the square of the distance divided by the
+    circumscribing radius. The series of `field` is more accurate at large distances.
 
     Parameters
     ----------
     vertices : array (n, 3), axes of the shape
-        From its origin.
+        Positions of the vertices relative to the origin of the shape.
     faces : array (m, 3) of int
-        Three vertices of each triangle, from 0, anticlockwise seen from outside. Several closed surfaces are one
-        body; one inside another that is wound inwards is a hollow. Where two of them overlap, both count.
+        Indices of the three vertices of each triangle, from 0, anticlockwise seen from outside. Several closed surfaces
+        form one body. A surface inside another one that is wound inwards is a cavity. Overlaps count twice.
     mass, density : float
-        Exactly one of them.
+        Mass or density; exactly one of the two.
     repair : bool
-        Whether to drop faces that name a vertex twice and doubles of faces, to turn faces that disagree, and closed
-        surfaces that are wound inwards and in no other, with all that is inside them.
+        True to remove degenerate and repeated faces, to reverse inconsistent faces, and to reverse closed surfaces that
+        are wound inwards and not inside another one, together with the surfaces inside them.
 
     Raises
     ------
     ValueError
-        If an edge does not belong to exactly two faces, the two run through it in the same direction, a closed surface
-        is wound inwards and in no other, or no volume is enclosed. Whether surfaces cut through themselves or each
-        other is not checked.
-
-    Notes
-    -----
-    The potential loses digits far away: its relative error grows as 1e-15 times the square of the distance over the
-    circumscribing radius. There the series of `field` is better.
+        If an edge does not belong to exactly two faces, both faces pass through it in the same direction, a closed
+        surface is wound inwards and not inside another one, or no volume is enclosed. Intersections of surfaces are not
+        checked.
 
     Examples
     --------
@@ -106,18 +104,18 @@ class Mesh(Shape):
 
     @property
     def face_areas(self) -> Array:
-        """The areas of the faces, shape (m,)."""
+        """Areas of the faces, shape (m,)."""
         return np.asarray(0.5 * np.linalg.norm(self._face_vectors, axis=-1))
 
     @property
     def face_normals(self) -> Array:
-        """The unit normals of the faces, outwards along the axes of the shape, shape (m, 3); NaN of a flat triangle."""
+        """Outward unit normals of the faces along the axes of the shape, shape (m, 3); NaN for a flat triangle."""
         with np.errstate(invalid="ignore"):
             return np.asarray(self._face_vectors / np.linalg.norm(self._face_vectors, axis=-1, keepdims=True))
 
     @property
     def face_centers(self) -> Array:
-        """The centroids of the faces from the origin of the shape, along its axes, shape (m, 3)."""
+        """Centroids of the faces relative to the origin of the shape, along its axes, shape (m, 3)."""
         return np.asarray(self.vertices[self.faces].mean(axis=1))
 
     @property

@@ -33,9 +33,9 @@ HIGHEST_DEGREE = 80
 
 
 class Shape(Immutable):
-    """A distribution of mass, along its own axes and from its own origin.
+    """Mass distribution along its own axes and from its own origin; the base class of all shapes.
 
-    Lengths and the mass are in the user's units. Every tensor, field and vector is along the axes of the shape.
+    Lengths and mass are in the user's units. Every tensor, field and vector is along the axes of the shape.
 
     Examples
     --------
@@ -51,27 +51,27 @@ class Shape(Immutable):
 
     @property
     def mass(self) -> float:
-        """The mass."""
+        """Mass of the shape."""
         return self._mass
 
     @property
     def center_of_mass(self) -> Array:
-        """The centre of mass from the origin of the shape, shape (3,)."""
+        """Centre of mass relative to the origin of the shape, shape (3,)."""
         return self._center.copy()
 
     @property
     @abstractmethod
     def inertia(self) -> Array:
-        """The inertia tensor about the centre of mass, shape (3, 3)."""
+        """Inertia tensor about the centre of mass, shape (3, 3)."""
 
     @property
     @abstractmethod
     def circumscribing_radius(self) -> float:
-        """The radius of the smallest sphere about the centre of mass that holds the shape; of an `Assembly` a bound."""
+        """Radius of the smallest sphere about the centre of mass that contains the shape; a bound for an `Assembly`."""
 
     @property
     def ellipsoid_along_axes(self) -> Array | None:
-        """The semiaxes of an ellipsoid along the axes; None of other shapes."""
+        """Semiaxes of an ellipsoid along the axes, or None for other shapes."""
         return None
 
     @abstractmethod
@@ -107,18 +107,18 @@ class Shape(Immutable):
 
     @property
     def principal_axes(self) -> Rotation:
-        """The rotation principal axes -> axes of the shape, right-handed, the nearest one to the identity."""
+        """Right-handed rotation principal axes -> axes of the shape, as near as possible to the identity."""
         return Body.from_inertia(self.inertia).principal_axes
 
     def moved(self, position: ArrayLike = (0, 0, 0), attitude: Rotation | ArrayLike = (1, 0, 0, 0)) -> Self:
-        """Return the shape turned about its origin, then shifted: x -> attitude x + position.
+        """Return the shape rotated about its origin, then shifted: x -> attitude x + position.
 
         Parameters
         ----------
         position : array (3,)
-            Where the origin goes.
+            New position of the origin.
         attitude : scipy Rotation or array (4,)
-            A quaternion is scalar first.
+            Rotation about the origin. A quaternion is scalar first.
         """
         matrix = rotation_matrix(real_array("attitude", unit_quaternion(attitude), (4,)))
         return self._placed(real_array("position", position, (3,)), matrix)
@@ -130,17 +130,17 @@ class Shape(Immutable):
 
     @checked
     def field(self, degree: int, radius: float | None = None) -> GravityField:
-        """Return the gravity field about the centre of mass, exact but for rounding.
+        """Return the gravity field about the centre of mass, exact except for rounding.
 
-        C_nm + i S_nm = (2 - [m = 0]) (n - m)! / (n + m)! times the integral of Z_nm over the mass, / (M R^n).
+        C_nm + i S_nm = (2 - [m = 0]) (n - m)! / (n + m)! times the integral of Z_nm over the mass, divided by M R^n.
 
         Parameters
         ----------
         degree : int
-            From 2 to 80.
+            Largest degree, from 2 to 80.
         radius : float, optional
-            The length to which the coefficients refer; default: the circumscribing radius, which is also the `extent`
-            of the field. That of an `Assembly` is an upper bound.
+            Reference radius R of the coefficients. Default: the circumscribing radius, which is also the `extent` of
+            the field. For an `Assembly` it is an upper bound.
         """
         degree = whole_degree(degree)
         if not 2 <= degree <= HIGHEST_DEGREE:
@@ -154,20 +154,20 @@ class Shape(Immutable):
         return GravityField(degree, self.mass, length, C, S, extent=self.circumscribing_radius)
 
     def potential(self, points: ArrayLike) -> Array:
-        """Return the integral of dm / distance at points (..., 3) from the centre of mass; shape (...).
+        """Return the integral of dm / distance at points (..., 3) relative to the centre of mass; shape (...).
 
         Times G it is the negative potential energy of a unit mass. The points may lie inside the body.
 
         Raises
         ------
         ValueError
-            If a point lies where the formula is singular: on a mass point, or an edge of a mesh.
+            If the formula is singular at a point: on a point mass, or an edge of a mesh.
         """
         array, flat = _points(points)
         return np.reshape(self._pull(flat)[0], array.shape[:-1])
 
     def attraction(self, points: ArrayLike) -> Array:
-        """Return the gradient of `potential`, the acceleration at points over G; shape (..., 3)."""
+        """Return the gradient of `potential`, which is the acceleration at points divided by G; shape (..., 3)."""
         array, flat = _points(points)
         return np.reshape(self._pull(flat)[1], array.shape)
 

@@ -68,23 +68,21 @@ class Solid(Shape):
 
 
 class Ellipsoid(Solid):
-    """A homogeneous ellipsoid about the origin, its semiaxes along the axes; a sphere has three equal ones.
+    """Homogeneous ellipsoid about the origin with semiaxes along the axes; a sphere has three equal semiaxes.
+
+    Potential and attraction, inside and outside, are Carlson's symmetric elliptic integrals.
 
     Parameters
     ----------
     semiaxes : array (3,), axes of the shape
-        In any order.
+        Semiaxes a, b, c, in any order.
     mass, density : float
-        Exactly one of them.
+        Mass or density; exactly one of the two.
 
     Raises
     ------
     ValueError
         If a number is not positive, or not exactly one of mass and density is given.
-
-    Notes
-    -----
-    Potential and attraction are Carlson's symmetric elliptic integrals, inside and outside.
 
     Examples
     --------
@@ -172,26 +170,24 @@ def _confocal(points: Array, semiaxes: Array) -> Array:
 
 
 class Cylinder(Solid):
-    """A homogeneous circular cylinder about the origin, its axis the third axis.
+    """Homogeneous circular cylinder about the origin, whose axis is the third axis.
+
+    Potential and attraction are means of closed forms around the axis. Their number is doubled until two means agree to
+    1e-12 or to the rounding of the closed forms, which grows with the square of the distance divided by the smaller of
+    radius and half the height. Beyond eight circumscribing radii a cubature exact to degree 16 replaces them. Points so
+    near the surface that 16384 directions do not suffice raise an error.
 
     Parameters
     ----------
     radius, height : float
-        The height is the full one.
+        Radius and full height.
     mass, density : float
-        Exactly one of them.
+        Mass or density; exactly one of the two.
 
     Raises
     ------
     ValueError
         If a number is not positive, or not exactly one of mass and density is given.
-
-    Notes
-    -----
-    Potential and attraction are means around the axis of closed forms, doubled in number until two of them agree to
-    1e-12, or to the rounding of the closed forms, which grows with the square of the distance over the smaller of
-    radius and half the height; beyond eight circumscribing radii they are those of a cubature exact to degree 16.
-    Points so near the surface that 16384 directions are too few are refused.
 
     Examples
     --------

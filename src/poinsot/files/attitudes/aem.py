@@ -61,30 +61,31 @@ XML_RATES = {"QUATERNION/DERIVATIVE": "quaternionRate", "QUATERNION/ANGVEL": "an
 def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar | None = None) -> AttitudeTable:
     """Return the attitudes in a CCSDS Attitude Ephemeris Message (504.0-B-1 and B-2, annex F), KVN or XML.
 
-    All types of attitude are read: quaternions in either order, Euler angles in any sequence, spin, with their
-    derivatives and angular velocities, from A to B or from B to A. Of version 1 the columns of /RATE and /NUTATION are
-    passed over, because the standard does not define them; so are interpolation and usable times.
+    The reader supports all types of attitude: quaternions in either order, Euler angles in any sequence, and spin, with
+    derivatives and angular velocities, from A to B or from B to A. It ignores interpolation and usable times, and in
+    version 1 the columns of /RATE and /NUTATION, which the standard does not define.
 
     Parameters
     ----------
     path : str or Path
+        Name of the file.
     segment : int, optional
-        Which one of several, from 0; default: all, which must follow each other, be of one object, agree at an epoch
-        that two of them share, and all have rates or none.
+        Index of a segment, from 0. Default: all segments, which must follow each other, describe one object, agree at
+        shared epochs, and either all contain rates or none.
     calendar : Calendar, optional
-        Counts the times; default: from the first epoch, in seconds, in the time system of the message.
+        Calendar of the times. Default: seconds from the first epoch in the time system of the message.
 
     Returns
     -------
     AttitudeTable
-        Rates along the body axes in radians per unit of the calendar. One of the two frames of the message must be one
-        that does not rotate (named as `read_oem` names them), the other is the body.
+        Attitudes, with rates along the body axes in radians per unit of the calendar. One of the two frames of the
+        message must be inertial (with a name as in `read_oem`); the other is the body.
 
     Raises
     ------
     OSError, ValueError, ImportError
-        If the file cannot be read; the file is no such message or is not whole, a frame rotates, a quaternion is off
-        unit norm by more than a thousandth, times do not rise, or segments differ; or astropy is missing.
+        If the file cannot be read, is not a complete message of this kind, a frame rotates, the norm of a quaternion
+        differs from 1 by more than a thousandth, times do not increase, segments disagree, or astropy is not installed.
 
     Examples
     --------
@@ -204,28 +205,35 @@ def write_aem(
     version: str = "2.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write the attitudes of a motion, or of a table, as a CCSDS Attitude Ephemeris Message (504.0-B); return its path.
+    """Write the attitudes of a motion, or of a table, as a CCSDS Attitude Ephemeris Message (504.0-B).
 
-    The quaternion leads from REF_FRAME_A, the space axes, to REF_FRAME_B, the body, scalar last: annex F turns the axes
-    of A into those of B, so that Q1, Q2, Q3, QC are q1, q2, q3, q0. Rates go along as QUATERNION/ANGVEL in degrees per
-    second along the body, in version 1 as QUATERNION/DERIVATIVE.
+    The quaternion is from REF_FRAME_A, the space axes, to REF_FRAME_B, the body, scalar last. Annex F rotates the axes
+    of A into the axes of B, so that Q1, Q2, Q3, QC are q1, q2, q3, q0. Rates are written as QUATERNION/ANGVEL in
+    degrees per second along the body axes, and in version 1 as QUATERNION/DERIVATIVE.
 
     Parameters
     ----------
     motion : Trajectory or AttitudeTable
+        Motion of one body, or a table of attitudes.
     path : str or Path
-        XML if it ends in .xml, KVN otherwise.
+        Name of the file; the format is XML if it ends in .xml, and KVN otherwise.
     calendar : Calendar, optional
-        What instant t = 0 is and the unit of the times; default: that of the system's orbits or of the table.
+        Date of t = 0 and unit of the times. Default: the calendar of the system's orbits or of the table.
     reference_frame : str, optional
-        The name of the space axes, such as "ICRF"; default: that of the system's orbits or of the table.
+        Name of the space axes, such as "ICRF". Default: the name in the system's orbits or in the table.
     body_frame, object_name, object_id, center_name, originator : str
-        Names in the message; the body frame is "SC_BODY_1" where neither states another one.
+        Names in the message. The default body frame is the name in the table, or "SC_BODY_1".
     rates : bool
-        Whether angular velocities go along.
+        True to write angular velocities.
     version : {"2.0", "1.0"}
+        Version of the standard.
     overwrite : bool
-        Whether an existing file may be replaced.
+        True to replace an existing file of that name.
+
+    Returns
+    -------
+    Path
+        Path of the file.
 
     Raises
     ------

@@ -133,32 +133,32 @@ class _Attitude(NamedTuple):
 def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[AttitudeTable, Body | None]:
     """Return the attitude in a CCSDS Attitude Parameter Message (504.0-B), and the body if it contains its inertia.
 
-    `table.state(body)` is then the state from which a propagation starts. The attitude is read from the first block of
-    quaternion, Euler angles or spin between the body and a frame that does not rotate. The angular velocity is read
-    from the same block, from an ANGVEL block, or from another attitude block of the body, in this order. Blocks that
-    state the same must agree. The reader ignores maneuvers, and warns of rates and attitudes that it cannot use.
+    `table.state(body)` is then the initial state of a propagation. The attitude is read from the first block of
+    quaternion, Euler angles or spin between the body and an inertial frame. The angular velocity is read from the same
+    block, from an ANGVEL block, or from another attitude block of the body, in this order. Redundant blocks must agree.
+    The reader ignores maneuvers, and warns of rates and attitudes that it cannot use.
 
     Parameters
     ----------
     path : str or Path
-        KVN or XML, version 1 or 2.
+        Name of a file in KVN or XML, version 1 or 2.
     calendar : Calendar, optional
-        Counts the times; default: from the epoch of the message, in seconds, in its time system.
+        Calendar of the times. Default: seconds from the epoch of the message in its time system.
 
     Returns
     -------
     AttitudeTable
-        Of one row.
+        Table of one row.
     Body or None
-        With moments in kg m2 about the axes of the attitude; None if the inertia is missing, or is along other axes,
-        which gives a warning.
+        Body with moments in kg m2 about the axes of the attitude. None if the inertia is missing, or if it refers to
+        other axes, which gives a warning.
 
     Raises
     ------
     OSError, ValueError, ImportError
-        If the file cannot be read; the file is no such message, has no attitude between the body and a frame that does
-        not rotate, a quaternion is off unit norm by more than a thousandth, or no rigid body has the inertia; or
-        astropy is missing.
+        If the file cannot be read, is not such a message, contains no attitude between the body and an inertial frame,
+        the norm of a quaternion differs from 1 by more than a thousandth, no rigid body has the inertia, or astropy is
+        not installed.
 
     Examples
     --------
@@ -413,22 +413,29 @@ def write_apm(
     version: str = "2.0",
     overwrite: bool = False,
 ) -> Path:
-    """Write a body and its state as a CCSDS Attitude Parameter Message (504.0-B); return its path.
+    """Write a body and its state as a CCSDS Attitude Parameter Message (504.0-B).
 
-    Attitude and rate as `write_aem` writes them, and the inertia about the body axes.
+    The message contains attitude and rate with the conventions of `write_aem`, and the inertia about the body axes.
 
     Parameters
     ----------
     body : Body
-        With moments in kg m2.
+        Body with moments in kg m2.
     state : State
+        State of the body.
     path, version, overwrite, originator
-        As of `write_aem`.
+        Same as in `write_aem`.
     calendar : Calendar
-        What instant t = 0 is, and the unit of time.
+        Date of t = 0 and unit of time.
     reference_frame : str
-        The name of the space axes, such as "ICRF".
+        Name of the space axes, such as "ICRF".
     body_frame, object_name, object_id, center_name : str
+        Names in the message.
+
+    Returns
+    -------
+    Path
+        Path of the file.
 
     Raises
     ------

@@ -18,19 +18,22 @@ __all__ = ["AttitudeFormat", "attitude_formats", "format_of"]
 
 
 class AttitudeFormat(ABC):
-    """A format of attitude files; a subclass is all that conversions, the command line and the docs need.
+    """Format of attitude files; the base class from which conversions, the command line and the documentation derive.
+
+    A subclass defines the attributes below and the methods `read` and `write`.
 
     Attributes
     ----------
     title : str
+        Name of the format.
     suffixes : tuple of str
-        The ends of the names of such files, such as (".aem", ".xml").
+        Endings of the file names, such as (".aem", ".xml").
     in_python : str
-        What reads a file in Python, with {path} in the place of its name.
+        Python expression that reads a file, with {path} in place of the file name.
     conventions : (str, str, str)
-        Order and direction of the quaternions, and the rates.
+        Order of the quaternion components, direction of the quaternions, and kind of rates.
     mark : re.Pattern
-        What the first bytes of such files have; `sniff` looks for it.
+        Pattern for which `sniff` searches the first bytes of a file.
 
     Examples
     --------
@@ -55,12 +58,12 @@ class AttitudeFormat(ABC):
     @staticmethod
     @abstractmethod
     def read(path: str | Path) -> AttitudeTable:
-        """Return the attitudes in a file; `calendar` counts its times."""
+        """Return the attitudes in a file, with times counted by `calendar`."""
 
     @staticmethod
     @abstractmethod
     def write(motion: Any, path: str | Path, *, calendar: Any, reference_frame: str | None, overwrite: bool) -> Any:
-        """Write a motion or a table."""
+        """Write a motion or a table to a file."""
 
 
 def attitude_formats() -> tuple[AttitudeFormat, ...]:

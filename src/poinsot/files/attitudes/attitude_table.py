@@ -40,22 +40,22 @@ SAME_TIME = 2e-9
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class AttitudeTable(Summarized):
-    """Attitudes at times, as they come from a file or as they go into one: x_space = q x_body q~.
+    """Table of attitudes at times, as read from a file or written to one: x_space = q x_body q~.
 
     Parameters
     ----------
     times : array (n,)
-        Rising.
+        Increasing times.
     quaternion : array (n, 4)
-        Scalar first, Hamilton, body -> reference frame, of unit norm.
+        Unit quaternions body -> reference frame, scalar first, Hamilton product.
     omega_body : array (n, 3), optional
-        Inertial rate along the body axes, radians per unit of the times.
+        Inertial angular velocity along the body axes, radians per unit of the times.
     calendar : Calendar, optional
-        What instant t = 0 is, and the unit of the times.
+        Date of t = 0 and unit of the times.
     reference_frame, body_frame : str
-        The names of the axes between which the quaternion turns; the first ones do not rotate.
+        Names of the inertial reference axes and of the body axes.
     norm_error : float
-        The largest | |q| - 1 | in the file from which the table came; the readers divide by the norm.
+        Largest | |q| - 1 | in the file. The readers divide quaternions by their norm.
 
     Raises
     ------
@@ -105,29 +105,29 @@ class AttitudeTable(Summarized):
 
     @property
     def attitude(self) -> Rotation:
-        """The attitudes as a scipy rotation, body -> reference frame."""
+        """Attitudes body -> reference frame as a scipy rotation."""
         return rotation(self.quaternion)
 
     @checked
     def state(self, body: Body, row: int = 0) -> State:
-        """Return the state of a body in one row, from which a propagation may start, in the units of the table."""
+        """Return the state of a body in one row, in the units of the table, as an initial state of a propagation."""
         if not -self.times.size <= row < self.times.size:
             raise ValueError(f"row must be below {self.times.size}, the number of rows, got {row}.")
         return body.state(self.quaternion[row], omega_body=self._rates()[row], time=self.times[row])
 
     @checked
     def trajectory(self, system: System) -> Trajectory:
-        """Return the table as a motion of a system, to see what it conserves, draw it, or save it.
+        """Return the table as a motion of a system, for plots, files and the drift of conserved quantities.
 
-        The momenta are those of the system's body with the rates of the table, or, where it has none, with those of
-        a spline of fifth degree through the quaternions, which needs several rows in each turn of the body. The motion
-        keeps what the times mean as dates, and the name of the axes.
+        The momenta follow from the system's body and the angular velocities of the table. If the table lacks these, the
+        method fits a spline of fifth degree to the quaternions, which requires several rows in each turn of the body.
+        The motion retains the calendar and the name of the axes.
 
         Raises
         ------
         TypeError, ValueError
-            If the first argument is no system of one body, its orbits are along other axes, or there are no rates and
-            fewer than four rows.
+            If the first argument is not a system of one body, its orbits are along other axes, or there are no rates
+            and fewer than four rows.
         """
         if system.members:
             raise ValueError(f"system must be of one body, got {system.members[0]} members.")
@@ -151,7 +151,7 @@ class AttitudeTable(Summarized):
         Raises
         ------
         TypeError, ValueError
-            If the argument is no motion of one body, is along other axes, or has neither the times of the table nor
+            If the argument is not a motion of one body, is along other axes, or has neither the times of the table nor
             dense output.
         """
         _refuse_several(motion)

@@ -91,36 +91,35 @@ def spice_attitude(
     calendar: Calendar = ET,
     progress: bool | None = None,
 ) -> AttitudeTable:
-    """Return the attitude of a frame of SPICE at given times: of a C-kernel, a planet, or any other that kernels know.
+    """Return the attitude of a SPICE frame at given times, from a C-kernel or any other kernel.
 
-    SPICE counts times as floats from 2000: they are 0.1 microseconds apart.
+    SPICE represents times as floats since 2000, with a resolution of 0.1 microseconds.
 
     Parameters
     ----------
     frame : str
-        The axes of the body, such as "IAU_MOON" or one of a frame kernel.
+        Name of the body axes, such as "IAU_MOON" or a frame of a frame kernel.
     times : array (n,) of float, str or astropy.time.Time
-        Rising: times of the calendar, or dates with their time scale.
+        Increasing times of the calendar, or dates with their time scale.
     kernels : sequence of paths
-        All files that are needed: for a C-kernel also those of its clock and its frames. What spiceypy has loaded is
-        not used.
+        All required files, for a C-kernel also its clock and its frames. Kernels loaded in spiceypy are ignored.
     reference_frame : str
-        An inertial frame of SPICE. Its J2000 is the ICRF.
+        Name of an inertial frame of SPICE, whose J2000 is the ICRF.
     calendar : Calendar
-        Counts the times; default: TDB from 2000-01-01T12:00:00 in seconds, which is SPICE's ET.
+        Calendar of the times. Default: seconds from 2000-01-01T12:00:00 TDB, which is SPICE's ET.
     progress : bool, optional
-        Show a bar of what lasts; default: on a terminal.
+        True to show a progress bar during a long run. Default: True on a terminal.
 
     Returns
     -------
     AttitudeTable
-        With rates, unless the kernels have none.
+        Attitudes, with rates if the kernels contain them.
 
     Raises
     ------
     OSError, ValueError, ImportError
-        If a kernel is missing or no kernel, a frame is unknown, the reference frame rotates, the kernels do not cover
-        the times, or have rates at some of the times only; or spiceypy is missing.
+        If a kernel is missing or invalid, a frame is unknown, the reference frame rotates, the kernels do not cover the
+        times or contain rates at some of them only, or spiceypy is not installed.
 
     Examples
     --------
@@ -162,26 +161,26 @@ def _table(
 def read_ck(path: str | Path, *, calendar: Calendar = ET) -> AttitudeTable:
     """Return the attitudes in a C-kernel at its own instants.
 
-    Clock and frame are the files of the same name with .tsc and .tf.
-
-    The kernel has one segment, of type 3, relative to an inertial frame. Of one written here the millisecond at both
-    ends is left out. Times are 0.1 microseconds apart.
+    The files of the same name with .tsc and .tf define clock and frame. The kernel must have one segment, of type 3,
+    relative to an inertial frame. The reader omits the extra millisecond at both ends of a kernel that poinsot wrote.
+    The resolution of the times is 0.1 microseconds.
 
     Parameters
     ----------
     path : str or Path
-        Of the C-kernel.
+        Name of the C-kernel.
     calendar : Calendar
-        Counts the times; default: SPICE's ET.
+        Calendar of the times. Default: SPICE's ET.
 
     Returns
     -------
     AttitudeTable
+        Attitudes at the instants of the kernel.
 
     Raises
     ------
     OSError, ValueError, ImportError
-        If a kernel is missing or none, or what is in it is something else; or spiceypy is missing.
+        If a kernel is missing, invalid or of another kind, or spiceypy is not installed.
 
     Examples
     --------
@@ -218,29 +217,34 @@ def write_ck(
     rates: bool = True,
     overwrite: bool = False,
 ) -> tuple[Path, Path, Path]:
-    """Write the attitudes of a motion as a SPICE C-kernel of type 3, with its clock and its frame; return their paths.
+    """Write the attitudes of a motion as a SPICE C-kernel of type 3, with the files of its clock and its frame.
 
-    SPICE turns from one attitude to the next at a constant rate, and interpolates rates linearly. The first and the
-    last attitude go on for a millisecond at the rate there, so that instants that another program converts fall inside.
+    SPICE rotates between attitudes at a constant rate, and interpolates rates linearly. poinsot extends the kernel by
+    one millisecond at both ends with constant rates, so that converted instants of another program are inside its span.
 
     Parameters
     ----------
     motion, calendar, rates, overwrite
-        As of `write_aem`.
+        Same as in `write_aem`.
     path : str or Path
-        Of the C-kernel, ending in .bc; clock and frame take the same name with .tsc and .tf.
+        Name of the C-kernel, which ends in .bc. The files of clock and frame have the same name with .tsc and .tf.
     reference_frame : str, optional
-        The name of the space axes; a C-kernel refers to the ICRF, which SPICE calls J2000.
+        Name of the space axes. A C-kernel refers to the ICRF, which SPICE calls J2000.
     body_frame : str
-        The name of the frame: up to 26 letters, digits and underscores.
+        Name of the body frame: up to 26 letters, digits and underscores.
     spacecraft : int
-        Its number in SPICE, negative; frame and structure have a thousand times that number.
+        SPICE number of the spacecraft, negative. The numbers of frame and structure are a thousand times this number.
+
+    Returns
+    -------
+    (Path, Path, Path)
+        Paths of the C-kernel, the clock and the frame.
 
     Raises
     ------
     TypeError, ValueError, OSError, ImportError
-        If an argument is invalid, the motion is an ensemble or has fewer than two times, or a file
-        exists; or spiceypy is missing.
+        If an argument is invalid, the motion is an ensemble or has fewer than two times, a file exists, or spiceypy is
+        not installed.
 
     Examples
     --------

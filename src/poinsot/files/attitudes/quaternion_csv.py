@@ -44,29 +44,30 @@ EXAMPLE = "# order: scalar first, # direction: body to reference"
 def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -> AttitudeTable:
     """Return the attitudes in a CSV file that states the order and the direction of its quaternions.
 
-    Comment lines before the names of the columns must state `# order: scalar first` (or `scalar last`) and
-    `# direction: body to reference` (x_reference = q x_body q~, Hamilton product) or `reference to body`. They may
-    state
+    Comment lines before the names of the columns must state `# order: scalar first` (or `scalar last`) and `#
+    direction: body to reference` (x_reference = q x_body q~, Hamilton product) or `reference to body`. They may state
     `# reference_frame: ICRF`, `# body_frame: SC_BODY_1` and `# time: s from 2026-11-21T00:00:00 UTC`. The columns are
-    the time, the four of the quaternion and, where `# rate: rad per unit of time, inertial, along the body axes` stands
-    above, three rates.
+    the time, the four components of the quaternion and, after `# rate: rad per unit of time, inertial, along the body
+    axes`, three components of the angular velocity.
 
     Parameters
     ----------
     path : str or Path
+        Name of the file.
     calendar : Calendar, optional
-        Counts the times; default: the calendar that the file states, or none.
+        Calendar of the times. Default: the calendar that the file states, or none.
 
     Returns
     -------
     AttitudeTable
+        Attitudes, with rates if the file contains them.
 
     Raises
     ------
     OSError, ValueError, ImportError
-        If the file cannot be read; the file does not state the meaning of its numbers, a row is not whole, a
-        quaternion is off
-        unit norm by more than a thousandth, or times do not rise; or astropy is missing and the file has dates.
+        If the file cannot be read or does not state the meaning of its numbers, a row is incomplete, the norm of a
+        quaternion differs from 1 by more than a thousandth, times do not increase, or the file contains dates and
+        astropy is not installed.
 
     Examples
     --------
@@ -169,14 +170,19 @@ def write_quaternion_csv(
 ) -> Path:
     """Write the attitudes of a motion, or of a table, as comma-separated values with their conventions.
 
-    Numbers have all their digits: reading them gives them back.
+    Numbers are written with all digits, so that reading the file restores them exactly.
 
     Parameters
     ----------
     motion, path, rates, overwrite
-        As of `write_aem`.
+        Same as in `write_aem`.
     calendar, reference_frame, body_frame : optional
-        Calendar and axes that the file states; default: the calendar and axes of the motion, if any.
+        Calendar and axes that the file states. Default: the calendar and axes of the motion, if any.
+
+    Returns
+    -------
+    Path
+        Path of the file.
 
     Raises
     ------

@@ -63,27 +63,28 @@ MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", 
 def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> AttitudeTable:
     """Return the attitudes in an STK attitude file (.a).
 
-    Read are AttitudeTimeQuaternions, AttitudeTimeQuatScalarFirst, AttitudeTimeQuatAngVels and AttitudeTimeEulerAngles.
-    Their quaternions turn the reference axes into those of the body, as ours do, with the scalar last (or first, as
-    the name states); rates are degrees per second along the body axes; Euler angles are degrees, about axes that turn
-    along.
+    The reader supports AttitudeTimeQuaternions, AttitudeTimeQuatScalarFirst, AttitudeTimeQuatAngVels and
+    AttitudeTimeEulerAngles. The quaternions rotate the reference axes into the body axes, which is poinsot's
+    convention, with the scalar last, or first if its name contains ScalarFirst. Rates are degrees per second along the
+    body axes. Euler angles are degrees about axes that rotate with the body.
 
     Parameters
     ----------
     path : str or Path
+        Name of the file.
     calendar : Calendar, optional
-        Counts the times; default: from the ScenarioEpoch, in seconds.
+        Calendar of the times. Default: seconds from the ScenarioEpoch.
 
     Returns
     -------
     AttitudeTable
-        Rates in radians per unit of the calendar.
+        Attitudes, with rates in radians per unit of the calendar.
 
     Raises
     ------
     OSError, ValueError, ImportError
-        If the file cannot be read; the file is no such file or is not whole, its axes rotate, a quaternion is off unit
-        norm by more than a thousandth, or times do not rise; or astropy is missing.
+        If the file cannot be read or is not a complete file of this kind, its axes rotate, the norm of a quaternion
+        differs from 1 by more than a thousandth, times do not increase, or astropy is not installed.
 
     Examples
     --------
@@ -182,18 +183,24 @@ def write_stk_attitude(
     rates: bool = True,
     overwrite: bool = False,
 ) -> Path:
-    """Write the attitudes of a motion, or of a table, as an STK attitude file; return its path.
+    """Write the attitudes of a motion, or of a table, as an STK attitude file.
 
-    AttitudeTimeQuatAngVels: seconds from the ScenarioEpoch, q1, q2, q3, q0, degrees per second along the body axes;
-    without rates AttitudeTimeQuaternions.
+    The file contains AttitudeTimeQuatAngVels: seconds from the ScenarioEpoch, q1, q2, q3, q0, and degrees per second
+    along the body axes. Without rates it contains AttitudeTimeQuaternions.
 
     Parameters
     ----------
     motion, calendar, reference_frame, rates, overwrite
-        As of `write_aem`; the instant t = 0 becomes the ScenarioEpoch.
+        Same as in `write_aem`; the ScenarioEpoch is the date of t = 0.
     path : str or Path
-        STK expects the ending .a.
+        Name of the file. STK expects the ending .a.
     central_body : str
+        Name of the central body.
+
+    Returns
+    -------
+    Path
+        Path of the file.
 
     Raises
     ------

@@ -47,28 +47,29 @@ def read_field(
     Parameters
     ----------
     path : str or Path
-        At most 64 MiB; the table states whether its coefficients are normalised.
+        Name of a file of at most 64 MiB. The table states whether its coefficients are normalised.
     degree : int, optional
-        Where to stop, from 2 to 80; default: the degree of the table.
+        Largest degree to read, from 2 to 80. Default: the degree of the table.
     mass : float
-        Of the body, in the unit of its moments. The GM of the table is not used: G, known to 2e-5, would be.
+        Mass of the body in the unit of its moments. The function ignores the GM of the table, because G is known to
+        2e-5 only.
     unit : float
-        The unit of length of the table in the user's: 1000.0 for SHADR, in km, where lengths are in m. ICGEM is in m.
+        Unit of length of the table in the user's unit: 1000.0 for SHADR (km) if lengths are in m. ICGEM uses m.
     extent : float, optional
-        The radius of a sphere about the centre of mass that holds the body, in the user's unit of length: a run counts
-        the times at which an attractor was inside. Default: the reference radius of the table, which may be below it,
-        as it is where the radius is a mean one. 0: unknown, nothing is counted.
+        Radius of a sphere about the centre of mass that contains the body, in the user's unit of length. A run counts
+        the times at which an attractor is inside. Default: the reference radius of the table, which may be too small,
+        for example if it is a mean radius. 0 means unknown: nothing is counted.
 
     Returns
     -------
     GravityField
-        About the centre of mass, along the axes of the table.
+        Field about the centre of mass, along the axes of the table.
 
     Raises
     ------
     OSError, ValueError
-        If the file cannot be read; or a line is not right, a coefficient is missing or there twice, the field changes
-        with time, the degree is beyond the table, or it is no `GravityField`.
+        If the file cannot be read, a line is invalid, a coefficient is missing or repeated, the field varies with time,
+        the degree exceeds the table, or `GravityField` raises an error.
 
     Examples
     --------

@@ -54,26 +54,31 @@ def read_mesh(
 ) -> Mesh:
     """Return the homogeneous body inside the surface in a file: OBJ, PLY, STL or a table of plates (.tab).
 
-    Materials and textures are left alone, and no other file is opened. Vertices at the very same place are one;
-    quadrilaterals become two triangles. A table of plates, as the PDS has them, is a line with the number of vertices,
-    one "i x y z" for each, a line with the number of plates, and one "i a b c" for each, all numbered from 1; or both
-    numbers are in the first line. A .tab with the v and f lines of OBJ is read as such.
+    The reader ignores materials and textures and opens no other file. It merges vertices at equal positions and splits
+    quadrilaterals into two triangles. A table of plates, as in the PDS, contains a line with the number of vertices,
+    one line "i x y z" for each vertex, a line with the number of plates, and one line "i a b c" for each plate,
+    numbered from 1. Both numbers may also be in the first line. A .tab file may also contain v and f lines of OBJ.
 
     Parameters
     ----------
     path : str or Path
-        Its suffix is the format. At most 200 MB and 5 million faces.
+        Name of the file, whose ending is the format. At most 200 MB and 5 million faces.
     mass, density : float
-        Exactly one of them; the density per cube of the user's length.
+        Mass, or density per cube of the user's length; exactly one of the two.
     unit : float
-        The unit of the file in the user's unit of length: 1000.0 for a file in km where lengths are in m.
+        Unit of length of the file in the user's unit: 1000.0 for a file in km if lengths are in m.
     repair : bool
-        As of `Mesh`.
+        True to repair the faces, as in `Mesh`.
+
+    Returns
+    -------
+    Mesh
+        The homogeneous body.
 
     Raises
     ------
     OSError, ValueError
-        If the file cannot be read; or it is too large, is not in its format, or has no closed surface around a volume;
+        If the file cannot be read, is too large or not in its format, or contains no closed surface around a volume;
         see `Mesh`.
 
     Examples

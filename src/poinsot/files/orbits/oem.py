@@ -45,31 +45,32 @@ def read_oem(
 ) -> Ephemeris:
     """Return the orbit in a CCSDS Orbit Ephemeris Message, version 1 to 3, KVN or XML.
 
-    Positions and velocities are interpolated as by `Ephemeris.from_table`; the interpolation that the message
-    proposes, accelerations and covariances are passed over.
+    Positions and velocities are interpolated as in `Ephemeris.from_table`. The reader ignores the interpolation that
+    the message proposes, accelerations and covariances.
 
     Parameters
     ----------
     path : str or Path
+        Name of the file.
     mu : float, optional
-        Gravitational parameter of the centre, km3/s2; default: that of DE440 for Sun, planets and Moon.
+        Gravitational parameter of the centre, km3/s2. Default: the value of DE440 for Sun, planets and Moon.
     segment : int, optional
-        Which one of several, from 0. Segments that share an epoch and its state are read as one.
+        Index of a segment, from 0. Segments that share an epoch and its state are read as one.
     calendar : Calendar, optional
-        Counts seconds; default: from the first epoch, in the time system of the message. Orbits of one system
-        share one.
+        Calendar in seconds. Default: from the first epoch in the time system of the message. Orbits of one system must
+        share one calendar.
 
     Returns
     -------
     Ephemeris
-        km and km/s from the centre of the message, along its frame: "ICRF" (also where the message states GCRF,
-        EME2000 or J2000), "TEME", "TOD", "MOD" or "MCI". Its span is the usable one of the message.
+        Position in km and velocity in km/s relative to the centre of the message, along its frame: "ICRF" (also for
+        GCRF, EME2000 or J2000), "TEME", "TOD", "MOD" or "MCI". Its span is the usable span of the message.
 
     Raises
     ------
     OSError, ValueError, ImportError
-        If the file cannot be read; the file is no such message or is not whole, its frame rotates or is unknown, its
-        times do not rise or have a gap, or its segments do not join; or astropy is missing.
+        If the file cannot be read or is not a complete message of this kind, its frame rotates or is unknown, its times
+        do not increase or contain a gap, its segments do not join, or astropy is not installed.
 
     Examples
     --------

@@ -44,28 +44,30 @@ def spice_orbit(
     Parameters
     ----------
     target, center : str or int
-        Bodies by their names or numbers in SPICE; the centre is the attractor.
+        SPICE names or numbers of the two bodies; the centre is the attractor.
     start, stop : float, str or astropy.time.Time
-        The span: times of the calendar, or dates with their time scale.
+        Ends of the span: times of the calendar, or dates with their time scale.
     kernels : sequence of paths
-        All files that are needed: SPK, and text of constants, clocks and frames. What spiceypy has loaded is not used.
+        All required files: SPK, and text kernels of constants, clocks and frames. Kernels loaded in spiceypy are
+        ignored.
     frame : str
-        An inertial frame of SPICE. Its J2000 is the ICRF.
+        Name of an inertial frame of SPICE, whose J2000 is the ICRF.
     mu : float, optional
-        Gravitational parameter of the centre, km3/s2; default: BODYnnn_GM of the kernels, or that of DE440.
+        Gravitational parameter of the centre, km3/s2. Default: BODYnnn_GM of the kernels, or the value of DE440.
     calendar : Calendar, optional
-        Counts seconds; default: TDB from 2000-01-01T12:00:00, which is SPICE's ET. Orbits of one system share one.
+        Calendar in seconds. Default: from 2000-01-01T12:00:00 TDB, which is SPICE's ET. Orbits of one system must share
+        one calendar.
 
     Returns
     -------
     Ephemeris
-        km and km/s.
+        Position in km and velocity in km/s.
 
     Raises
     ------
     OSError, ValueError, ImportError
-        If a kernel is missing or no kernel, a body or frame is unknown, the frame rotates, or the kernels do not cover
-        the span; or spiceypy is missing.
+        If a kernel is missing or invalid, a body or frame is unknown, the frame rotates, the kernels do not cover the
+        span, or spiceypy is not installed.
 
     Examples
     --------

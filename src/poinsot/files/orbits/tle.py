@@ -136,29 +136,30 @@ def tle_orbit(
     Parameters
     ----------
     lines : str or sequence of str
-        The two lines, with a line for the name before them or without; as text, or one by one.
+        The two lines, optionally preceded by a line with the name, as one text or one by one.
     start, stop : float, str or astropy.time.Time
-        The span: times of the calendar, or dates with their time scale.
+        Ends of the span: times of the calendar, or dates with their time scale.
     max_age : float
-        Largest distance of the span from the epoch of the set, days; the errors of SGP4 grow to kilometres within days.
+        Largest distance of the span from the epoch of the set, days. The errors of SGP4 grow to kilometres within days.
     reference_frame : {"TEME", "ICRF"}
-        Axes: true equator and mean equinox of date, those of SGP4; or those of the planets, which needs astropy.
+        Axes of the result: true equator and mean equinox of date, the axes of SGP4; or the axes of planetary
+        ephemerides, which require astropy.
     calendar : Calendar, optional
-        Counts seconds; default: from the epoch of the set, which is UTC. Orbits of one system share one.
+        Calendar in seconds. Default: from the epoch of the set, in UTC. Orbits of one system must share one calendar.
 
     Returns
     -------
     Ephemeris
-        km and km/s, with the `mu` of WGS-72, 398600.8 km3/s2. Its time is the one that passes: where UTC has a leap
-        second, a minute of SGP4 is still 60 s. Its velocity is the derivative of SGP4's position, from which SGP4's
-        velocity differs by metres per second; a warning names a difference of more than 10 m/s. SGP4's position jumps
-        where the perturbed inclination of a deep-space orbit crosses 0.2 rad; a warning names time and size.
+        Position in km and velocity in km/s, with the `mu` of WGS-72, 398600.8 km3/s2. Time is elapsed time: a minute of
+        SGP4 is 60 s also at a leap second of UTC. The velocity is the derivative of SGP4's position. SGP4's own
+        velocity differs by metres per second; a warning reports a difference of more than 10 m/s. SGP4's position jumps
+        where the perturbed inclination of a deep-space orbit crosses 0.2 rad; a warning gives time and size.
 
     Raises
     ------
     ValueError, ImportError
-        If a line is not right, the span too far from the epoch, or SGP4 stops in it (a satellite that decays); or the
-        package sgp4 is missing.
+        If a line is invalid, the span is too far from the epoch, SGP4 stops in the span (a satellite that decays), or
+        the package sgp4 is not installed.
 
     Examples
     --------
@@ -189,20 +190,20 @@ def omm_orbit(
     Parameters
     ----------
     message : str or mapping
-        The text of a message about one satellite, in XML, KVN, CSV or JSON; or its fields by name.
+        Text of a message about one satellite, in XML, KVN, CSV or JSON, or a mapping of its fields by name.
     start, stop, max_age, reference_frame, calendar
-        As of `tle_orbit`.
+        Same as in `tle_orbit`.
 
     Returns
     -------
     Ephemeris
-        As of `tle_orbit`.
+        Position in km and velocity in km/s, as from `tle_orbit`.
 
     Raises
     ------
     ValueError, ImportError
-        If a field is missing or wrong, the elements are not for SGP4, or as `tle_orbit`; or the package sgp4 is
-        missing.
+        If a field is missing or wrong, the elements are not for SGP4, `tle_orbit` raises an error, or the package sgp4
+        is not installed.
 
     Examples
     --------

@@ -32,21 +32,24 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Scenario(Summarized):
-    """A propagation that a file describes, ready to run.
+    """Scenario: a propagation described by a file, with its system, initial state, times and options.
 
     Attributes
     ----------
     name : str
-        Of the file.
+        Name of the file.
     system : System
+        Body with forces and parts.
     state : State
+        Initial state.
     times : array (n,)
+        Times of the results.
     run : mapping
-        How to compute: `method`, `formulation`, `tolerance`, `precision`, `dense`.
+        Options of the run: `method`, `formulation`, `tolerance`, `precision`, `dense`.
     outputs : mapping
-        Names of files, of `result`, `plot` and `view`; those that the scenario asks for.
+        File names of the requested outputs `result`, `plot` and `view`.
     provenance : mapping
-        What a result keeps: `title`, `seed`, and the text, `scenario`.
+        Entries stored in a result: `title`, `seed`, and the text `scenario`.
 
     Examples
     --------
@@ -77,12 +80,12 @@ class Scenario(Summarized):
     def propagate(
         self, *, threads: int | None = None, progress: bool | None = None, **chunking: Unpack[Chunking]
     ) -> Trajectory:
-        """Return the motion; the arguments are those of `propagate`.
+        """Return the motion; the arguments are those of `pt.propagate`.
 
         Raises
         ------
         PropagationError, PropagationInterrupted
-            As `propagate`; the partial trajectory knows the scenario too.
+            If `pt.propagate` raises them. The partial trajectory contains the text of the scenario, too.
         """
         options = {name: value for name, value in self.run.items() if name != "method"}
         if chunking:
@@ -104,15 +107,26 @@ class Scenario(Summarized):
 
 @checked
 def read_scenario(path: str | Path) -> Scenario:
-    """Return the propagation that a scenario file (TOML) describes; docs/scenarios.md has the keys.
+    """Return the propagation that a scenario file (TOML) describes.
 
-    No expression in it is evaluated, and no file is opened but those that it names, in its own folder or below.
+    docs/scenarios.md lists the keys. Expressions are not evaluated. The reader opens only files that the scenario
+    names, in its own folder or below.
+
+    Parameters
+    ----------
+    path : str or Path
+        Name of the file.
+
+    Returns
+    -------
+    Scenario
+        System, initial state, times and options of the run.
 
     Raises
     ------
     OSError, ValueError
-        If the file cannot be read; or it is not right: the sentence has the file, the line and the key, what must be
-        there and what is.
+        If the file cannot be read or is invalid. The error message gives the file, the line, the key, the rule and the
+        given value.
 
     Examples
     --------

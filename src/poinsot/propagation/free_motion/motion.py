@@ -51,36 +51,33 @@ def free_motion(
 ) -> Trajectory:
     """Return the torque-free motion of a body from a state, at the given times, in closed form.
 
-    Any time costs the same and is as accurate: the rates are computed in twice the double precision from the
-    state as it is given, so that the error does not grow with time, up to phases of 1e15 radians.
+    The cost and the accuracy do not depend on the time: rates are computed from the given state in twice the double
+    precision, so the error does not grow with time, up to phases of 1e15 radians. The attitude is expressed by theta
+    functions with a constant angular momentum in space, and elliptic elements as in Landau and Lifshitz, Mechanics,
+    Sec. 37, in forms that are also accurate near the separatrix and for symmetric bodies.
 
     Parameters
     ----------
     body : Body
-        Moments of shape (3,), or (members, 3) for an ensemble, in any order.
+        Body with moments of shape (3,), or (members, 3) for an ensemble, in any order.
     state : State
-        The state, or one for each member; its time may be anywhere.
+        Initial state, or one for each member. Its time need not be one of `times`.
     times : array (n,)
-        Strictly monotonic, up or down.
+        Times of the results, strictly increasing or strictly decreasing.
     units : mapping, optional
-        The units of the numbers given, as `System` takes them.
+        Units of the given numbers, as in `System`.
     **chunking
-        As in `propagate`.
+        `out`, `chunk`, `variables`, `reduce` and `client`, as in `propagate`.
 
     Returns
     -------
     Trajectory
-        As `propagate` returns it; of one body it can be called at any time.
+        Motion at the times. For one body, `motion(t)` gives the state at any time.
 
     Raises
     ------
     TypeError, ValueError
         If an argument is invalid.
-
-    Notes
-    -----
-    Attitude by theta functions, constant momentum in space, elements as in Landau and Lifshitz, Mechanics, Sec. 37,
-    all in the forms that hold on and near the separatrix and for symmetric bodies.
 
     Examples
     --------
