@@ -13,6 +13,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+from PIL import Image, ImageOps
+
 __all__ = ["GROUPS", "pages", "run_examples"]
 
 ROOT = Path(__file__).parents[2]
@@ -29,24 +31,127 @@ GROUPS = {
     "Tops": "heavy_top",
     "Sections and maps": "poincare_hyperion heavy_body_section megno_map",
 }
-"""The examples, by what they are of."""
+"""Names of the examples by subject."""
+
+QUESTIONS = {
+    "cubesat": "Which torque disturbs the pointing of a CubeSat most?",
+    "detumbling": "How fast do magnetorquers stop a thousand CubeSats?",
+    "desaturation": "How do magnetorquers unload the reaction wheels?",
+    "digital_slew": "What does a sampled controller do in a slew?",
+    "dual_spin": "Which damper makes a dual-spin satellite stable?",
+    "explorer_1": "Why did Explorer 1 end in a flat spin?",
+    "gravity_gradient_satellite": "How does a satellite librate on a boom?",
+    "boom_satellite": "How far does a boom satellite leave the vertical?",
+    "boom_deployment": "What does a deploying boom do to the rotation?",
+    "thermal_snap": "What happens to the attitude at sunrise?",
+    "attitude_covariance": "How does the uncertainty of an attitude grow?",
+    "jeod_run_10a": "Does poinsot agree with NASA's JEOD?",
+    "paper_satellite": "What does the satellite of the paper do?",
+    "halo_orbit": "How does a spacecraft rotate on a halo orbit?",
+    "libration_point": "How does a body librate at a Lagrange point?",
+    "hyperion": "Why does Hyperion tumble?",
+    "phobos": "How large is the libration of Phobos?",
+    "europa": "What are the free librations of Europa?",
+    "io": "How far does Io turn away from Jupiter?",
+    "titan": "How far does Titan turn away from Saturn?",
+    "moon": "How far does the Moon turn away from the Earth?",
+    "mercury": "What is the obliquity of Mercury?",
+    "cassini_states": "Which Cassini state does the Moon occupy?",
+    "forced_librations": "How does eccentricity force librations?",
+    "librations_of_worlds": "Do librations agree with published values?",
+    "tidal_despinning": "How fast do tides slow a rotation?",
+    "spin_orbit_capture": "Does the tide capture a planet in a resonance?",
+    "apophis": "How will the Earth change Apophis in 2029?",
+    "apophis_ensemble": "How do the rates of Apophis spread at the Earth?",
+    "toutatis": "How do Sun and Earth change Toutatis?",
+    "yorp": "How does sunlight change the obliquity of an asteroid?",
+    "contact_binary": "How does a contact binary tumble?",
+    "series_of_gravity": "Which degree does a gravity field require?",
+    "dart": "What does the impact of DART tell about Dimorphos?",
+    "didymos": "How does Dimorphos move after the impact?",
+    "dimorphos_map": "For which shapes does Dimorphos tumble?",
+    "moshup": "How does the moon of Moshup librate?",
+    "patroclus": "How do Patroclus and Menoetius librate?",
+    "heavy_top": "How does a heavy top precess and nutate?",
+    "poincare_hyperion": "Where is the rotation of Hyperion regular?",
+    "heavy_body_section": "What does weak gravity do to a free body?",
+    "megno_map": "Where is the rotation of a moon chaotic?",
+}
+"""The question that each example answers."""
+
+PANELS = {
+    **dict.fromkeys(("cubesat", "desaturation"), (2, 2)),
+    **dict.fromkeys(
+        [
+            "detumbling",
+            "gravity_gradient_satellite",
+            "thermal_snap",
+            "attitude_covariance",
+            "paper_satellite",
+            "halo_orbit",
+            "hyperion",
+            "europa",
+            "tidal_despinning",
+            "apophis",
+            "patroclus",
+            "heavy_body_section",
+        ],
+        (2, 1),
+    ),
+    **dict.fromkeys(("explorer_1", "yorp"), (3, 1)),
+    "dart": (1, 3),
+}
+"""Columns and rows of pictures with several panels, of which a thumbnail shows the first."""
+
+THUMBNAIL = 480
+"""Side of a thumbnail in pixels."""
 
 SCENE = """
 import sys
+from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import poinsot as pt
+from poinsot.plot.labels import rate_unit_of, time_unit_of
 motion = pt.files.read_scenario(sys.argv[1]).propagate(progress=False)
 pt.view(motion.member(0) if motion.is_ensemble else motion, sys.argv[2], overwrite=True)
+drawn = {
+    **dict.fromkeys(("io", "titan", "moon", "boom_satellite"), "long axis"),
+    "mercury": "obliquity",
+}.get(Path(sys.argv[1]).stem)
+orbit = next(iter(motion.system.orbits), None)
 if len(motion.of_bodies) > 1:
-    panels = pt.plot.mutual_orbit(motion)
+    figure = np.ravel(pt.plot.distance(motion))[0].figure
+elif drawn and orbit is not None:
+    matrix = motion.relative_to(orbit.frame).attitude.as_matrix()
+    axis, label = {
+        "long axis": (matrix[..., 0, 0], "long axis from the direction of the attractor [deg]"),
+        "obliquity": (matrix[..., 2, 2], "third body axis from the normal of the orbit [deg]"),
+    }[drawn]
+    angle = np.degrees(np.arccos(np.clip(np.abs(axis), 0, 1)))
+    figure, panel = plt.subplots(figsize=(6, 6), layout="constrained")
+    panel.plot(motion.times / orbit.period, angle.T, color="#0072B2", lw=0.3 if motion.is_ensemble else 1)
+    panel.set(xlabel="time [revolutions]", ylabel=label)
+    panel.grid(alpha=0.25)
 else:
-    rates = np.linalg.norm(motion.omega_body, axis=-1)
-    steady = np.ptp(rates) < 0.01 * np.max(rates)
-    panels = pt.plot.quaternions(motion) if steady else pt.plot.angular_velocity(motion)
-np.ravel(panels)[0].figure.savefig("scenario.png", dpi=110)
+    figure, panel = plt.subplots(figsize=(6, 6), layout="constrained")
+    units, rates = motion.system.units, motion.omega_body
+    unit = rate_unit_of(units, None, rates)
+    if motion.is_ensemble:
+        sizes = unit.factor * np.linalg.norm(rates, axis=-1)
+        for place, label in ((0, "first time"), (-1, "last time")):
+            panel.hist(sizes[:, place], bins=40, alpha=0.6, label=label)
+        panel.set(xlabel="angular velocity" + unit.label, ylabel="number of members")
+    else:
+        time = time_unit_of(units, None, motion.times)
+        for i, name in enumerate(("first", "second", "third")):
+            panel.plot(time.factor * motion.times, unit.factor * rates[:, i], label=name + " body axis")
+        panel.set(xlabel="time" + time.label, ylabel="angular velocity" + unit.label)
+    panel.legend(frameon=False)
+    panel.grid(alpha=0.25)
+figure.savefig("scenario.png", dpi=110)
 """
-"""Draws a scenario, by the attitude where the angular velocity is constant; the first member of an ensemble plays."""
+"""Program that draws the quantity of a scenario; the first member of an ensemble plays."""
 
 
 def run_examples(folder: Path, scenes: Path) -> None:
@@ -79,7 +184,16 @@ def run(name: str, folder: Path, page: Path) -> None:
         if done.returncode:
             raise RuntimeError(f"{path.name} must run, got:\n{done.stderr}")
         (folder / f"{path.suffix[1:]}.txt").write_text(done.stdout)
+    write_thumbnail(name, folder)
     stamp.write_text(key)
+
+
+def write_thumbnail(name: str, folder: Path) -> None:
+    """Write the first panel of the first picture of an example as a square."""
+    columns, rows = PANELS.get(name, (1, 1))
+    with Image.open(folder / pictures(folder)[0]) as picture:
+        panel = picture.convert("RGB").crop((0, 0, picture.width // columns, picture.height // rows))
+        ImageOps.pad(panel, (THUMBNAIL, THUMBNAIL), color="white").save(folder / "thumbnail.jpg", quality=90)
 
 
 def sources(name: str) -> tuple[Path, Path]:
@@ -90,7 +204,7 @@ def sources(name: str) -> tuple[Path, Path]:
 def pages(folder: Path) -> dict[str, str]:
     """Return the text of each page by its path, of examples that have run in a folder."""
     names = [name for group in GROUPS.values() for name in group.split()]
-    return {"gallery/index.md": index(folder), **{f"gallery/{name}.md": page(name, folder / name) for name in names}}
+    return {"gallery/index.md": index(), **{f"gallery/{name}.md": page(name, folder / name) for name in names}}
 
 
 def told(name: str) -> tuple[str, str]:
@@ -117,26 +231,25 @@ def pictures(folder: Path) -> list[str]:
     return sorted(drawn, key=lambda name: (name == "scenario.png", not name.startswith(folder.name), name))
 
 
-def index(folder: Path) -> str:
+def index() -> str:
     """Return the page of all, with a card for each."""
     parts = [
         "# Gallery",
-        "Each program answers one question, checks its answer and draws it; scenarios play in their page.",
+        "Each example answers one question. Programs check and draw their answer; scenarios play as a 3D scene.",
     ]
     for group, names in GROUPS.items():
-        cards = "\n\n".join(card(name, folder / name) for name in names.split())
+        cards = "\n\n".join(card(name) for name in names.split())
         listed = "\n".join(f"{told(name)[0]} <{name}>" for name in names.split())
-        parts += [f"## {group}", f"::::{{grid}} 1 2 2 3\n:gutter: 3\n\n{cards}\n\n::::"]
+        parts += [f"## {group}", f"::::{{grid}} 1 2 3 3\n:gutter: 3\n\n{cards}\n\n::::"]
         parts += [f"```{{toctree}}\n:hidden:\n\n{listed}\n```"]
     return "\n\n".join(parts) + "\n"
 
 
-def card(name: str, folder: Path) -> str:
+def card(name: str) -> str:
     """Return the card of one example."""
     title, _ = told(name)
-    picture = f"{name}/{pictures(folder)[0]}"
-    head = f":::{{grid-item-card}} {title}\n:link: {name}\n:link-type: doc\n:img-top: {picture}\n:img-alt: {title}"
-    return f"{head}\n:::"
+    head = f":::{{grid-item-card}} {title}\n:link: {name}\n:link-type: doc\n:img-top: {name}/thumbnail.jpg"
+    return f"{head}\n:img-alt: {title}\n\n{QUESTIONS[name]}\n:::"
 
 
 def page(name: str, folder: Path) -> str:
@@ -163,4 +276,4 @@ def scene(name: str, title: str) -> str:
     """Return the frame in which the motion of a scenario plays."""
     path = f"../../scenes/{name}.html"
     frame = f'<iframe class="scene" src="{path}" title="{title}, in three dimensions" loading="lazy"></iframe>'
-    return f'```{{raw}} html\n{frame}\n<p><a href="{path}">The same on a page of its own</a></p>\n```'
+    return f'```{{raw}} html\n{frame}\n<p><a href="{path}">Open the scene on its own page</a></p>\n```'

@@ -68,10 +68,10 @@ def animate(
     view: ArrayLike | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Write a motion as a film, drawn without a screen: the body with its axes, G, omega and the trace of an axis.
+    """Write an animation of a motion: the body with its axes, G, omega and the trace of an axis.
 
-    Two bodies move about their barycentre, to scale. The film takes equal times of the motion for equal times; between
-    stored times it follows the dense output, or else the great circle from one attitude to the next.
+    Two bodies move about their barycentre, to scale. Equal times of the motion take equal times of the animation;
+    between stored times it follows the dense output, or else the great circle from one attitude to the next.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def animate(
     path : str or Path
         Ends in `.gif`, or in `.mp4` where there is ffmpeg: on the path, or from the package imageio-ffmpeg.
     seconds : float
-        How long the film is, at most 600, with 20 frames per second. A part of the motion is `motion[:1000]`.
+        Duration of the animation, at most 600, with 20 frames per second. A part of the motion is `motion[:1000]`.
     view : array (2,), optional
         Elevation and azimuth of the eye in degrees; (22, -59) by default.
     overwrite : bool
@@ -94,7 +94,7 @@ def animate(
     ------
     TypeError, ValueError, FileNotFoundError, FileExistsError
         If it is no trajectory, is an ensemble, has fewer than two times, the path cannot be written, or there is no
-        ffmpeg for a film that needs it.
+        ffmpeg for an animation in .mp4.
 
     Examples
     --------
@@ -293,7 +293,7 @@ def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
         _, said = process.communicate()
     if process.returncode:
         why, *_ = said.decode(errors="replace").splitlines() or ["nothing"]
-        raise OSError(unwritable(path.name, f"ffmpeg says: {why.rstrip('.')}"))
+        raise OSError(unwritable(path.name, f"ffmpeg reported: {why.rstrip('.')}"))
 
 
 def _ffmpeg() -> str:
@@ -304,7 +304,7 @@ def _ffmpeg() -> str:
         return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
     except ImportError:
         raise FileNotFoundError(
-            "ffmpeg must be there for a film in .mp4, got none. `pip install imageio-ffmpeg` has it; a .gif needs none."
+            "ffmpeg must be installed to write .mp4, got none. Run `pip install imageio-ffmpeg`, or write a .gif."
         ) from None
 
 

@@ -70,7 +70,7 @@ class Layout:
 def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
     """Return a motion of one body or two that has something to draw; refuse any other."""
     if not motion.times.size:
-        raise ValueError(f"{name} must have times to draw, but it has none.")
+        raise ValueError(f"{name} must contain times to draw, got none.")
     if not np.any(np.all(motion.reached, axis=-1)):
         raise ValueError(f"{name} must have a member that reached its last time, but none did.")
     return motion

@@ -42,7 +42,8 @@ def histogram(
 ) -> Axes:
     """Draw how many members have which value of a quantity at the last time, with its 5th and 95th percentile.
 
-    The median at the first time is drawn beside that at the last one. Members that stopped before are left out.
+    The median at the first time is drawn together with the median at the last time. Members that stopped before are
+    omitted.
 
     Parameters
     ----------

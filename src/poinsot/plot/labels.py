@@ -23,10 +23,12 @@ __all__ = [
     "GREY",
     "PURPLE",
     "TIME_UNITS",
+    "TORQUE_UNITS",
     "VERMILION",
     "Unit",
     "angle_unit_of",
     "bracketed",
+    "in_words",
     "momentum_label",
     "one_body",
     "one_member",
@@ -62,6 +64,10 @@ MEASURES: dict[str, tuple[float, dict[str, int]]] = {
 """Units of which others are made, in kg, m and s."""
 PREFIXES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
+NAMED_UNITS = {"kg m2 s-1": "N m s", "kg m2 s-2": "J"}
+"""Names of derived units in kg, m and s. A torque is written as N m, not as J."""
+TORQUE_UNITS = {"kg m2 s-2": "N m"}
+
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -85,7 +91,7 @@ def one_member(motion: Trajectory, name: str = "motion") -> Trajectory:
             f"{name} must be of {alone}, got an ensemble of {len(motion)} members. Take one: {name}.member(0)."
         )
     if not motion.times.size:
-        raise ValueError(f"{name} must have times to draw, but it has none.")
+        raise ValueError(f"{name} must contain times to draw, got none.")
     return motion
 
 
@@ -191,13 +197,20 @@ def _seconds(name: str, units: Mapping[str, str]) -> float:
 
 
 def momentum_label(units: Mapping[str, str]) -> str:
-    """Return the unit of angular momentum in brackets: " [kg m² s⁻¹]"."""
+    """Return the unit of angular momentum in brackets: " [N m s]"."""
     return bracketed(DerivedUnits(units).momentum)
 
 
 def bracketed(unit: str) -> str:
-    """Return a CF unit as people write it: "kg m2 s-1" becomes " [kg m² s⁻¹]"."""
+    """Return a CF unit as people write it: "kg m2 s-1" becomes " [N m s]", "km s-1" becomes " [km s⁻¹]"."""
     if unit == "1":
         return " (dimensionless)"
+    unit = NAMED_UNITS.get(unit, unit)
     raised = re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power.group().translate(SUPERSCRIPTS), unit)
     return f" [{raised}]"
+
+
+def in_words(name: str) -> str:
+    """Return the name of a class as words: "GravityGradient" becomes "gravity gradient"."""
+    words = re.split(r"(?<=[a-z])(?=[A-Z])", name.replace("Yorp", "YORP"))
+    return " ".join(word[:1].lower() + word[1:] if word[1:2].islower() else word for word in words)

@@ -41,7 +41,7 @@ def librations(
     motion : PairTrajectory
         One, or an ensemble.
     body : {"secondary", "primary"}
-        Its principal axes are turned as `pt.analysis.librations` says.
+        Its principal axes are oriented as in `pt.analysis.librations`.
     {options}
 
     Returns

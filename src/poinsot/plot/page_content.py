@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -23,9 +22,11 @@ from poinsot.plot.labels import (
     TIME_UNITS,
     VERMILION,
     bracketed,
+    in_words,
     momentum_label,
     one_member,
     rate_unit_of,
+    time_unit_of,
 )
 from poinsot.plot.page_arrays import base64_of, packed, rows_of
 from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
@@ -78,6 +79,9 @@ SHORTEST = 10.0
 """How many seconds a whole motion takes at least, at the speed in which the page starts."""
 
 
+DURATIONS = {"min": "minutes", "h": "hours", "d": "days", "yr": "years", "1": "units of time"}
+"""Words for units of time in titles."""
+
 MOST_GHOSTS = 8
 """Of other motions beside one."""
 
@@ -100,7 +104,7 @@ def others_of(motion: Trajectory, beside: Trajectory | Sequence[Trajectory] | No
     return others
 
 
-def content_of(motion: Trajectory, others: Sequence[Trajectory] = ()) -> dict[str, Any]:
+def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str = "") -> dict[str, Any]:
     """Return what the page shows, of one body or of two, and of other motions beside it."""
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
@@ -111,10 +115,9 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = ()) -> dict[st
     numbers = sum(values.shape[-1] for values in own["arrays"].values())
     rows = rows_of(motion.times, np.max(list(rates.values()), axis=0), numbers, len(others) + 1)
     times = rows.times
-    name = motion.provenance.get("title") or "poinsot"
     return {
         **own,
-        "title": textwrap.shorten(f"{name}: {_rounded(repr(motion.system))}", 300, placeholder=" ..."),
+        "title": title or _title_of(motion),
         "note": _note(times, {body: rate[rows.at] for body, rate in rates.items()}),
         "stored": motion.times.size,
         "labels": _labels(motion.system.units),
@@ -217,9 +220,15 @@ def _longest(vectors: Array) -> float:
     return float(np.max(np.linalg.norm(vectors, axis=-1)))
 
 
-def _rounded(words: str) -> str:
-    """Return words with no more than six digits in a number."""
-    return re.sub(r"\d+\.\d{6,}(e[-+]?\d+)?", lambda number: f"{float(number[0]):.6g}", words)
+def _title_of(motion: Trajectory) -> str:
+    """Return the title of the scenario, or the bodies, forces and duration: "Two bodies, mutual gravity, 10 days"."""
+    if own := motion.provenance.get("title"):
+        return str(own)
+    bodies = "Two bodies" if len(motion.of_bodies) > 1 else "One body"
+    forces = [in_words(type(force).__name__) for force in motion.system.forces] or ["free rotation"]
+    span = time_unit_of(motion.system.units, None, motion.times)
+    duration = f"{span.factor * np.ptp(motion.times):.3g} {DURATIONS.get(span.written, span.written)}"
+    return textwrap.shorten(", ".join([bodies, *dict.fromkeys(forces), duration]), 300, placeholder=" ...")
 
 
 def _labels(units: Mapping[str, str]) -> dict[str, str]:

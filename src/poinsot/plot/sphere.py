@@ -45,7 +45,7 @@ def momentum_sphere(
     ----------
     motion : Trajectory or Body
         A trajectory is drawn by its path and its last sample on the sphere of its body; with forces or parts the path
-        crosses the curves, which are those of the body free of torques, as the title says. The sphere is in the
+        crosses the curves, which are the curves of the body free of torques, as the title states. The sphere is in the
         principal axes, numbered as the moments are.
     state : State, optional
         It is marked with its curve, and so is each of an array of states.

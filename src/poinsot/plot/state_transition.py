@@ -34,7 +34,8 @@ def uncertainty(
 ) -> NDArray[Any]:
     """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
 
-    Of two bodies both are drawn for each, and beside them those of the position and of its momentum, space axes.
+    Of two bodies both are drawn for each, together with the standard deviations of the position and of its momentum,
+    space axes.
 
     Parameters
     ----------

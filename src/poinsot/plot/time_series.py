@@ -11,7 +11,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.comparison import median_attitude
 from poinsot.plot.curves import Layout, against_time, reached
-from poinsot.plot.labels import bracketed, momentum_label, one_rotation, rate_unit_of, unit_of
+from poinsot.plot.labels import TORQUE_UNITS, bracketed, in_words, momentum_label, one_rotation, rate_unit_of, unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.printable import quoted
 from poinsot.propagation.dataset import components
@@ -35,6 +35,8 @@ Array = NDArray[np.float64]
 
 FLOOR = 0.5 * np.finfo(float).eps
 """The smallest value on the log axis of relative drifts: the rounding of a float."""
+ROUNDING = 1e-12
+"""Part of its largest value below which a torque is rounding, which a log axis does not show."""
 
 
 @plot
@@ -53,7 +55,7 @@ def quaternions(
     ----------
     motion : Trajectory
         Of an ensemble the median of the members is drawn, with bands between the quartiles and between the 5th and the
-        95th percentile, as in all plots against time; q and -q, the same attitude, are told apart by the median one.
+        95th percentile, as in all plots against time; q and -q, the same attitude, are resolved by the median attitude.
     {options}
 
     Returns
@@ -271,14 +273,18 @@ def torques(
     >>> top = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.UniformGravity(0.5, (1, 0, 0)), pt.forces.LinearDamping(0.01))
     >>> falling = pt.propagate(top, top.state((1, 0, 0, 0), omega_body=(0, 0.1, 2)), np.linspace(0, 9, 91))
     >>> [line.get_label() for line in pt.plot.torques(falling).lines]
-    ['UniformGravity', 'LinearDamping']
+    ['uniform gravity', 'linear damping']
     """
     found = one_rotation(motion).torques_body
     if not found:
         raise ValueError("motion must have forces to draw their torques, got one without, or of a file without theirs.")
     sizes = {name: np.linalg.norm(torque, axis=-1) for name, torque in found.items()}
-    unit = unit_of("torque_unit", DerivedUnits(motion.system.units).energy, torque_unit)
-    shown = {name: np.where(size > 0, unit.factor * size, np.nan) for name, size in sizes.items()}
+    own = DerivedUnits(motion.system.units).energy
+    unit = unit_of("torque_unit", own, TORQUE_UNITS.get(own) if torque_unit is None else torque_unit)
+    shown = {
+        in_words(name): np.where(size > ROUNDING * np.nanmax(size, initial=0), unit.factor * size, np.nan)
+        for name, size in sizes.items()
+    }
     layout = Layout(ax, title, time_unit, window)
     panel: Axes = against_time(reached(motion), {f"torque{unit.label}": shown}, layout, log=True)[0]
     return panel

@@ -45,6 +45,15 @@ SAID = {
 """What is said of the scene, by what is seen and what is there."""
 
 
+FRAME = (
+    ".poinsot-view { container-type: inline-size; }"
+    ".poinsot-view iframe { width: 100%; height: 680px; border: 0; }"
+    "@container (max-width: 760px) { .poinsot-view iframe { height: 1240px; } }"
+    "@container (max-width: 480px) { .poinsot-view iframe { height: 1120px; } }"
+)
+"""Style of the page inside a notebook: narrow pages stack the scene, the controls and the plots."""
+
+
 Motions = Trajectory | Sequence[Trajectory]
 
 
@@ -65,36 +74,44 @@ class View:
 
     def _repr_html_(self) -> str:
         return (
-            f'<iframe srcdoc="{html.escape(self.html)}" sandbox="allow-scripts allow-downloads" '
-            'title="A motion in three dimensions" style="width: 100%; height: 680px; border: 0"></iframe>'
+            f'<style>{FRAME}</style><div class="poinsot-view"><iframe srcdoc="{html.escape(self.html)}" '
+            'sandbox="allow-scripts allow-downloads" title="A motion in three dimensions"></iframe></div>'
         )
 
 
 @overload
-def view(motion: Trajectory, *, beside: Motions | None = None) -> View: ...
+def view(motion: Trajectory, *, beside: Motions | None = None, title: str = "") -> View: ...
 @overload
-def view(motion: Trajectory, path: str | Path, *, beside: Motions | None = None, overwrite: bool = False) -> Path: ...
+def view(
+    motion: Trajectory, path: str | Path, *, beside: Motions | None = None, title: str = "", overwrite: bool = False
+) -> Path: ...
 @checked
 def view(
-    motion: Trajectory, path: str | Path | None = None, *, beside: Motions | None = None, overwrite: bool = False
+    motion: Trajectory,
+    path: str | Path | None = None,
+    *,
+    beside: Motions | None = None,
+    title: str = "",
+    overwrite: bool = False,
 ) -> View | Path:
-    """Write a motion as a page that plays it in three dimensions, with the plots of q and Q beside it.
+    """Write a page that plays a motion in three dimensions, together with plots of the quaternions q and Q.
 
-    Two bodies move about their barycentre, to scale, beside the plots of their distance and of the secondary's rate.
-
-    The page works without a network. Between the stored times the attitude is on the cubic rotation vector with the
-    attitudes and rates at both ends; momenta and rates are linear.
+    Two bodies move about their barycentre, to scale, together with plots of their distance and of the rate of the
+    secondary. The page requires no network. Between the stored times it interpolates the attitude by the cubic
+    rotation vector with the attitudes and rates at both ends, and momenta and rates linearly.
 
     Parameters
     ----------
     motion : Trajectory
-        Of one body or of two, at two times or more. Units on the page are those of its system.
+        Motion of one body or of two, at two times or more. The page uses the units of its system.
     path : str or Path, optional
-        Ends in `.html`. Without it the page is returned, for a notebook.
+        Name of the file, which ends in `.html`. Without it the function returns the page, for a notebook.
     beside : Trajectory, or sequence of these, optional
-        Other motions of the same bodies, drawn translucent; of an ensemble its members, 8 at most.
+        Other motions of the same bodies, drawn translucent; at most 8 members of an ensemble.
+    title : str, optional
+        Title of the page. By default the title of the scenario, or the bodies, forces and duration.
     overwrite : bool
-        Whether an existing file of that name is replaced.
+        True to replace an existing file of that name.
 
     Returns
     -------
@@ -119,19 +136,19 @@ def view(
     View(0.7 MB of HTML)
     """
     if path is None:
-        return View(_page(motion, beside))
+        return View(_page(motion, beside, title))
     path = Path(path)
     if path.suffix != ".html":
         raise ValueError(f"path must end in .html, got {quoted(path.name)}.")
-    return write_text(path, _page(motion, beside), overwrite)
+    return write_text(path, _page(motion, beside, title), overwrite)
 
 
 # ---------------------------------------------------------------------- the page
 
 
-def _page(motion: Trajectory, beside: Motions | None) -> str:
-    """Return the page, whose policy lets run the scripts below and load nothing."""
-    content = content_of(motion, others_of(motion, beside))
+def _page(motion: Trajectory, beside: Motions | None, title: str) -> str:
+    """Return the page, whose policy allows its own scripts and no requests."""
+    content = content_of(motion, others_of(motion, beside), title)
     seen = "pair" if "bodies" in content else "body"
     name, plots = SEEN[seen]
     folder = resources.files("poinsot.plot") / "page"

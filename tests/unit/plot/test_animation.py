@@ -121,15 +121,15 @@ def test_ffmpeg_is_given_every_frame(no_ffmpeg):
 
 def test_what_ffmpeg_says_is_told(no_ffmpeg):
     ffmpeg(no_ffmpeg, "sys.exit('no such codec')")
-    with pytest.raises(OSError, match=r"^a\.mp4 must be a file that can be written, but ffmpeg says: no such codec\.$"):
+    with pytest.raises(
+        OSError, match=r"^a\.mp4 must be a file that can be written, but ffmpeg reported: no such codec\.$"
+    ):
         pt.animate(spinning(), no_ffmpeg / "a.mp4", seconds=0.2)
     assert {path.name for path in no_ffmpeg.iterdir()} == {"ffmpeg"}
 
 
 def test_without_ffmpeg_there_is_one_sentence(no_ffmpeg):
-    sentence = (
-        "ffmpeg must be there for a film in .mp4, got none. `pip install imageio-ffmpeg` has it; a .gif needs none."
-    )
+    sentence = "ffmpeg must be installed to write .mp4, got none. Run `pip install imageio-ffmpeg`, or write a .gif."
     with pytest.raises(FileNotFoundError, match=f"^{re.escape(sentence)}$"):
         pt.animate(spinning(), no_ffmpeg / "a.mp4")
     assert not list(no_ffmpeg.iterdir())

@@ -47,7 +47,7 @@ def test_bars_count_the_members_at_the_last_time(quantity):
         assert abs(np.sum((factor * values > lower + slack) & (factor * values < upper - slack)) - count) <= 1
     medians = [float(np.ravel(line.get_xdata())[0]) for line in panel.lines]
     np.testing.assert_allclose(medians[:3], factor * np.percentile(values, [5, 95, 50]), rtol=1e-14)
-    assert ("[deg h⁻¹]" if options else "[kg m² s⁻¹]") in panel.get_xlabel()
+    assert ("[deg h⁻¹]" if options else "[N m s]") in panel.get_xlabel()
 
 
 def test_the_turn_is_that_of_the_angular_momentum():

@@ -37,7 +37,7 @@ def test_stems_residual_and_units():
     np.testing.assert_allclose([np.ptp(bar[:, 0]) for bar in bars], [2e-4, 0.04], rtol=1e-12)
     assert axes.get_yscale() == "log"
     assert axes.get_xlabel() == "frequency [rad s⁻¹]"
-    assert axes.get_ylabel() == "amplitude [kg m² s⁻¹]"
+    assert axes.get_ylabel() == "amplitude [N m s]"
     assert axes.figure.get_suptitle() == "momentum"
     assert [text.get_text() for text in axes.texts] == ["1.2000(1)", "-0.50(2)"]
 

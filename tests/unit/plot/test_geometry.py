@@ -501,7 +501,7 @@ MANY = BODY.state([(1, 0, 0, 0)] * 3, omega_body=(0.4, -0.3, 0.6))
 ENSEMBLE = "motion must be of one body, got an ensemble of 3 members. Take one: motion.member(0)."
 NO_MOTION = "motion must be a Trajectory, got State."
 AT_REST = "motion must have an angular momentum, but g = 0. A body at rest has no axis of rotation."
-NO_TIMES = "motion must have times to draw, but it has none."
+NO_TIMES = "motion must contain times to draw, got none."
 
 
 def free(state=START):
