@@ -34,7 +34,7 @@ def librations(
     separate: bool = False,
     title: str = "",
 ) -> Axes:
-    """Draw yaw, pitch and roll of one of two bodies relative to their orbit, of one motion within half a turn.
+    """Draw roll, pitch and yaw of one of two bodies relative to their orbit, of one motion within half a turn.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def librations(
     """
     reached(motion)
     found = librations_of(motion, body)
-    angles = {name: getattr(found, name) for name in ("yaw", "pitch", "roll")}
+    angles = {name: getattr(found, name) for name in ("roll", "pitch", "yaw")}
     unit = angle_unit_of(angle_unit, list(angles.values()))
     curves = {f"librations of the {body}{unit.label}": {name: unit.factor * each for name, each in angles.items()}}
     layout = Layout(ax, title, time_unit, window, separate)

@@ -762,7 +762,21 @@ def test_events_and_dates_are_on_the_line_of_time(orbiting):
     assert visit("poinsot.time") == times[0]
     visit("poinsot.setTime(61)")
     assert visit.page.locator("#date").text_content() == "2029-04-13 21:47:01 TDB"
-    assert visit.page.locator("#time").get_attribute("aria-valuetext") == "t = 61 s, 2029-04-13 21:47:01 TDB"
+    assert visit.page.locator("#time").get_attribute("aria-valuetext") == "t = 1.01667 min, 2029-04-13 21:47:01 TDB"
+
+
+def test_the_page_shows_its_numbers_in_the_units_of_its_labels(orbiting):
+    """The page shows minutes and degrees per second of a motion in seconds."""
+    motion, visit = orbiting
+    i = 40
+    visit("t => poinsot.setTime(t)", float(motion.times[i]))
+    assert visit.page.locator("#now").text_content() == f"t = {motion.times[i] / 60:.6g} min"
+    shown = visit.page.locator("#omega").text_content()
+    assert float(shown) == pytest.approx(np.degrees(np.linalg.norm(motion.omega_body[i])), rel=1e-3)
+    assert "[deg s⁻¹]" in visit.page.locator("label:has(#omega)").text_content()
+    first = visit.page.locator("#event option").nth(1).text_content()
+    assert float(first.split()[0]) == pytest.approx(motion.events[0].times[0] / 60, rel=1e-6)
+    assert visit.page.locator("#rate option").first.text_content().endswith(" min per second")
 
 
 def test_real_time_is_one_second_per_second_and_loops_begin_anew(orbiting):
@@ -783,7 +797,7 @@ def test_the_scene_is_saved_as_a_picture(orbiting):
     visit.page.select_option("#view", "orbit")
     with visit.page.expect_download() as saved:
         visit.page.click("#save")
-    assert saved.value.suggested_filename == "poinsot.png"
+    assert saved.value.suggested_filename == "One body, gravity gradient, radiation pressure, gyrostat, 83.3 minutes.png"
     with Image.open(saved.value.path()) as picture:
         shown = np.asarray(picture.convert("RGB"))
     assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 50
@@ -819,7 +833,7 @@ def test_a_film_as_gif_shows_the_motion_at_its_speed(spinning):
     expected_count = round(20 / per_second)
     with visit.page.expect_download() as saved:
         visit.page.click("#gif")
-    assert saved.value.suggested_filename == "poinsot.gif"
+    assert saved.value.suggested_filename == "One body, free rotation, 12 units of time.gif"
     with Image.open(saved.value.path()) as film:
         size = visit("[scene.clientWidth, scene.clientHeight]")
         assert np.max(np.abs(np.array(film.size) - size)) <= 1

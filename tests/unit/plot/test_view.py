@@ -65,10 +65,21 @@ def test_sizes_beyond_single_precision_are_kept():
 
 
 def test_units_label_what_is_shown():
-    labels = content(free())["labels"]
+    data, plain = content(free()), content(free(units={}))
+    labels, factors = data["labels"], data["factors"]
     assert labels["momenta"] == "conjugate momenta Q [N m s]"
-    assert (labels["time"], labels["unit"], labels["omega_body"]) == ("time [s]", " s", " [rad s⁻¹]")
-    assert content(free(units={}))["labels"]["unit"] == ""
+    assert (labels["time"], labels["unit"], labels["omega_body"]) == ("time [s]", " s", " [deg s⁻¹]")
+    assert factors == pytest.approx({"time": 1, "omega_body": 180 / np.pi, "secondary_omega_body": 180 / np.pi})
+    assert (plain["labels"]["unit"], plain["labels"]["omega_body"]) == ("", " [rad / unit of time]")
+    assert set(plain["factors"].values()) == {1.0}
+
+
+def test_long_times_are_shown_in_hours_and_fast_rotations_in_turns_a_minute():
+    data = content(free(g=(0, 0, 8.0), times=np.linspace(0, 36000, 11)))
+    assert (data["labels"]["time"], data["labels"]["unit"], data["labels"]["omega_body"]) == ("time [h]", " h", " [rpm]")
+    assert data["factors"]["time"] == pytest.approx(1 / 3600)
+    assert data["factors"]["omega_body"] == pytest.approx(30 / np.pi)
+    assert np.frombuffer(base64.b64decode(data["times"]))[-1] == 36000
 
 
 @pytest.mark.parametrize("sides", [(1.0, 2.0, 3.0), (3.0, 0.5, 1.0)])
@@ -437,7 +448,7 @@ def test_the_page_of_two_bodies_has_their_motion(order):
         found = decoded(data["arrays"][name], values.shape[-1])
         np.testing.assert_allclose(found, values[::order], rtol=0, atol=6e-8 * np.abs(values).max())
     assert data["labels"]["distance"] == "distance of the centres of mass [m]"
-    assert data["labels"]["secondary_omega_body"] == "angular velocity of the secondary [rad s⁻¹]"
+    assert data["labels"]["secondary_omega_body"] == "angular velocity of the secondary [rpm]"
 
 
 @pytest.mark.parametrize("shape", [True, False])
