@@ -49,7 +49,7 @@ TIME_UNITS = {**SECONDS, "yr": 365.25 * SECONDS["d"]}
 SPANS = {"yr": 3.0, "d": 3.0, "h": 10_000 / 3600, "min": 10.0, "s": 0.0}
 """Units of time with their least span: the first unit in which the span reaches it is the default."""
 RATES = {"rpm": 10.0, "deg/s": 0.01, "deg/h": 1.0, "deg/d": 0.0}
-"""Units of angular velocity with their least size: the first unit in which the largest rate reaches it is the default."""
+"""Units of angular velocity with their least size: the default is the first that the largest rate reaches."""
 SMALL_ANGLE = np.radians(0.1)
 """Below it angles are in arc seconds."""
 

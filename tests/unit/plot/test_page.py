@@ -797,7 +797,9 @@ def test_the_scene_is_saved_as_a_picture(orbiting):
     visit.page.select_option("#view", "orbit")
     with visit.page.expect_download() as saved:
         visit.page.click("#save")
-    assert saved.value.suggested_filename == "One body, gravity gradient, radiation pressure, gyrostat, 83.3 minutes.png"
+    assert (
+        saved.value.suggested_filename == "One body, gravity gradient, radiation pressure, gyrostat, 83.3 minutes.png"
+    )
     with Image.open(saved.value.path()) as picture:
         shown = np.asarray(picture.convert("RGB"))
     assert len(np.unique(shown.reshape(-1, 3), axis=0)) > 50

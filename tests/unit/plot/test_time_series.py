@@ -416,7 +416,15 @@ def test_the_unit_of_time_suits_the_span(motion, span, unit):
 
 @pytest.mark.parametrize(
     ("rate", "unit"),
-    [(1.05, "rpm"), (1.04, "deg s⁻¹"), (0.1, "deg s⁻¹"), (7.5e-4, "deg s⁻¹"), (1e-4, "deg h⁻¹"), (2e-6, "deg d⁻¹"), (0.0, "deg d⁻¹")],
+    [
+        (1.05, "rpm"),
+        (1.04, "deg s⁻¹"),
+        (0.1, "deg s⁻¹"),
+        (7.5e-4, "deg s⁻¹"),
+        (1e-4, "deg h⁻¹"),
+        (2e-6, "deg d⁻¹"),
+        (0.0, "deg d⁻¹"),
+    ],
 )
 def test_the_unit_of_rates_suits_the_largest(rate, unit):
     turning = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0, 0, rate)), TIMES[:2], units=SYSTEM.units)

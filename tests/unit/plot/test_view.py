@@ -76,7 +76,11 @@ def test_units_label_what_is_shown():
 
 def test_long_times_are_shown_in_hours_and_fast_rotations_in_turns_a_minute():
     data = content(free(g=(0, 0, 8.0), times=np.linspace(0, 36000, 11)))
-    assert (data["labels"]["time"], data["labels"]["unit"], data["labels"]["omega_body"]) == ("time [h]", " h", " [rpm]")
+    assert (data["labels"]["time"], data["labels"]["unit"], data["labels"]["omega_body"]) == (
+        "time [h]",
+        " h",
+        " [rpm]",
+    )
     assert data["factors"]["time"] == pytest.approx(1 / 3600)
     assert data["factors"]["omega_body"] == pytest.approx(30 / np.pi)
     assert np.frombuffer(base64.b64decode(data["times"]))[-1] == 36000
