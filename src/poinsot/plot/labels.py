@@ -35,6 +35,7 @@ __all__ = [
     "one_rotation",
     "rate_unit_of",
     "time_unit_of",
+    "torque_label",
     "unit_of",
 ]
 
@@ -199,6 +200,12 @@ def _seconds(name: str, units: Mapping[str, str]) -> float:
 def momentum_label(units: Mapping[str, str]) -> str:
     """Return the unit of angular momentum in brackets: " [N m s]"."""
     return bracketed(DerivedUnits(units).momentum)
+
+
+def torque_label(units: Mapping[str, str]) -> str:
+    """Return the unit of torque in brackets: " [N m]"."""
+    unit = DerivedUnits(units).energy
+    return bracketed(TORQUE_UNITS.get(unit, unit))
 
 
 def bracketed(unit: str) -> str:
