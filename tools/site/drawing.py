@@ -128,8 +128,9 @@ def heavy_top(motion: Any) -> None:
     panel.plot(np.cos(circle), np.sin(circle), color=GREY, linewidth=0.8, label="horizontal axis")
     panel.plot(x, y, color=BLUE, linewidth=0.9, label="axis through the centre of mass")
     panel.plot(x[0], y[0], "o", color=VERMILION, label="initial direction")
-    panel.set(xlabel="direction along $s_1$", ylabel="direction along $s_2$", aspect="equal", ylim=(-1.1, 1.5))
-    panel.legend(frameon=False, loc="upper center", fontsize="small")
+    panel.set(xlabel="direction along $s_1$", ylabel="direction along $s_2$", aspect="equal")
+    panel.set(xlim=(-1.1, 1.1), ylim=(-1.1, 1.1))
+    panel.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize="small")
 
 
 def io(motion: Any) -> None:
@@ -265,7 +266,7 @@ def arrange_legend(panel: Axes) -> None:
     title = old.get_title().get_text()
     old.remove()
     figure: Any = panel.figure
-    for columns in range(min(len(names), 4), 0, -1):
+    for columns in range(len(names), 0, -1):
         in_rows = [i for column in range(columns) for i in range(column, len(names), columns)]
         look: Any = {"title": title or None, "frameon": False, "fontsize": 9, "ncols": columns}
         look |= {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0)}
