@@ -262,7 +262,8 @@ def arrange_legend(panel: Axes) -> None:
     old = panel.get_legend()
     if old is None:
         return
-    handles, names = old.legend_handles, [text.get_text() for text in old.get_texts()]
+    handles: Any = old.legend_handles
+    names = [text.get_text() for text in old.get_texts()]
     title = old.get_title().get_text()
     old.remove()
     figure: Any = panel.figure
@@ -295,7 +296,7 @@ def run_program(path: Path) -> Figure:
         save(figure, fname, **options)
         saved.setdefault(Path(fname).stem, figure)
 
-    Figure.savefig = remember  # type: ignore[method-assign]
+    Figure.savefig = remember  # type: ignore[method-assign, assignment]
     sys.argv = [str(path)]
     runpy.run_path(str(path), run_name="__main__")
     Figure.savefig = save  # type: ignore[method-assign]
