@@ -14,6 +14,8 @@ mpl.use("Agg")
 
 BUILT = Path(__file__).parents[2] / "docs" / "generated" / "gallery"
 NAMES = sorted(gallery.QUESTIONS)
+MAPS = {"dimorphos_map", "megno_map"}
+"""Pictures whose cells fill the panel."""
 
 
 @pytest.fixture(autouse=True)
@@ -74,7 +76,7 @@ def test_thumbnails_of_the_site_are_of_equal_size_and_not_empty(name):
         assert picture.width == picture.height == drawing.SIDE * drawing.DOTS
         shades = np.asarray(picture.convert("L"))
     assert np.mean(shades < 128) > 0.005, "the picture must contain more than white"
-    assert np.mean(shades > 240) > 0.4, "no area may fill the picture"
+    assert name in MAPS or np.mean(shades > 240) > 0.4, "no area may fill the picture"
 
 
 @pytest.mark.docs
