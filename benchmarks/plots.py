@@ -22,7 +22,7 @@ STYLE = {name: (color, *looks) for color, (name, looks) in zip(COLOURS, TOOLS.it
 
 
 def work_precision(key, problem, titles, folder):
-    """Draw one problem and return the name of its picture, written as PNG and SVG."""
+    """Draw one problem and return the name of its picture, written as PNG."""
     figure, axes = plt.subplots(figsize=(8.5, 4.8), layout="constrained")
     for name, curve in problem["curves"].items():
         points = [(1e3 * point["seconds"], point["error"]) for point in curve if "seconds" in point]
@@ -34,8 +34,6 @@ def work_precision(key, problem, titles, folder):
     figure.legend(loc="outside right center", frameon=False)
     name = f"benchmark-{key.lower()}"
     folder.mkdir(parents=True, exist_ok=True)
-    with mpl.rc_context({"svg.hashsalt": "poinsot"}):
-        figure.savefig(folder / f"{name}.png", dpi=150)
-        figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+    figure.savefig(folder / f"{name}.png", dpi=150)
     plt.close(figure)
     return name

@@ -109,9 +109,10 @@ dark = np.mean(size(motion.torques_body["RadiationPressure"]) == 0)
 print(f"in the shadow for {100 * dark:.1f}% of the revolution, by plane geometry for {100 * geometry:.1f}%")
 assert abs(dark - geometry) < 0.01
 
-figure, panels = plt.subplots(2, 2, figsize=(12, 8), layout="constrained")
+figure, panels = plt.subplots(2, 2, figsize=(12, 9), layout="constrained")
 pt.plot.torques(motion, ax=panels[0, 0], time_unit="min")
 pt.plot.roll_pitch_yaw(motion, orbit, ax=panels[0, 1], angle_unit="arcmin", time_unit="min")
+panels[0, 1].set_ylabel("pointing error [arcmin]")
 colors = "#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 for panel in panels[1]:
     panel.set_prop_cycle(color=colors)
@@ -121,9 +122,9 @@ for name, values in budget.items():
     panels[1, 1].semilogy(
         motion.times / 60, np.maximum(values, 1e-3), label=f"{name} alone" if name != "none" else name
     )
-panels[1, 1].set(xlabel="time [min]", ylabel="pointing error [arcmin]", ylim=(2e-3, None))
-for panel in panels[1]:
+panels[1, 1].set(xlabel="time [min]", ylabel="angle of the pointing error [arcmin]", ylim=(2e-3, None))
+for panel, columns in zip(panels[1], (4, 3), strict=True):
     panel.grid(alpha=0.25)
     panel.set_xlim(0, motion.times[-1] / 60)
-    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize="small", frameon=False)
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=columns, fontsize="small", frameon=False)
 figure.savefig("cubesat.png", dpi=150)

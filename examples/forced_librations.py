@@ -61,5 +61,5 @@ for (name, body), branch in zip(BODIES.items(), branches, strict=True):
     w = np.sqrt(3 * (body.moments[1] - body.moments[0]) / body.moments[2])
     said = name if "w" in name else f"{name}, w = {w:.2f}"
     axes.annotate(said, (branch.values[-1], amplitude(branch.motions[-1])), xytext=(5, 3), textcoords="offset points")
-axes.set_xlim(-0.003, 0.315)
+axes.set(xlim=(-0.003, 0.315), ylim=(-30, 48))
 axes.figure.savefig("forced_librations.png", dpi=150)

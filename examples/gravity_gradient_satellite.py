@@ -82,7 +82,7 @@ motion, figure = tilted(np.radians([0.0, 10, 10])), plt.figure(figsize=(10, 4), 
 figure.get_layout_engine().set(wspace=0.05)
 swing, slowing = figure.subplots(1, 2, width_ratios=(3, 2))
 times = np.linspace(0, 3 * orbit.period, 1001)
-for axis, name, colour in ((2, "pitch", "#0072B2"), (1, "roll", "#D55E00"), (0, "yaw", "#009E73")):
+for axis, name, colour in ((1, "roll", "#000000"), (2, "pitch", "#0072B2"), (0, "yaw", "#D55E00")):
     swing.plot(times / 60, np.degrees(angle_at(motion, axis, times)), color=colour, label=name)
 swing.set(xlabel="time [min]", ylabel="angle from the orbit's axes [deg]", xlim=(0, times[-1] / 60))
 angles = np.radians(np.linspace(0, 65, 131))

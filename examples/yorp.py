@@ -117,10 +117,11 @@ for panel, end in ((middle, "without lag"), (right, "with lag")):
             label = name if degrees == starts[0] else None
             angles, hours = np.degrees(track.values["obliquity"]), 2 * np.pi / track.values["rate"] / hour
             panel.plot(angles, hours, color=color, linewidth=1, label=label)
-    panel.plot(starts, [6.0] * len(starts), "k.", label="starts")
+    panel.plot(starts, [6.0] * len(starts), "k.", label="initial states")
     panel.axhline(2.2, color="black", linestyle="--", linewidth=1, label="spin barrier")
-    panel.set(xlabel="obliquity [deg]", ylabel="rotation period [h]", yscale="log", xlim=(0, 180))
+    panel.set(xlabel="obliquity [deg]", ylabel=f"rotation period {end} [h]", yscale="log", xlim=(0, 180))
     panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
+right.set(yscale="linear", ylim=(2, 10))
 for panel in (left, middle, right):
     panel.set_xticks(range(0, 181, 30))
 figure.savefig("yorp.png", dpi=110)

@@ -13,8 +13,6 @@ import sys
 import tomllib
 from pathlib import Path
 
-from PIL import Image, ImageOps
-
 __all__ = ["GROUPS", "pages", "run_examples"]
 
 ROOT = Path(__file__).parents[2]
@@ -37,7 +35,7 @@ QUESTIONS = {
     "cubesat": "Which torque disturbs the pointing of a CubeSat most?",
     "detumbling": "How fast do magnetorquers stop a thousand CubeSats?",
     "desaturation": "How do magnetorquers unload the reaction wheels?",
-    "digital_slew": "What does a sampled controller do in a slew?",
+    "digital_slew": "How well does a digital controller point?",
     "dual_spin": "Which damper makes a dual-spin satellite stable?",
     "explorer_1": "Why did Explorer 1 end in a flat spin?",
     "gravity_gradient_satellite": "How does a satellite librate on a boom?",
@@ -46,16 +44,16 @@ QUESTIONS = {
     "thermal_snap": "What happens to the attitude at sunrise?",
     "attitude_covariance": "How does the uncertainty of an attitude grow?",
     "jeod_run_10a": "Does poinsot agree with NASA's JEOD?",
-    "paper_satellite": "What does the satellite of the paper do?",
+    "paper_satellite": "How does the satellite of the paper rotate?",
     "halo_orbit": "How does a spacecraft rotate on a halo orbit?",
     "libration_point": "How does a body librate at a Lagrange point?",
     "hyperion": "Why does Hyperion tumble?",
     "phobos": "How large is the libration of Phobos?",
     "europa": "What are the free librations of Europa?",
-    "io": "How far does Io turn away from Jupiter?",
-    "titan": "How far does Titan turn away from Saturn?",
-    "moon": "How far does the Moon turn away from the Earth?",
-    "mercury": "What is the obliquity of Mercury?",
+    "io": "How large is the libration of Io in longitude?",
+    "titan": "Where does Saturn stand in the sky of Titan?",
+    "moon": "Where does the Earth stand in the sky of the Moon?",
+    "mercury": "How does the Sun move in the sky of Mercury?",
     "cassini_states": "Which Cassini state does the Moon occupy?",
     "forced_librations": "How does eccentricity force librations?",
     "librations_of_worlds": "Do librations agree with published values?",
@@ -65,7 +63,7 @@ QUESTIONS = {
     "apophis_ensemble": "How do the rates of Apophis spread at the Earth?",
     "toutatis": "How do Sun and Earth change Toutatis?",
     "yorp": "How does sunlight change the obliquity of an asteroid?",
-    "contact_binary": "How does a contact binary tumble?",
+    "contact_binary": "Does a contact binary keep its long axis on the planet?",
     "series_of_gravity": "Which degree does a gravity field require?",
     "dart": "What does the impact of DART tell about Dimorphos?",
     "didymos": "How does Dimorphos move after the impact?",
@@ -79,79 +77,8 @@ QUESTIONS = {
 }
 """The question that each example answers."""
 
-PANELS = {
-    **dict.fromkeys(("cubesat", "desaturation"), (2, 2)),
-    **dict.fromkeys(
-        [
-            "detumbling",
-            "gravity_gradient_satellite",
-            "thermal_snap",
-            "attitude_covariance",
-            "paper_satellite",
-            "halo_orbit",
-            "hyperion",
-            "europa",
-            "tidal_despinning",
-            "apophis",
-            "patroclus",
-            "heavy_body_section",
-        ],
-        (2, 1),
-    ),
-    **dict.fromkeys(("explorer_1", "yorp"), (3, 1)),
-    "dart": (1, 3),
-}
-"""Columns and rows of pictures with several panels, of which a thumbnail shows the first."""
-
-THUMBNAIL = 480
-"""Side of a thumbnail in pixels."""
-
-SCENE = """
-import sys
-from pathlib import Path
-import matplotlib.pyplot as plt
-import numpy as np
-import poinsot as pt
-from poinsot.plot.labels import rate_unit_of, time_unit_of
-motion = pt.files.read_scenario(sys.argv[1]).propagate(progress=False)
-pt.view(motion.member(0) if motion.is_ensemble else motion, sys.argv[2], overwrite=True)
-drawn = {
-    **dict.fromkeys(("io", "titan", "moon", "boom_satellite"), "long axis"),
-    "mercury": "obliquity",
-}.get(Path(sys.argv[1]).stem)
-orbit = next(iter(motion.system.orbits), None)
-if len(motion.of_bodies) > 1:
-    figure = np.ravel(pt.plot.distance(motion))[0].figure
-elif drawn and orbit is not None:
-    matrix = motion.relative_to(orbit.frame).attitude.as_matrix()
-    axis, label = {
-        "long axis": (matrix[..., 0, 0], "long axis from the direction of the attractor [deg]"),
-        "obliquity": (matrix[..., 2, 2], "third body axis from the normal of the orbit [deg]"),
-    }[drawn]
-    angle = np.degrees(np.arccos(np.clip(np.abs(axis), 0, 1)))
-    figure, panel = plt.subplots(figsize=(6, 6), layout="constrained")
-    panel.plot(motion.times / orbit.period, angle.T, color="#0072B2", lw=0.3 if motion.is_ensemble else 1)
-    panel.set(xlabel="time [revolutions]", ylabel=label)
-    panel.grid(alpha=0.25)
-else:
-    figure, panel = plt.subplots(figsize=(6, 6), layout="constrained")
-    units, rates = motion.system.units, motion.omega_body
-    unit = rate_unit_of(units, None, rates)
-    if motion.is_ensemble:
-        sizes = unit.factor * np.linalg.norm(rates, axis=-1)
-        for place, label in ((0, "first time"), (-1, "last time")):
-            panel.hist(sizes[:, place], bins=40, alpha=0.6, label=label)
-        panel.set(xlabel="angular velocity" + unit.label, ylabel="number of members")
-    else:
-        time = time_unit_of(units, None, motion.times)
-        for i, name in enumerate(("first", "second", "third")):
-            panel.plot(time.factor * motion.times, unit.factor * rates[:, i], label=name + " body axis")
-        panel.set(xlabel="time" + time.label, ylabel="angular velocity" + unit.label)
-    panel.legend(frameon=False)
-    panel.grid(alpha=0.25)
-figure.savefig("scenario.png", dpi=110)
-"""
-"""Program that draws the quantity of a scenario; the first member of an ensemble plays."""
+DRAWING = Path(__file__).with_name("drawing.py")
+"""Program that runs an example and draws its thumbnail."""
 
 
 def run_examples(folder: Path, scenes: Path) -> None:
@@ -165,16 +92,15 @@ def run_examples(folder: Path, scenes: Path) -> None:
 def run(name: str, folder: Path, page: Path) -> None:
     """Run the program and the scenario of one example, and keep what they write and print; the latter has a page."""
     files = [path for path in sources(name) if path.exists()]
-    key = hashlib.sha256(b"".join([SCENE.encode(), *(path.read_bytes() for path in files)])).hexdigest()
+    key = hashlib.sha256(b"".join(path.read_bytes() for path in (DRAWING, *files))).hexdigest()
     stamp = folder / "key.txt"
     if stamp.exists() and stamp.read_text() == key:
         return
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     for path in files:
-        program = [str(path)] if path.suffix == ".py" else ["-c", SCENE, str(path), str(page)]
         done = subprocess.run(  # noqa: S603
-            [sys.executable, *program],
+            [sys.executable, str(DRAWING), str(path), str(page)],
             cwd=folder,
             env={**os.environ, "MPLBACKEND": "Agg"},
             capture_output=True,
@@ -184,16 +110,7 @@ def run(name: str, folder: Path, page: Path) -> None:
         if done.returncode:
             raise RuntimeError(f"{path.name} must run, got:\n{done.stderr}")
         (folder / f"{path.suffix[1:]}.txt").write_text(done.stdout)
-    write_thumbnail(name, folder)
     stamp.write_text(key)
-
-
-def write_thumbnail(name: str, folder: Path) -> None:
-    """Write the first panel of the first picture of an example as a square."""
-    columns, rows = PANELS.get(name, (1, 1))
-    with Image.open(folder / pictures(folder)[0]) as picture:
-        panel = picture.convert("RGB").crop((0, 0, picture.width // columns, picture.height // rows))
-        ImageOps.pad(panel, (THUMBNAIL, THUMBNAIL), color="white").save(folder / "thumbnail.jpg", quality=90)
 
 
 def sources(name: str) -> tuple[Path, Path]:
@@ -226,9 +143,9 @@ def linked(text: str) -> str:
 
 
 def pictures(folder: Path) -> list[str]:
-    """Return the names of the pictures of an example, those of its program first."""
+    """Return the names of the pictures of an example, first the picture with the name of the example."""
     drawn = sorted(path.name for path in folder.glob("*.png"))
-    return sorted(drawn, key=lambda name: (name == "scenario.png", not name.startswith(folder.name), name))
+    return sorted(drawn, key=lambda name: (not name.startswith(folder.name), name))
 
 
 def index() -> str:
@@ -257,8 +174,7 @@ def page(name: str, folder: Path) -> str:
     title, text = told(name)
     program, scenario = sources(name)
     parts = [f"# {title}", linked(text)]
-    drawn = [each for each in pictures(folder) if each != "scenario.png" or not program.exists()]
-    parts += [f"![{title}]({name}/{each})" for each in drawn]
+    parts += [f"![{title}]({name}/{each})" for each in pictures(folder)]
     if scenario.exists():
         parts += [scene(name, title)]
     if program.exists():

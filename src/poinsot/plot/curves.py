@@ -34,6 +34,8 @@ IN_COLUMN = 4
 ENVELOPE = 0.3
 """Its opacity."""
 FEW_DECADES = 2.5
+ROUNDING = 1e-9
+"""Part of the largest value below which changes are not enlarged."""
 SIZES = {1: (8.0, 4.0), 2: (11.0, 4.0), 4: (17.0, 4.2)}
 """Inches of figures, by the number of their panels."""
 GAP = 0.06
@@ -167,6 +169,10 @@ def _scale(panel: Axes, times: Array, log: bool) -> None:
         panel.set_yscale("log")
         _count_decades(panel)
     else:
+        low, high = panel.get_ylim()
+        largest = max(abs(low), abs(high))
+        if high - low < ROUNDING * largest:
+            panel.set_ylim(low - 0.5 * largest, high + 0.5 * largest)
         panel.ticklabel_format(axis="y", scilimits=PLAIN, useMathText=True)
 
 

@@ -23,6 +23,7 @@ __all__ = [
     "GREY",
     "PURPLE",
     "TIME_UNITS",
+    "TORQUE_UNITS",
     "VERMILION",
     "Unit",
     "angle_unit_of",
@@ -46,10 +47,10 @@ GREY = "#8C8C8C"
 TIME_UNITS = {**SECONDS, "yr": 365.25 * SECONDS["d"]}
 """In seconds; the year is the Julian one."""
 
-SPANS = {"yr": 3.0, "d": 3.0, "h": 3.0, "min": 10.0, "s": 0.0}
-"""Units of time; chosen is the first of which the times span so many."""
-RATES = {"rpm": 60.0, "deg/s": 0.01, "deg/h": 1.0, "deg/d": 0.0}
-"""Units of angular velocity; chosen is the first in which the largest is so many."""
+SPANS = {"yr": 3.0, "d": 3.0, "h": 10_000 / 3600, "min": 10.0, "s": 0.0}
+"""Units of time with their least span: the first unit in which the span reaches it is the default."""
+RATES = {"rpm": 10.0, "deg/s": 0.01, "deg/h": 1.0, "deg/d": 0.0}
+"""Units of angular velocity with their least size: the default is the first that the largest rate reaches."""
 SMALL_ANGLE = np.radians(0.1)
 """Below it angles are in arc seconds."""
 

@@ -58,7 +58,7 @@ def librations(
     """
     reached(motion)
     found = librations_of(motion, body)
-    angles = {name: getattr(found, name) for name in ("yaw", "pitch", "roll")}
+    angles = {name: getattr(found, name) for name in ("roll", "pitch", "yaw")}
     unit = angle_unit_of(angle_unit, list(angles.values()))
     curves = {f"librations of the {body}{unit.label}": {name: unit.factor * each for name, each in angles.items()}}
     layout = Layout(ax, title, time_unit, window, separate)

@@ -120,7 +120,7 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
         "title": title or _title_of(motion),
         "note": _note(times, {body: rate[rows.at] for body, rate in rates.items()}),
         "stored": motion.times.size,
-        "labels": _labels(motion.system.units),
+        **_labels(motion, rates),
         "colours": COLOURS,
         "times": base64_of(times, "<f8"),
         "arrays": {name: rows.packed(values) for name, values in own["arrays"].items()},
@@ -231,18 +231,23 @@ def _title_of(motion: Trajectory) -> str:
     return textwrap.shorten(", ".join([bodies, *dict.fromkeys(forces), duration]), 300, placeholder=" ...")
 
 
-def _labels(units: Mapping[str, str]) -> dict[str, str]:
-    return {
+def _labels(motion: Trajectory, rates: Mapping[str, Array]) -> dict[str, Any]:
+    """Return the labels of the page, and the factors from the numbers of the motion to the units in the labels."""
+    units = motion.system.units
+    time, rate = time_unit_of(units, None, motion.times), rate_unit_of(units, None, list(rates.values()))
+    words = {
         "quaternion": "Euler parameters q",
         "momenta": f"conjugate momenta Q{momentum_label(units)}",
         "angular_momentum_space": momentum_label(units),
         "distance": f"distance of the centres of mass{bracketed(units.get('length', '1'))}",
-        "omega_body": rate_unit_of(units, None).label,
-        "secondary_omega_body": f"angular velocity of the secondary{rate_unit_of(units, None).label}",
-        "time": f"time{bracketed(units['time'])}",
+        "omega_body": rate.label,
+        "secondary_omega_body": f"angular velocity of the secondary{rate.label}",
+        "time": f"time{time.label}",
         "t": "t",
-        "unit": "" if units["time"] == "1" else f" {units['time']}",
+        "unit": "" if time.written == "1" else f" {time.written}",
     }
+    factors = {"time": time.factor, "omega_body": rate.factor, "secondary_omega_body": rate.factor}
+    return {"labels": words, "factors": factors}
 
 
 def _note(times: Array, rates: Mapping[str, Array]) -> str:

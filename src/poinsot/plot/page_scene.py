@@ -20,12 +20,11 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import same
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import state_of
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.attractors import MU, RADIUS
 from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
 from poinsot.plot.angles import different_orbits
-from poinsot.plot.labels import bracketed, torque_unit_of
+from poinsot.plot.labels import in_words, momentum_label, torque_unit_of
 from poinsot.plot.page_arrays import packed
 from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.trajectory import Trajectory
@@ -150,7 +149,7 @@ def _add_torques(found: Surroundings, motion: Trajectory) -> None:
     largest = {name: float(np.max(np.linalg.norm(torque, axis=-1))) for name, torque in torques.items()}
     unit = torque_unit_of(motion.system.units).label
     for i, name in enumerate(sorted(torques, key=largest.__getitem__, reverse=True)[: len(TORQUES)]):
-        own = {"letter": f"τ{'₁₂₃₄₅₆'[i]}", "name": f"torque of {name}", "colour": TORQUES[i], "unit": unit}
+        own = {"letter": f"τ{'₁₂₃₄₅₆'[i]}", "name": f"torque of {in_words(name)}", "colour": TORQUES[i], "unit": unit}
         _add_vector(found, f"torque_{i}", torques[name], own, max(largest.values()))
 
 
@@ -169,11 +168,16 @@ def _add_fields(found: Surroundings, motion: Trajectory, instant: Instant) -> No
 def _add_momenta(found: Surroundings, motion: Trajectory) -> None:
     """Add the angular momenta of parts relative to the body."""
     moving = [part for part in motion.system.parts if type(part).momentum is not Part.momentum]
-    unit = bracketed(DerivedUnits(motion.system.units).momentum)
+    unit = momentum_label(motion.system.units)
     for i, part in enumerate(moving[: len(MOMENTA)]):
         own = Vector(np.moveaxis(motion.own[part.name], -1, 0) if part.name in motion.own else ())
         values = _rows(part.momentum(own, motion.times), motion)
-        named = {"letter": "h", "name": f"momentum of {part.name}", "colour": MOMENTA[i], "unit": unit}
+        named = {
+            "letter": "h",
+            "name": f"momentum of {part.name.replace('_', ' ')}",
+            "colour": MOMENTA[i],
+            "unit": unit,
+        }
         _add_vector(found, f"momentum_{i}", values, named, float(np.max(np.linalg.norm(values, axis=-1))))
 
 

@@ -117,7 +117,10 @@ def count_degrees(axis: Any, label: str) -> None:
 
 
 def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None) -> None:
-    """Label axes, with a grid, and with the legend above them, their own or of a part, in as many columns as fit."""
+    """Label axes, draw a grid, and write the legend above them in rows, in as many columns as fit.
+
+    The legend names the curves of `legend_of`, a part of the panel, if there is one.
+    """
     panel.set(xlabel=x_label, ylabel=y_label)
     panel.grid(alpha=0.25)
     handles, names = (legend_of or panel).get_legend_handles_labels()
@@ -126,9 +129,12 @@ def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None
     figure: Any = panel.get_figure(root=True)
     width = panel.get_position().width * figure.get_figwidth()
     lengths = np.array([SAMPLE + CHARACTER * len(MARKUP.sub("", name)) for name in names])
-    fitting = (n for n in range(len(names), 0, -1) if sum(map(max, np.array_split(lengths, n))) <= width)
+    fitting = (n for n in range(len(names), 0, -1) if sum(np.max(lengths[c::n]) for c in range(n)) <= width)
     rows = math.ceil(len(names) / next(fitting, 1))
-    options: Any = {"ncols": math.ceil(len(names) / rows), "frameon": False}
+    columns = math.ceil(len(names) / rows)
+    in_rows = [i for column in range(columns) for i in range(column, len(names), columns)]  # matplotlib fills columns
+    handles, names = [handles[i] for i in in_rows], [names[i] for i in in_rows]
+    options: Any = {"ncols": columns, "frameon": False}
     largest = np.max(np.abs(panel.get_ylim()))
     plain = panel.get_yscale() == "log" or 10.0 ** PLAIN[0] <= largest < 10.0 ** PLAIN[1]
     panel.legend(handles, names, loc="lower center", bbox_to_anchor=(0.5, 1.0 if plain else 1.0 + POWER), **options)

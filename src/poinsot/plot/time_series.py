@@ -306,8 +306,8 @@ def drift(
 ) -> Axes:
     """Draw the relative drift of the conserved quantities, on a log axis.
 
-    The curves are the norm of q, the product q . Q, which is zero, and the quantities that the forces conserve, with
-    their initial values. For two bodies the norm and the product are drawn for each body.
+    The norm error |q| - 1 and the tangency error q . Q / |Q| are zero in exact arithmetic. Each integral of motion is
+    drawn relative to its initial value, which the legend contains. For two bodies both errors are drawn for each body.
 
     Parameters
     ----------
@@ -328,8 +328,8 @@ def drift(
     reached(motion)
     drifts = {}
     for body, each in motion.of_bodies.items():
-        drifts[f"$|q| - 1${_of(body)}"] = each.norm_error
-        drifts[rf"$q \cdot Q\,/\,|Q|${_of(body)}"] = each.tangency_error
+        drifts[f"norm error $|q| - 1${_of(body)}"] = each.norm_error
+        drifts[rf"tangency error $q \cdot Q\,/\,|Q|${_of(body)}"] = each.tangency_error
     names = _names_of_integrals(motion)
     drifts |= {names[key]: drift for key, drift in motion.drift.items()}
     curves = {
@@ -355,11 +355,11 @@ def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
     for integral in motion.system.integrals:
         letter, index = integral.symbol[0], integral.symbol[1:]
         symbol = f"{letter}_{{{index}}}" if index.isalnum() else integral.symbol.replace(".", r" \cdot ")
-        value = ""
+        words, value = "energy" if integral.is_energy else "angular momentum", ""
         if not motion.is_ensemble:
             unit = units.energy if integral.is_energy else units.momentum
             value = f" = {values[integral.name][0]:.5g}" + ("" if unit == "1" else bracketed(unit))
-        names[integral.name] = f"${symbol}${value}"
+        names[integral.name] = f"{words} ${symbol}${value}"
     return names
 
 

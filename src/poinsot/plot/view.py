@@ -106,7 +106,8 @@ def view(
     Parameters
     ----------
     motion : Trajectory
-        Motion of one body or of two, at two times or more. The page uses the units of its system.
+        Motion of one body or of two, at two times or more. The page uses the default units of plots: times by their
+        span, rates in deg/s or rpm, and N m and N m s for a system in kg, m and s.
     path : str or Path, optional
         Name of the file, which ends in `.html`. Without it the function returns the page, for a notebook.
     beside : Trajectory, or sequence of these, optional

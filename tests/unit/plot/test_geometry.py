@@ -422,11 +422,11 @@ def test_the_state_is_on_the_near_side():
 def test_labels_carry_units():
     motion = motion_of(BODIES["paper"], times=[0.0, 2.5], units=SI)
     axes = pt.plot.poinsot_construction(motion)
-    assert axes.get_xlabel() == r"$\omega_x \perp \mathbf{G}$ [deg s⁻¹]"
-    assert axes.get_zlabel() == r"$\omega_z \parallel \mathbf{G}$ [deg s⁻¹]"
+    assert axes.get_xlabel() == r"$\omega_x \perp \mathbf{G}$ [rpm]"
+    assert axes.get_zlabel() == r"$\omega_z \parallel \mathbf{G}$ [rpm]"
     assert axes.figure.get_suptitle() == "Poinsot's construction at time 2.5 s"
-    assert pt.plot.polhode(motion).get_zlabel() == r"$\omega_3$ [deg s⁻¹]"
-    assert pt.plot.herpolhode(motion).get_ylabel() == r"$\omega_y \perp \mathbf{G}$ [deg s⁻¹]"
+    assert pt.plot.polhode(motion).get_zlabel() == r"$\omega_3$ [rpm]"
+    assert pt.plot.herpolhode(motion).get_ylabel() == r"$\omega_y \perp \mathbf{G}$ [rpm]"
 
 
 def test_labels_without_units_say_so():

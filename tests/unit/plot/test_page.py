@@ -762,7 +762,21 @@ def test_events_and_dates_are_on_the_line_of_time(orbiting):
     assert visit("poinsot.time") == times[0]
     visit("poinsot.setTime(61)")
     assert visit.page.locator("#date").text_content() == "2029-04-13 21:47:01 TDB"
-    assert visit.page.locator("#time").get_attribute("aria-valuetext") == "t = 61 s, 2029-04-13 21:47:01 TDB"
+    assert visit.page.locator("#time").get_attribute("aria-valuetext") == "t = 1.01667 min, 2029-04-13 21:47:01 TDB"
+
+
+def test_the_page_shows_its_numbers_in_the_units_of_its_labels(orbiting):
+    """The page shows minutes and degrees per second of a motion in seconds."""
+    motion, visit = orbiting
+    i = 40
+    visit("t => poinsot.setTime(t)", float(motion.times[i]))
+    assert visit.page.locator("#now").text_content() == f"t = {motion.times[i] / 60:.6g} min"
+    shown = visit.page.locator("#omega").text_content()
+    assert float(shown) == pytest.approx(np.degrees(np.linalg.norm(motion.omega_body[i])), rel=1e-3)
+    assert "[deg s⁻¹]" in visit.page.locator("label:has(#omega)").text_content()
+    first = visit.page.locator("#event option").nth(1).text_content()
+    assert float(first.split()[0]) == pytest.approx(motion.events[0].times[0] / 60, rel=1e-6)
+    assert visit.page.locator("#rate option").first.text_content().endswith(" min per second")
 
 
 def test_real_time_is_one_second_per_second_and_loops_begin_anew(orbiting):

@@ -270,13 +270,47 @@ def test_attitudes_from_roll_pitch_yaw_are_theirs(rng):
     assert np.allclose(down, (-1, 0, 0), rtol=0, atol=1e-15)
 
 
+def rows_of(panel):
+    """Return the words of a legend row by row, each from left to right."""
+    panel.figure.draw_without_rendering()
+    placed = [(text.get_window_extent(), text.get_text()) for text in panel.get_legend().get_texts()]
+    rows: list[list[Any]] = []
+    for box, word in sorted(placed, key=lambda each: -each[0].y0):
+        if not rows or rows[-1][0][0].y0 - box.y0 > 0.5 * box.height:
+            rows.append([])
+        rows[-1].append((box, word))
+    return [[word for _, word in sorted(row, key=lambda each: each[0].x0)] for row in rows]
+
+
+def read(panel):
+    """Return the words of a legend in the order in which a reader reads them."""
+    return [word for row in rows_of(panel) for word in row]
+
+
+def test_a_legend_of_two_rows_is_read_in_the_order_of_the_curves():
+    free = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), TIMES)
+    panel = pt.plot.drift(free)
+    assert [len(row) for row in rows_of(panel)] == [3, 3]
+    assert read(panel) == [line.get_label() for line in panel.lines]
+
+
+def test_rounding_of_a_constant_is_not_enlarged():
+    """The angular momentum of a free body in space changes by 1e-15 of itself."""
+    free = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), TIMES)
+    panel = pt.plot.angular_momentum(free, separate=True)[1].child_axes[0]
+    low, high = panel.get_ylim()
+    assert high - low > 0.9 * np.max(np.abs(curves(panel)))
+    panel.figure.draw_without_rendering()
+    assert panel.yaxis.get_offset_text().get_text() == ""
+
+
 def test_drifts_are_on_a_log_axis():
     free = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), TIMES)
     panel = pt.plot.drift(free)
     assert panel.get_yscale() == "log"
-    names = [text.get_text() for text in panel.get_legend().get_texts()]
-    norms = ["$|q| - 1$", r"$q \cdot Q\,/\,|Q|$"]
-    assert names == [*norms, "$H$ = 39", "$G_{1}$ = 40", "$G_{2}$ = 100", "$G_{3}$ = 180"]
+    norms = ["norm error $|q| - 1$", r"tangency error $q \cdot Q\,/\,|Q|$"]
+    momenta = [f"angular momentum $G_{{{i}}}$ = {value}" for i, value in ((1, 40), (2, 100), (3, 180))]
+    assert read(panel) == [*norms, "energy $H$ = 39", *momenta]
     assert np.allclose(curves(panel)[2], np.maximum(np.abs(free.drift["energy"]), 2**-53), rtol=1e-15, atol=0)
 
 
@@ -285,9 +319,9 @@ def test_what_is_conserved_is_named_with_its_value_and_unit():
         BODY, pt.GravityGradient(pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0)), units=SYSTEM.units
     )
     motion = pt.propagate(circle, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(0.001, 0.002, 0.001)), TIMES)
-    names = [text.get_text() for text in pt.plot.drift(motion).get_legend().get_texts()]
+    names = read(pt.plot.drift(motion))
     value = motion.integrals["jacobi_energy"][0]
-    assert names[2:] == [rf"$H-n \cdot G$ = {value:.5g} [J]"]
+    assert names[2:] == [rf"energy $H-n \cdot G$ = {value:.5g} [J]"]
 
 
 def test_difference_is_the_angle_between_attitudes(motion):
@@ -371,9 +405,10 @@ def test_dates_are_those_of_astropy_after_a_leap_second(motion):
 
 @pytest.mark.parametrize(
     ("span", "unit"),
-    [(100, "s"), (599, "s"), (600, "min"), (10_000, "min"), (50_000, "h"), (864_000, "d"), (1e9, "yr")],
+    [(100, "s"), (599, "s"), (600, "min"), (9999, "min"), (10_000, "h"), (50_000, "h"), (864_000, "d"), (1e9, "yr")],
 )
 def test_the_unit_of_time_suits_the_span(motion, span, unit):
+    """Hours, days or years wherever a span in seconds would have five digits."""
     there = replaced(motion, motion.quaternion, np.linspace(7e5, 7e5 + span, 61))
     assert pt.plot.drift(there).get_xlabel() == f"time [{unit}]"
     assert pt.plot.momentum_sphere(there).figure.legends[0].get_texts()[-1].get_text().endswith(f" {unit}")
@@ -381,7 +416,15 @@ def test_the_unit_of_time_suits_the_span(motion, span, unit):
 
 @pytest.mark.parametrize(
     ("rate", "unit"),
-    [(7.0, "rpm"), (0.1, "deg s⁻¹"), (7.5e-4, "deg s⁻¹"), (1e-4, "deg h⁻¹"), (2e-6, "deg d⁻¹"), (0.0, "deg d⁻¹")],
+    [
+        (1.05, "rpm"),
+        (1.04, "deg s⁻¹"),
+        (0.1, "deg s⁻¹"),
+        (7.5e-4, "deg s⁻¹"),
+        (1e-4, "deg h⁻¹"),
+        (2e-6, "deg d⁻¹"),
+        (0.0, "deg d⁻¹"),
+    ],
 )
 def test_the_unit_of_rates_suits_the_largest(rate, unit):
     turning = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0, 0, rate)), TIMES[:2], units=SYSTEM.units)
@@ -573,15 +616,13 @@ def test_of_two_bodies_the_distance_and_both_rates_are_drawn():
 def test_drifts_of_two_bodies_are_those_of_each_and_of_the_whole():
     motion = pair_motion()
     panel = pt.plot.drift(motion)
-    names = [text.get_text() for text in panel.get_legend().get_texts()]
-    norms = [
-        rf"{what} of the {body}" for body in ("primary", "secondary") for what in ("$|q| - 1$", r"$q \cdot Q\,/\,|Q|$")
-    ]
+    names, errors = read(panel), ("norm error $|q| - 1$", r"tangency error $q \cdot Q\,/\,|Q|$")
+    norms = [rf"{error} of the {body}" for body in ("primary", "secondary") for error in errors]
     assert names[:4] == norms
     values = [motion.energy[0], *motion.angular_momentum_space[0]]
     units = ["J", *["N m s"] * 3]
-    symbols = ["H", "G_{1}", "G_{2}", "G_{3}"]
-    assert names[4:] == [f"${s}$ = {v:.5g} [{u}]" for s, v, u in zip(symbols, values, units, strict=True)]
+    symbols = ["energy $H", *(f"angular momentum $G_{{{i}}}" for i in (1, 2, 3))]
+    assert names[4:] == [f"{s}$ = {v:.5g} [{u}]" for s, v, u in zip(symbols, values, units, strict=True)]
     assert np.allclose(curves(panel)[2], np.maximum(np.abs(motion.secondary.norm_error), 2**-53), rtol=1e-15, atol=0)
     assert np.allclose(curves(panel)[4], np.maximum(np.abs(motion.drift["energy"]), 2**-53), rtol=1e-15, atol=0)
 

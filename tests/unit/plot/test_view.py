@@ -65,10 +65,38 @@ def test_sizes_beyond_single_precision_are_kept():
 
 
 def test_units_label_what_is_shown():
-    labels = content(free())["labels"]
+    data, plain = content(free()), content(free(units={}))
+    labels, factors = data["labels"], data["factors"]
     assert labels["momenta"] == "conjugate momenta Q [N m s]"
-    assert (labels["time"], labels["unit"], labels["omega_body"]) == ("time [s]", " s", " [rad s⁻¹]")
-    assert content(free(units={}))["labels"]["unit"] == ""
+    assert (labels["time"], labels["unit"], labels["omega_body"]) == ("time [s]", " s", " [deg s⁻¹]")
+    assert factors == pytest.approx({"time": 1, "omega_body": 180 / np.pi, "secondary_omega_body": 180 / np.pi})
+    assert (plain["labels"]["unit"], plain["labels"]["omega_body"]) == ("", " [rad / unit of time]")
+    assert set(plain["factors"].values()) == {1.0}
+
+
+@pytest.mark.parametrize(
+    ("units", "torque", "momentum"),
+    [(SI, " [N m]", " [N m s]"), ({"time": "min", "inertia": "g cm2"}, " [g cm² min⁻²]", " [g cm² min⁻¹]")],
+)
+def test_torques_and_momenta_have_their_units(units, torque, momentum):
+    orbit = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+    system = pt.System(OBLIQUE, pt.GravityGradient(orbit), pt.parts.Gyrostat((0, 0.1, 0.2)), units=units)
+    motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 1.0)), np.linspace(0, 3, 7))
+    vectors = content(motion)["around"]["vectors"]
+    named = {vector["name"]: vector["unit"] for vector in vectors}
+    assert named == {"torque of gravity gradient": torque, "momentum of gyrostat": momentum}
+
+
+def test_long_times_are_shown_in_hours_and_fast_rotations_in_turns_a_minute():
+    data = content(free(g=(0, 0, 8.0), times=np.linspace(0, 36000, 11)))
+    assert (data["labels"]["time"], data["labels"]["unit"], data["labels"]["omega_body"]) == (
+        "time [h]",
+        " h",
+        " [rpm]",
+    )
+    assert data["factors"]["time"] == pytest.approx(1 / 3600)
+    assert data["factors"]["omega_body"] == pytest.approx(30 / np.pi)
+    assert np.frombuffer(base64.b64decode(data["times"]))[-1] == 36000
 
 
 @pytest.mark.parametrize("sides", [(1.0, 2.0, 3.0), (3.0, 0.5, 1.0)])
@@ -294,18 +322,16 @@ def test_vectors_are_the_torques_fields_and_momenta_along_the_body_axes(orbiting
     vectors = {vector["name"]: vector for vector in data["around"]["vectors"]}
     found = {name: decoded(data["arrays"][vector["array"]], 3) for name, vector in vectors.items()}
     assert set(found) == {
-        *("torque of GravityGradient", "torque of RadiationPressure", "torque of MagneticMoment"),
+        *("torque of gravity gradient", "torque of radiation pressure", "torque of magnetic moment"),
         *("magnetic field", "momentum of gyrostat"),
     }
-    units = {name.split()[0]: vector["unit"] for name, vector in vectors.items()}
-    assert units == {"torque": " [N m]", "magnetic": " [T]", "momentum": " [N m s]"}
     r = motion.attitude.inv().apply(decoded(data["arrays"]["orbit_position"], 3))
     size = np.linalg.norm(r, axis=-1, keepdims=True)
     gravity = 3 * MU / size**5 * np.cross(r, r * (4.0, 5.0, 6.0))
-    np.testing.assert_allclose(found["torque of GravityGradient"], gravity, rtol=0, atol=1e-6 * np.abs(gravity).max())
+    np.testing.assert_allclose(found["torque of gravity gradient"], gravity, rtol=0, atol=1e-6 * np.abs(gravity).max())
     field = found["magnetic field"]
     np.testing.assert_allclose(
-        found["torque of MagneticMoment"], np.cross((0.1, 0, 0.2), field), rtol=0, atol=1e-6 * np.abs(field).max()
+        found["torque of magnetic moment"], np.cross((0.1, 0, 0.2), field), rtol=0, atol=1e-6 * np.abs(field).max()
     )
     pole = motion.attitude.inv().apply((0, 0, 1))
     dipole = 3e-5 * (6.3712e6 / size) ** 3 * (pole - 3 * np.sum(pole * r, axis=-1, keepdims=True) * r / size**2)
@@ -439,7 +465,7 @@ def test_the_page_of_two_bodies_has_their_motion(order):
         found = decoded(data["arrays"][name], values.shape[-1])
         np.testing.assert_allclose(found, values[::order], rtol=0, atol=6e-8 * np.abs(values).max())
     assert data["labels"]["distance"] == "distance of the centres of mass [m]"
-    assert data["labels"]["secondary_omega_body"] == "angular velocity of the secondary [rad s⁻¹]"
+    assert data["labels"]["secondary_omega_body"] == "angular velocity of the secondary [rpm]"
 
 
 @pytest.mark.parametrize("shape", [True, False])

@@ -11,7 +11,8 @@
   at("note").textContent = page.note;
   at("note").hidden = !page.note;
   const sizes = document.querySelectorAll("#parts output");
-  const size = (name, t) => Number(norm(motion.vector(name, t)).toPrecision(4));
+  const size = (name, t) => norm(motion.vector(name, t));
+  const factor = (name) => page.factors[name] ?? 1;
   for (const reading of sizes) reading.after(page.labels[reading.dataset.unit] ?? reading.dataset.unit);
 
   // ------------------------------------------------------------ scene and plots
@@ -30,7 +31,9 @@
       envelope: motion.envelope(figure.id),
       colours: page.colours.components,
       label: page.labels[figure.id],
+      factor: factor(figure.id),
       timeLabel: page.labels.time,
+      timeFactor: page.factors.time,
       events: clock.events,
     }),
   );
@@ -48,7 +51,9 @@
   function read() {
     clock.read();
     for (const plot of plots) plot.read(motion.reading(plot.name, clock.time));
-    for (const reading of sizes) reading.textContent = short(size(reading.dataset.size, clock.time));
+    for (const reading of sizes) {
+      reading.textContent = short(size(reading.dataset.size, clock.time) * factor(reading.dataset.unit), 4);
+    }
   }
 
   // Where frames come slowly the picture has fewer dots while it moves, and all of them when it rests, and the marks of

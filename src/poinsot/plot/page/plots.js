@@ -22,7 +22,7 @@ function short(value, digits = 6) {
 }
 
 /** Return one plot in a figure; `values` are n rows of as many components as it has readings. */
-function plotOf(figure, { times, values, envelope, colours, label, timeLabel, events }) {
+function plotOf(figure, { times, values, envelope, colours, label, factor, timeLabel, timeFactor, events }) {
   const canvas = figure.querySelector("canvas");
   const cursor = figure.querySelector(".cursor");
   const size = values.length / times.length;
@@ -33,7 +33,7 @@ function plotOf(figure, { times, values, envelope, colours, label, timeLabel, ev
     low = Math.min(low, value);
     high = Math.max(high, value);
   }
-  canvas.setAttribute("aria-label", `${label} against ${timeLabel}, between ${short(low)} and ${short(high)}`);
+  canvas.setAttribute("aria-label", `${label} against ${timeLabel}, between ${short(factor * low)} and ${short(factor * high)}`);
   const largest = Math.max(Math.abs(low), Math.abs(high));
   const room = Math.max(0.07 * (high - low), ROUNDING * largest) || 1;
   [low, high] = [low - room, high + room];
@@ -46,18 +46,20 @@ function plotOf(figure, { times, values, envelope, colours, label, timeLabel, ev
     pen.font = "11px system-ui, sans-serif";
     [pen.strokeStyle, pen.fillStyle, pen.lineWidth] = [theme.grid, theme.ink, 1];
     pen.textAlign = "center";
-    for (const t of ticks(first, last, box.width / 80)) {
+    for (const shown of ticks(timeFactor * first, timeFactor * last, box.width / 80)) {
+      const t = shown / timeFactor;
       line(pen, [x(t), box.top], [x(t), box.top + box.height]);
-      const [label, edge] = [short(t), box.left + box.width + box.right];
+      const [label, edge] = [short(shown), box.left + box.width + box.right];
       pen.fillText(label, Math.min(x(t), edge - pen.measureText(label).width / 2), box.top + box.height + 14);
     }
     pen.fillText(timeLabel, box.left + box.width / 2, box.top + box.height + 30);
     [pen.textAlign, pen.textBaseline] = ["right", "middle"];
-    const levels = ticks(low, high, Math.max(box.height / 36, 4));
-    const digits = Math.max(6, Math.ceil(Math.log10(Math.max(-low, high) / (levels[1] - levels[0]))) + 1) || 6;
-    for (const value of levels) {
-      line(pen, [box.left, y(value)], [box.left + box.width, y(value)]);
-      pen.fillText(short(value, digits), box.left - 6, y(value));
+    const levels = ticks(factor * low, factor * high, Math.max(box.height / 36, 4));
+    const digits = Math.max(6, Math.ceil(Math.log10((factor * Math.max(-low, high)) / (levels[1] - levels[0]))) + 1) || 6;
+    for (const shown of levels) {
+      const here = y(shown / factor);
+      line(pen, [box.left, here], [box.left + box.width, here]);
+      pen.fillText(short(shown, digits), box.left - 6, here);
     }
     pen.strokeStyle = theme.of(EVENTS);
     for (const { t } of events) line(pen, [x(t), box.top], [x(t), box.top + 6]);
@@ -134,7 +136,7 @@ function plotOf(figure, { times, values, envelope, colours, label, timeLabel, ev
   }
 
   function read(components) {
-    components.forEach((value, k) => (readings[k].textContent = short(Number(value.toPrecision(3)))));
+    components.forEach((value, k) => (readings[k].textContent = short(factor * value, 3)));
   }
 
   return { name: figure.id, canvas, resize, place, read, timeAt };

@@ -45,7 +45,8 @@ const clock = (() => {
 
   // ------------------------------------------------------------ in words
 
-  const inWords = (t = time) => `${page.labels.t} = ${short(Number(t.toPrecision(7)))}${page.labels.unit}`;
+  const shown = (t, digits = 7) => short(Number((page.factors.time * t).toPrecision(digits)));
+  const inWords = (t = time) => `${page.labels.t} = ${shown(t)}${page.labels.unit}`;
 
   function date() {
     if (!page.calendar) return "";
@@ -77,7 +78,7 @@ const clock = (() => {
   const POWERS = [-4, -3, -2, -1, 0, 1, 2, 3, 4, 5, 6];
   for (const power of POWERS) {
     const perSecond = page.rate * 2 ** power;
-    rate.add(new Option(`${short(Number(perSecond.toPrecision(3)))}${page.labels.unit} per second`, perSecond));
+    rate.add(new Option(`${shown(perSecond, 3)}${page.labels.unit} per second`, perSecond));
   }
   rate.selectedIndex = POWERS.indexOf(0);
   if (page.second) rate.add(new Option("real time", page.second));
@@ -94,7 +95,7 @@ const clock = (() => {
   const [happened, chosen] = [at("happened"), at("event")];
   happened.hidden = marks.hidden = !events.length;
   chosen.add(new Option("go to ...", ""));
-  for (const { t, name } of events) chosen.add(new Option(`${short(Number(t.toPrecision(7)))}  ${name}`, t));
+  for (const { t, name } of events) chosen.add(new Option(`${shown(t)}  ${name}`, t));
   chosen.addEventListener("change", () => chosen.value && setTime(chosen.value));
 
   function resize() {
