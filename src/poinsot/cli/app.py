@@ -1,4 +1,4 @@
-"""The commands, and their help."""
+"""The commands and their help texts."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ app = Commands(
     cls=Group,
     epilog=exit_statuses(
         {
-            DIFFERS: "a comparison of `verify`, or of a repeated result with the original, fails",
-            STOPPED: "a propagation, or that of a member, stopped before its last time",
+            DIFFERS: "a comparison of `verify` fails, or a repeated result differs from the original",
+            STOPPED: "the propagation of a body or a member stopped before its last time",
         }
     ),
     rich_markup_mode="markdown",
@@ -44,13 +44,13 @@ def main(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
-    """Rotation of rigid bodies, at machine precision.
+    """Simulate the rotation of rigid bodies near machine precision.
 
     Start with:
 
-    - `poinsot new top.toml` writes a scenario with a comment on every line
-    - `poinsot run top.toml` computes it, as top.nc
-    - `poinsot info top.nc`, `poinsot plot top.nc` and `poinsot view top.nc` look at it
+    - `poinsot new top.toml` writes an example scenario with a comment on every line
+    - `poinsot run top.toml` propagates it and writes the result top.nc
+    - `poinsot info top.nc`, `poinsot plot top.nc` and `poinsot view top.nc` show the result
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -58,7 +58,10 @@ def main(
 
 
 OWN = {
-    run: {DIFFERS: "a repeated result differs from the original", STOPPED: "it, or a member, stopped before its end"},
+    run: {
+        DIFFERS: "a repeated result differs from the original",
+        STOPPED: "the propagation of a body or a member stopped before its last time",
+    },
     verify: {DIFFERS: "a comparison fails"},
 }
 for panel, commands in {

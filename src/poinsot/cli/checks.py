@@ -34,8 +34,8 @@ def paper(
 ) -> None:
     """Integrate the three problems of Arribas, Elipe and Palacios (2006) and print the errors.
 
-    Writes Figs. 1-3 (PNG, PDF), one NetCDF file for each case, and table.md. Takes half a minute the first time;
-    Ctrl-C keeps the finished cases.
+    The command writes Figs. 1-3 (PNG, PDF), one NetCDF file for each case, and table.md. The first run takes half a
+    minute. After Ctrl-C the finished cases remain.
 
     For example:
 
@@ -75,8 +75,8 @@ def paper(
 def verify(as_json: Json = False) -> None:
     """Compare this installation with published motions.
 
-    Ten seconds, the first time half a minute. `expected` is the tolerance of each difference. Ctrl-C prints the
-    finished comparisons.
+    The comparisons take ten seconds, in the first run half a minute. The column `expected` contains the tolerance of
+    each difference. After Ctrl-C the command prints the finished comparisons.
 
     For example:
 

@@ -66,18 +66,20 @@ class Contents:
 
 
 def info(
-    file: Annotated[Path, typer.Argument(help="A result, a scenario, or another file that the package can read.")],
-    scenario: Annotated[bool, typer.Option("--scenario", help="Print only the text of the scenario in it.")] = False,
+    file: Annotated[Path, typer.Argument(help="Result, scenario, or another file in a format of poinsot.")],
+    scenario: Annotated[
+        bool, typer.Option("--scenario", help="Print only the scenario that the file contains.")
+    ] = False,
     member: Member = None,
     time: Annotated[
-        float | None, typer.Option(help="Also print the state of a result at the stored time nearest to this one.")
+        float | None, typer.Option(help="Print also the state at the output time nearest to this time.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Summarise a file: body and forces, times, method, drift of the integrals, and whether it can be run again.
+    """Summarise a file: body and forces, times, method, drift of the integrals, and whether a repetition is possible.
 
-    It also tells the contents of attitude files ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plates)
-    and gravity fields (ICGEM, SHADR), and which function of the package reads them.
+    The command also summarises attitude files ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plates)
+    and gravity fields (ICGEM, SHADR), and names the function that reads them.
 
     For example:
 
@@ -124,15 +126,15 @@ OF_RESULTS = {"plot": "draws it", "view": "plays it in three dimensions", "run":
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(help="A result (.nc, .zarr), or an attitude file.")],
-    target: Annotated[Path, typer.Argument(help="The file to write; its suffix selects the format.")],
+    source: Annotated[Path, typer.Argument(help="Result (.nc, .zarr) or attitude file.")],
+    target: Annotated[Path, typer.Argument(help="Name of the new file, whose suffix selects the format.")],
     scenario: Annotated[
-        Path | None, typer.Option(help="From an attitude file to a result: a scenario with body and forces.")
+        Path | None, typer.Option(help="Scenario with body and forces, to make a result of an attitude file.")
     ] = None,
     zero: Annotated[
-        str | None, typer.Option(help="The date of t = 0 with its scale, such as '2026-11-21T00:00:00 UTC'.")
+        str | None, typer.Option(help="Date of t = 0 with its time scale, such as '2026-11-21T00:00:00 UTC'.")
     ] = None,
-    frame: Annotated[str | None, typer.Option(help="The name of the space axes, such as ICRF.")] = None,
+    frame: Annotated[str | None, typer.Option(help="Name of the space axes, such as ICRF.")] = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,

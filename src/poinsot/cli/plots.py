@@ -1,4 +1,4 @@
-"""Plots, the 3D view and films: `poinsot plot`, `poinsot view`, `poinsot animate`."""
+"""Plots, 3D pages and animations: `poinsot plot`, `poinsot view`, `poinsot animate`."""
 
 from __future__ import annotations
 
@@ -38,33 +38,33 @@ KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 Window = Annotated[
     str | None,
     typer.Option(
-        "--time", metavar="FROM:TO", help="Only these times, in the unit of the result; either may be left out."
+        "--time", metavar="FROM:TO", help="Times to include, in the unit of the result; FROM or TO may be omitted."
     ),
 ]
 
 ONLY_OF_TWO = {"distance", "librations", "mutual_orbit"}
 OF_TWO = {"angular_velocity", "difference", "drift"} | ONLY_OF_TWO
-"""Those that draw two bodies together."""
+"""The kinds of plot that draw two bodies together."""
 QUANTITIES = ("effective_rate", "rate", "angular_momentum", "turn")
-"""Those of a histogram; the module that draws them takes half a second to import."""
+"""The quantities of a histogram; the import of the module that draws them takes half a second."""
 OFTEN = ("angular_velocity", "drift", "polhode")
 
 
 def plot(
-    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
+    file: Annotated[Path, typer.Argument(help="Result (.nc, .zarr).")],
     picture: Annotated[
-        Path | None, typer.Argument(help="Ends in .png, .pdf or .svg; default: FILE-KIND.png beside the result.")
+        Path | None, typer.Argument(help="Name of the picture (.png, .pdf, .svg); default: FILE-KIND.png.")
     ] = None,
     kind: Annotated[
         str | None,
         typer.Option(
-            help=f"The plot: {', '.join(KINDS)}; default: quaternions, of two bodies mutual_orbit.",
+            help=f"Kind of plot: {', '.join(KINDS)}; default: quaternions, for two bodies mutual_orbit.",
             autocompletion=one_of(*KINDS),
         ),
     ] = None,
     other: Annotated[
         Path | None,
-        typer.Option("--with", help="Another result, at the same times, for --kind difference or attitude_error."),
+        typer.Option("--with", help="Second result at the same times, for --kind difference or attitude_error."),
     ] = None,
     orbit: Annotated[
         int | None,
@@ -76,30 +76,30 @@ def plot(
     quantity: Annotated[
         str | None,
         typer.Option(
-            help=f"For --kind histogram: {', '.join(QUANTITIES)}; default: the first.",
+            help=f"Quantity for --kind histogram: {', '.join(QUANTITIES)}; default: {QUANTITIES[0]}.",
             autocompletion=one_of(*QUANTITIES),
         ),
     ] = None,
     angle_unit: Annotated[
         str | None,
         typer.Option(
-            help="Unit of angles: deg, rad, mrad, arcmin, arcsec, rev; default: by size.",
+            help="Unit of angles: deg, rad, mrad, arcmin, arcsec, rev; default: by the largest value.",
             autocompletion=one_of(*ANGLE_UNITS),
         ),
     ] = None,
     rate_unit: Annotated[
-        str | None, typer.Option(help="Unit of angular velocities, such as deg/s, mrad/h, rpm; default: by size.")
+        str | None, typer.Option(help="Unit of angular velocities, such as deg/s, rpm; default: by the largest value.")
     ] = None,
     time_unit: Annotated[
-        str | None, typer.Option(help="Unit of times: s, min, h, d, yr, date; default: dates, or by the span.")
+        str | None, typer.Option(help="Unit of times: s, min, h, d, yr, date; default: dates, or by the time span.")
     ] = None,
-    dpi: Annotated[int, typer.Option(min=20, max=1200, help="Dots per inch of a .png.")] = 150,
+    dpi: Annotated[int, typer.Option(min=20, max=1200, help="Resolution of a .png in dots per inch.")] = 150,
     time: Window = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Plot a result with a function of `poinsot.plot`.
+    """Draw a result with one of the functions of `poinsot.plot`.
 
     For example:
 
@@ -108,7 +108,7 @@ def plot(
     - `poinsot plot satellite.nc --kind angular_velocity --time-unit h --rate-unit deg/s`
     - `poinsot plot top.nc --time 10:20 --dpi 300`
     - `poinsot plot top.nc --kind difference --with top-again.nc`
-    - `poinsot plot tops.zarr --kind histogram --quantity effective_rate`: of all members
+    - `poinsot plot tops.zarr --kind histogram --quantity effective_rate`: all members at the last time
     - `poinsot plot binary.nc`: the orbit and both bodies, in binary-mutual_orbit.png
     - `poinsot plot binary.nc --kind euler_angles --body secondary`
     """
@@ -137,17 +137,15 @@ def plot(
 
 
 def view(
-    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
-    page: Annotated[Path | None, typer.Argument(help="Ends in .html; default: beside the result.")] = None,
-    other: Annotated[
-        Path | None, typer.Option("--with", help="Another result, drawn beside it as a translucent body.")
-    ] = None,
+    file: Annotated[Path, typer.Argument(help="Result (.nc, .zarr).")],
+    page: Annotated[Path | None, typer.Argument(help="Name of the page; default: FILE with the suffix .html.")] = None,
+    other: Annotated[Path | None, typer.Option("--with", help="Second result, shown as a translucent body.")] = None,
     time: Window = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write an interactive 3D view of a result as one web page, for any browser, without a network.
+    """Write an interactive 3D page of a result, which any browser opens without a network.
 
     For example:
 
@@ -168,15 +166,17 @@ def view(
 
 
 def animate(
-    file: Annotated[Path, typer.Argument(help="A result (.nc, .zarr).")],
-    film: Annotated[Path | None, typer.Argument(help="Ends in .gif or .mp4; default: a GIF beside the result.")] = None,
-    seconds: Annotated[float, typer.Option(help="How long the film is.")] = 10.0,
+    file: Annotated[Path, typer.Argument(help="Result (.nc, .zarr).")],
+    animation: Annotated[
+        Path | None, typer.Argument(help="Name of the animation (.gif, .mp4); default: FILE with the suffix .gif.")
+    ] = None,
+    seconds: Annotated[float, typer.Option(help="Duration of the animation in seconds.")] = 10.0,
     time: Window = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write a result as a film, GIF or MP4, without a screen.
+    """Write an animation of a result as GIF or MP4.
 
     For example:
 
@@ -184,21 +184,21 @@ def animate(
     - `poinsot animate top.nc talk/top.mp4 --seconds 20 --time 10:20`
     """
     checked_result(file)
-    path = film or file.with_suffix(".gif")
+    path = animation or file.with_suffix(".gif")
     check_new(path, overwrite)
     check_ending(path, ".gif", ".mp4")
     with busy(f"Reading {file}"):
         motion = _chosen(_loaded(file, member, time), body)
-    from poinsot.plot.animation import animate as film_of
+    from poinsot.plot.animation import animate as write_animation
 
     with busy(f"Writing {path}"):
-        film_of(motion, path, seconds=seconds, overwrite=overwrite)
+        write_animation(motion, path, seconds=seconds, overwrite=overwrite)
     tell(path)
     advise((opened("view", file), "the same in a browser, to be turned"))
 
 
 def usual_kind(motion: Any) -> str:
-    """Return the plot that a motion has if no other is asked for."""
+    """Return the default kind of plot of a motion."""
     if len(motion.of_bodies) == 1:
         return "quaternions"
     return "distance" if motion.is_ensemble else "mutual_orbit"
@@ -292,7 +292,7 @@ def _orbit(motion: Any, number: int | None) -> Any:
 
 
 def _chosen(motion: Any, body: str | None, whole: bool = True) -> Any:
-    """Return the motion of the body that is named; where none is and the whole may be drawn, that."""
+    """Return the motion of the named body; without a name the whole motion, if the plot can draw it."""
     from poinsot.propagation.pair_trajectory import of_one_body
 
     return motion if whole and body is None else of_one_body(motion, body)

@@ -47,11 +47,13 @@ MOST_TOLD = 10
 
 
 def new(
-    file: Annotated[Path, typer.Argument(help="The scenario to write, .toml.")] = Path("scenario.toml"),
+    file: Annotated[Path, typer.Argument(help="Name of the new scenario, which ends in .toml.")] = Path(
+        "scenario.toml"
+    ),
     overwrite: Overwrite = False,
-    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema for editors instead.")] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of scenarios, for editors.")] = False,
 ) -> None:
-    """Write a scenario to start from, with a comment on every line.
+    """Write an example scenario with a comment on every line.
 
     For example:
 
@@ -78,42 +80,47 @@ def new(
 
 
 def run(
-    file: Annotated[Path, typer.Argument(help="A scenario (.toml), or a result (.nc, .zarr) to repeat.")],
+    file: Annotated[
+        Path, typer.Argument(help="Scenario (.toml), or result (.nc, .zarr) whose propagation is repeated.")
+    ],
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for the outputs, or NAME.zarr for the result, of an ensemble a store; default: beside FILE.",
+            help="Folder of the output files; default: the folder of FILE. NAME.zarr writes an ensemble to a store.",
             file_okay=False,
         ),
     ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with the store, if it is there.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Compute the members that are missing in the store.")
+    ] = False,
     chunk: Annotated[
-        int | None, typer.Option(min=1, help="Members that go to the store together; default: by memory.")
+        int | None, typer.Option(min=1, help="Number of members that are stored together; default: by memory.")
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Of dask, such as tcp://host:8786, whose workers compute the chunks."),
+        typer.Option(metavar="ADDRESS", help="Address of a dask scheduler, such as tcp://host:8786."),
     ] = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say how large the run is and how long it takes, by a sample of it.")
+        bool, typer.Option("--dry-run", help="Estimate the size and the time of the run from a sample, and exit.")
     ] = False,
     overwrite: Overwrite = False,
     threads: Annotated[
-        int | None, typer.Option(min=1, help="For an ensemble; default: all cores, of a worker one.")
+        int | None, typer.Option(min=1, help="Number of threads for an ensemble; default: all cores.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Propagate a scenario, and write the result with all that is needed to repeat it.
+    """Propagate a scenario and write the result, which contains everything that a repetition requires.
 
-    The result is NetCDF-4, named like the scenario, or as the scenario says under outputs (also a plot, a view).
-    After Ctrl-C, or if the propagation stops, NAME.partial.nc has the output times reached so far.
+    The result is a NetCDF-4 file with the name of the scenario. The table [outputs] of the scenario sets another name,
+    and adds a plot or a 3D page. After Ctrl-C or a failed propagation, NAME.partial.nc contains the output times
+    reached so far.
 
-    A large ensemble goes to a store, chunk by chunk of members: memory is a few chunks, and after Ctrl-C, SIGTERM,
-    kill -9 or a full disk the same command with --resume goes on with the chunks that are missing; so does
-    `poinsot run NAME.zarr --resume`, by the scenario in the store.
+    With --out NAME.zarr a large ensemble is written to a store in chunks of members, so that few chunks occupy memory.
+    After Ctrl-C, SIGTERM, kill -9 or a full disk, the same command with --resume computes the missing chunks.
+    `poinsot run NAME.zarr --resume` does the same with the scenario in the store.
 
-    A result is repeated from its own content, as NAME-again.nc, and compared: with the same versions it is the same
-    bit for bit.
+    If FILE is a result, the command repeats its propagation, writes NAME-again.nc and compares both. With the same
+    versions of all packages they agree bit for bit.
 
     For example:
 

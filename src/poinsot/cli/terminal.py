@@ -69,12 +69,12 @@ def one_of(*words: str) -> Callable[[str], list[str]]:
 OfTwo = Annotated[
     str | None,
     typer.Option(
-        "--body", help="Which of two bodies: primary or secondary.", autocompletion=one_of("primary", "secondary")
+        "--body", help="One of two bodies: primary or secondary.", autocompletion=one_of("primary", "secondary")
     ),
 ]
 Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0.")]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace files that exist.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, for programs.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
 DIFFERS, WRONG, STOPPED, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
 

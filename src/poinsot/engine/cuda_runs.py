@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing_extensions import override
 
 from poinsot.engine import cuda_kernel
+from poinsot.engine.formulations import Formulation
 from poinsot.engine.kernel_layouts import Layout
 from poinsot.engine.looped_runs import LARGEST, LoopedRun
 from poinsot.engine.lowering import Constants, Program
@@ -49,6 +50,7 @@ def check_device(job: Job, members: bool, constants: Constants | None) -> None:
         "events": bool(job.problem.events),
         "a table": bool(job.problem.knots.size),
         "a sampled law": bool(job.problem.system.jumping),
+        "a formulation with singularities": type(job.variables.formulation).nearness is not Formulation.nearness,
         f"a formula that switches, or one of more than {LARGEST} operations": constants is None or constants.switches,
     }
     for what in [what for what, found in refused.items() if found]:

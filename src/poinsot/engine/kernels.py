@@ -410,18 +410,20 @@ def _by_variables(_: Problem) -> dict[Any, Any]:
 
 def _looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:
     field = _traced(problem, variables)
-    if variables.formulation.nearness(field.own) is not None:
-        return None
     refuse_constant_events(problem.events, field.events, variables.formulation.name)
     program = _program(problem, variables, field, ())
     if program.decomposition.size > largest:
         return None
-    return Constants([*field.rates, *field.events], program, field.saltation is not None)
+    return Constants([*field.rates, *_events(problem, variables, field).values], program, field.saltation is not None)
 
 
-def _events(problem: Problem, field: _Field) -> Events:
-    crossings = tuple(Crossing(event.direction, event.terminal or event.acts) for event in problem.events)
-    return Events(field.events, crossings)
+def _events(problem: Problem, variables: StateVector, field: _Field) -> Events:
+    """Return the events with, last of all, the fall to zero of what says that variables become singular."""
+    crossings = [Crossing(event.direction, event.terminal or event.acts) for event in problem.events]
+    near = variables.formulation.nearness(field.own)
+    if near is None:
+        return Events(field.events, tuple(crossings))
+    return Events([*field.events, near], (*crossings, Crossing(0, True)))
 
 
 def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
@@ -430,7 +432,7 @@ def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int
 
 
 def _program(problem: Problem, variables: StateVector, field: _Field, zeros: Iterable[int]) -> Program:
-    program = simplified(field.rates, zeros, _events(problem, field))
+    program = simplified(field.rates, zeros, _events(problem, variables, field))
     program = program.with_jumps(field.own, field.updates)
     places = np.arange(variables.size)[variables.momenta].tolist()
     conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)

@@ -331,7 +331,7 @@ class _Tasks:
         if run.clock is not None:
             run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
         self._legs = self._legs_of(members[self.own]) if run.job.problem.knots.size else None
-        self._noted = self._noted_of(members[self.own]) if run.job.problem.events else None
+        self._noted = self._noted_of(members[self.own]) if run.code.events else None
 
     def _noted_of(self, members: NDArray[np.int_]) -> NotedEvents:
         run, job = self._run, self._run.job

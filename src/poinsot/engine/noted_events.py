@@ -86,6 +86,8 @@ class NotedEvents:
             if self._let_happen(task, new, time, row):
                 self.actions[task].append(Action(time, near, row, *self._samples_around(task)))
                 self._put_rows(task, self.actions[task][-1])
+            if which >> len(self._bits):
+                self.failed[task] = REASONS["angles"]
         tasks = self._queue.tasks
         stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)
         tasks["status"][stopped] = Status.UNDER_WAY

@@ -190,6 +190,7 @@ def test_ctrl_c_keeps_the_members_that_are_finished(monkeypatch):
     ("what", "given"),
     [
         ("one motion", {"state": BODY.state(ATTITUDES[0], omega_body=(0.1, 0.2, 0.3))}),
+        ("a formulation with singularities", {"formulation": "euler_angles"}),
         ("events", {"events": [pt.events.AtTime(1.0)]}),
         ("a formula that switches", {"system": pt.System(BODY, Thruster(3.0))}),
     ],

@@ -1,5 +1,7 @@
 """Charts of attitude and angular momentum, the package's and a user's own."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -100,6 +102,43 @@ def test_rates_are_the_derivative_of_the_variables(name):
     attitude, momentum = chart.physical(Vector(variables(0.0)))
     assert np.array(momentum, dtype=float) == pytest.approx(g, abs=1e-15)
     assert np.array(attitude.to_space((0, 0, 1)), dtype=float) == pytest.approx(quat.rotate(q, (0, 0, 1)), abs=1e-15)
+
+
+class Reversal(pt.events.AtTime):
+    """An event that reverses the angular velocity."""
+
+    def act(self, body, state):
+        return body.state(state.quaternion, omega_body=-body.omega(state.angular_momentum_body), time=state.time)
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_motions_in_euler_angles_stop_at_the_singular_angle_after_an_action_too(dense):
+    """A rotation about the first axis: theta = pi / 2 - t; after a reversal at t = 1, theta = pi at t = 2 + pi / 2."""
+    upright = (0.5**0.5, 0.5**0.5, 0, 0)
+    rates = np.array([(-1.0, 0, 0), (0.0, 0, 1.0)])
+
+    singular = math.asin(1e-6)
+    for events, stops in (
+        ([], math.pi / 2 - singular),
+        ([Reversal(1.0)], 2 + math.pi / 2 - singular),
+    ):
+        given = {"events": events, "formulation": "euler_angles"}
+        if dense:
+            with pytest.raises(pt.PropagationError, match="Euler angles 3-1-3 are singular") as stopped:
+                pt.propagate(pt.System(BODY), BODY.state(upright, omega_body=rates[0]), [4.0], dense=True, **given)
+            assert stopped.value.time == pytest.approx(stops, abs=1e-14)
+        else:
+            motion = pt.propagate(pt.System(BODY), BODY.state(upright, omega_body=rates), np.linspace(0, 4, 9), **given)
+            assert motion.run.kernel == "looped"
+            assert list(motion.failures) == [0]
+            assert f"t = {stops:.10g} of 4: sin(theta) fell below 1e-6" in motion.failures[0]
+            assert np.all(np.isfinite(motion.quaternion[1]))
+            reached = np.isfinite(motion.quaternion[0, :, 0])
+            assert np.array_equal(reached, motion.times < stops)
+            theta = np.arccos(motion.attitude[0].as_matrix()[reached, 2, 2])
+            folded = np.where(motion.times[reached] > 1, motion.times[reached] - 2, -motion.times[reached])
+            expected = math.pi / 2 + (folded if events else -motion.times[reached])
+            assert theta == pytest.approx(expected, abs=1e-14)
 
 
 def test_what_is_no_formulation_is_refused():
