@@ -120,6 +120,7 @@ VISITED = [
     "generated/api/poinsot.forces.IGRF",
     "commands",
     "generated/scenario",
+    "generated/scenario_forces",
     "generated/changelog",
     "benchmarks",
     "coming_from",
