@@ -106,19 +106,19 @@ def formats_table() -> str:
 
 
 def command_reference() -> str:
-    """Return the pages of the commands, as their `--help` has them."""
+    """Return one section for each command, with the texts of its `--help`."""
     return "\n\n".join(command_page(command) for command in app.registered_commands)
 
 
 def command_page(command: Any) -> str:
-    """Return the page of a command: how it is called, what it does, arguments, options and exit status."""
+    """Return the section of a command: usage, description, arguments and options."""
     hints = get_type_hints(command.callback, include_extras=True)
     parameters = inspect.signature(command.callback).parameters.values()
     rows = [parameter_row(parameter, *get_args(hints[parameter.name])) for parameter in parameters]
     called = " ".join(["poinsot", command.callback.__name__, *(usage for usage, _, _ in rows)])
     told = inspect.cleandoc(command.callback.__doc__).replace("{attitudes}", listed_formats())
     table = ["| argument or option | meaning |", "|---|---|", *(f"| `{name}` | {what} |" for _, name, what in rows)]
-    parts = (f"### {command.callback.__name__}", f"```text\n{called}\n```", told, "\n".join(table), command.epilog)
+    parts = (f"### {command.callback.__name__}", f"```text\n{called}\n```", told, "\n".join(table))
     return "\n\n".join(parts)
 
 

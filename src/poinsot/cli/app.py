@@ -19,8 +19,8 @@ app = Commands(
     cls=Group,
     epilog=exit_statuses(
         {
-            DIFFERS: "a comparison of `verify`, or of a repeated result with the original, fails",
-            STOPPED: "a propagation, or that of a member, stopped before its last time",
+            DIFFERS: "`verify` found a difference above its tolerance, or a repeated result differs from the original",
+            STOPPED: "a propagation stopped before its last output time",
         }
     ),
     rich_markup_mode="markdown",
@@ -41,16 +41,18 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def main(
     version: Annotated[  # noqa: ARG001 - its callback shows it
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Rotation of rigid bodies, at machine precision.
+    """Simulate the rotation of rigid bodies, near machine precision.
 
-    Start with:
+    A first simulation:
 
-    - `poinsot new top.toml` writes a scenario with a comment on every line
-    - `poinsot run top.toml` computes it, as top.nc
-    - `poinsot info top.nc`, `poinsot plot top.nc` and `poinsot view top.nc` look at it
+    - `poinsot new satellite.toml` writes an example scenario with a comment on every line
+    - `poinsot run satellite.toml` propagates the scenario and writes the result, satellite.nc
+    - `poinsot info satellite.nc` summarises the result
+    - `poinsot plot satellite.nc` plots the result
+    - `poinsot view satellite.nc` writes an interactive 3D view of the result
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -58,8 +60,11 @@ def main(
 
 
 OWN = {
-    run: {DIFFERS: "a repeated result differs from the original", STOPPED: "it, or a member, stopped before its end"},
-    verify: {DIFFERS: "a comparison fails"},
+    run: {
+        DIFFERS: "the repeated result differs from the original",
+        STOPPED: "the propagation, or the propagation of an ensemble member, stopped before its last output time",
+    },
+    verify: {DIFFERS: "a difference exceeds its tolerance"},
 }
 for panel, commands in {
     "Scenarios and results": (new, run, info, plot, view, animate, convert),
