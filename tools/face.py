@@ -106,12 +106,12 @@ def formats_table() -> str:
 
 
 def command_reference() -> str:
-    """Return the pages of all commands, with the text of their `--help`."""
+    """Return one section for each command, with the texts of its `--help`."""
     return "\n\n".join(command_page(command) for command in app.registered_commands)
 
 
 def command_page(command: Any) -> str:
-    """Return the page of a command: usage, description, arguments and options."""
+    """Return the section of a command: usage, description, arguments and options."""
     hints = get_type_hints(command.callback, include_extras=True)
     parameters = inspect.signature(command.callback).parameters.values()
     rows = [parameter_row(parameter, *get_args(hints[parameter.name])) for parameter in parameters]

@@ -59,16 +59,16 @@ INTEGRATED, CLOSED_FORM = "integrated", "closed form"
 
 @dataclass(frozen=True)
 class Row:
-    """One comparison: what, by how much it differs, and the most that it may."""
+    """Comparison of one quantity with its reference value: largest absolute difference and tolerance."""
 
     quantity: str
     difference: float
-    expected: float
+    tolerance: float
 
     @property
     def holds(self) -> bool:
-        """Whether the difference is within its bound; one that is not a number is not."""
-        return bool(self.difference <= self.expected)
+        """True if the difference is at most the tolerance; false for a difference that is not a number."""
+        return bool(self.difference <= self.tolerance)
 
 
 @dataclass(frozen=True)

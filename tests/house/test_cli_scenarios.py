@@ -85,7 +85,7 @@ def test_result_is_repeated_to_the_bit_in_another_process(top, tmp_path):
     code = "from poinsot.cli import app; app()"
     done = forked.run(code, "run", tmp_path / "top.nc", "--out", tmp_path / "again")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines() == [str(tmp_path / "again" / "top.nc"), "The same bit for bit."]
+    assert done.stdout.splitlines() == [str(tmp_path / "again" / "top.nc"), "The two results agree bit for bit."]
     assert done.stderr == ""
     assert (
         pt.load(tmp_path / "again" / "top.nc").quaternion.tobytes() == pt.load(tmp_path / "top.nc").quaternion.tobytes()
@@ -94,7 +94,7 @@ def test_result_is_repeated_to_the_bit_in_another_process(top, tmp_path):
 
 def test_result_is_repeated_beside_itself(top, tmp_path):
     call("run", top)
-    assert call("run", tmp_path / "top.nc").stdout == f"{tmp_path}/top-again.nc\nThe same bit for bit.\n"
+    assert call("run", tmp_path / "top.nc").stdout == f"{tmp_path}/top-again.nc\nThe two results agree bit for bit.\n"
     assert "top-again.nc already exists" in call("run", tmp_path / "top.nc", code=2).stderr
     assert pt.load(tmp_path / "top-again.nc").quaternion.tobytes() == pt.load(tmp_path / "top.nc").quaternion.tobytes()
 
@@ -117,7 +117,7 @@ def test_partial_result_is_repeated_as_far_as_it_goes(top, tmp_path, monkeypatch
     call("run", top, code=3)
     monkeypatch.undo()
     result = call("run", tmp_path / "top.partial.nc")
-    assert result.stdout.splitlines()[1] == "The same bit for bit, as far as the original goes."
+    assert result.stdout.splitlines()[1] == "The two results agree bit for bit at all output times of the original."
     assert pt.load(tmp_path / "top.partial-again.nc").times.size == 101
 
 
@@ -126,7 +126,7 @@ def test_result_of_a_body_with_parts_is_repeated_too(tmp_path):
     system = pt.System(pt.Body((6, 8, 10)), wheel, damper)
     state = system.state((1, 0, 0, 0), omega_body=(0.8, 0.02, 0.05), reaction_wheel=[2.0])
     pt.save(pt.propagate(system, state, [0, 1, 2.5]), tmp_path / "it.nc")
-    assert "The same bit for bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
+    assert "The two results agree bit for bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
     assert "ReactionWheel" in call("info", tmp_path / "it.nc").stdout
     of_parts = ("plot", tmp_path / "it.nc", "--kind", "part_variables")
     assert call(*of_parts, code=2).stderr == "poinsot: --part must be one of reaction_wheel, kane_damper, got none.\n"
@@ -137,7 +137,7 @@ def test_result_of_python_is_repeated_too(tmp_path):
     body = pt.Body((1.25, 1.0, 0.75))
     state = body.state((1, 0, 0, 0), omega_body=(0.1, 1, 0.2))
     pt.save(pt.propagate(pt.System(body), state, [0, 1, 2.5]), tmp_path / "it.nc")
-    assert "The same bit for bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
+    assert "The two results agree bit for bit." in call("run", tmp_path / "it.nc", "--out", tmp_path / "b").stdout
     assert call("info", tmp_path / "it.nc", "--scenario").stdout.startswith("# Written for a system made in Python.")
 
 
@@ -150,8 +150,8 @@ def test_result_that_differs_is_told(top, tmp_path, monkeypatch):
 
     monkeypatch.setattr(scenarios, "propagate", other)
     result = call("run", tmp_path / "top.nc", "--out", tmp_path / "b", code=1)
-    assert "It differs by up to" in result.stdout
-    assert "Versions that differ: none." in result.stdout
+    assert "The quaternions and momenta differ by up to" in result.stdout
+    assert "Packages with different versions: none." in result.stdout
 
 
 def test_outputs_are_those_that_the_scenario_names(top, tmp_path):
@@ -180,7 +180,7 @@ def test_run_that_stops_keeps_what_it_has(tmp_path):
     path.write_text(text.replace("forces = [", "# ") + 'run = {formulation = "euler_angles"}\n')
     result = call("run", path, code=3)
     assert "propagation stopped at t = " in result.stderr
-    assert f"What was computed is in {tmp_path / 'top.partial.nc'}." in result.stderr
+    assert f"The output times reached so far are in {tmp_path / 'top.partial.nc'}." in result.stderr
     motion = pt.load(tmp_path / "top.partial.nc")
     assert 0 < motion.times.size < 101
     assert motion.provenance["scenario"] == path.read_text()
@@ -199,7 +199,7 @@ def test_ctrl_c_keeps_what_there_is(tmp_path, monkeypatch):
 
     monkeypatch.setattr(scenarios, "propagate", interrupted)
     result = call("run", path, code=130)
-    assert f"What was computed is in {tmp_path / 'long.partial.nc'}." in result.stderr
+    assert f"The output times reached so far are in {tmp_path / 'long.partial.nc'}." in result.stderr
     assert 0 < pt.load(tmp_path / "long.partial.nc").times.size < 1_000_001
 
 
@@ -228,7 +228,7 @@ def test_members_that_stop_are_told_and_end_in_their_own_status(top, tmp_path):
     assert said[0] == "12 of 12 members stopped before the last time."
     assert said[1].startswith("member 0: propagation stopped at t = ")
     assert len(said) == 12
-    assert said[-1] == "... and 2 more, which `motion.failures` has."
+    assert said[-1] == "... and 2 more, which `motion.failures` lists."
     assert "at the last time: 0 of 12 members" in call("info", tmp_path / "top.nc").stdout
 
 
@@ -461,10 +461,10 @@ def test_help_teaches_and_has_the_exit_codes():
     for command in ("run", "plot", "view", "animate", "info", "convert", "new", "paper", "verify"):
         told = " ".join(call(command, "--help").stdout.split())
         assert f"For example: • poinsot {command}" in told
-        assert "Exit status: 0 done;" in told
-        assert "130 Ctrl-C; 143 SIGTERM." in told
+        assert "Exit status: 0 (success), " in told
+        assert "130 (interrupted by Ctrl-C), 143 (terminated by SIGTERM)." in told
         assert call(command, "-h").stdout == call(command, "--help").stdout
-    assert "1 a repeated result differs from the original" in " ".join(call("run", "-h").stdout.split())
+    assert "1 (the repeated result differs from the original)" in " ".join(call("run", "-h").stdout.split())
 
 
 def test_wrong_files_end_in_one_sentence(tmp_path):
@@ -514,7 +514,7 @@ def test_an_ensemble_goes_to_a_store_and_on_with_it(tops, tmp_path):
     assert np.asarray(pt.load(store).quaternion).tobytes() == whole.quaternion.tobytes()
     assert "at the last time" not in call("info", store).stdout
     told = call("run", store, "--out", tmp_path / "again").stdout
-    assert told.endswith("The same bit for bit.\n")
+    assert told.endswith("The two results agree bit for bit.\n")
     call(*lines, "--overwrite", "--chunk", 20)
     assert "1 of 1 chunks of 20 members" in call("info", store).stdout
     tops.write_text(tops.read_text().replace("seed = 1", "seed = 2"))
@@ -647,7 +647,7 @@ def binary(tmp_path_factory):
 
 def test_two_bodies_run_and_are_repeated(binary, tmp_path):
     result = call("run", binary, "--out", tmp_path)
-    assert result.stdout.endswith("The same bit for bit.\n")
+    assert result.stdout.endswith("The two results agree bit for bit.\n")
     assert list(pt.load(tmp_path / "binary.nc").of_bodies) == ["primary", "secondary"]
 
 

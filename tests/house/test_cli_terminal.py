@@ -93,7 +93,7 @@ def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
     scenario.write_text(TOP + "times = {stop = 1e9, step = 1e3}\n")
     done = interrupted(kernel, name, 3, "run", scenario, number=number)
     kept = pt.load(tmp_path / "long.partial.nc")
-    assert f"What was computed is in {tmp_path}/long.partial.nc." in done.stderr
+    assert f"The output times reached so far are in {tmp_path}/long.partial.nc." in done.stderr
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
     assert 2 <= kept.times.size < 100
@@ -113,7 +113,10 @@ def test_ensemble_keeps_the_members_that_are_done(tmp_path, number, kernel, name
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 3e4, count = 11}\n" + ENSEMBLE)
     done = interrupted(kernel, name, at, "run", scenario, "--threads", "1", number=number)
-    assert re.search(r"propagation was interrupted: \d+ of 40 members are done\. What was computed is in ", done.stderr)
+    assert re.search(
+        r"propagation was interrupted: \d+ of 40 members are done\. The output times reached so far are in ",
+        done.stderr,
+    )
     told = CliRunner().invoke(app, ["info", str(tmp_path / "tops.partial.nc")]).stdout
     finished = np.isfinite(pt.load(tmp_path / "tops.partial.nc").quaternion[..., 0])
     assert np.array_equal(finished.any(axis=1), finished.all(axis=1))
@@ -128,7 +131,8 @@ def test_an_interrupted_store_says_the_command_that_goes_on(tmp_path, number):
     done = interrupted("poinsot.propagation.ensemble_store", "EnsembleStore.write", 3, *command, number=number)
     goes_on = f"poinsot run '{scenario}' --out {store} --resume"
     said = re.fullmatch(
-        r"poinsot: propagation was interrupted: (\d+) of 40 members are done\. `(.*)` goes on\.\n", done.stderr
+        r"poinsot: propagation was interrupted: (\d+) of 40 members are done\. `(.*)` continues the run\.\n",
+        done.stderr,
     )
     assert said[2] == goes_on
     assert int(said[1]) in (16, 24)
@@ -162,7 +166,7 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
 def test_interrupt_before_anything_is_computed_is_a_sentence(tmp_path):
     (tmp_path / "top.toml").write_text(TOP + "times = {stop = 10, count = 11}\n")
     done = interrupted("poinsot.engine.kernels", "_traced", 1, "run", tmp_path / "top.toml")
-    assert done.stderr == "poinsot: interrupted. What is not named above was not written.\n"
+    assert done.stderr == "poinsot: interrupted. Only the files named above were written.\n"
     assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
 
 
@@ -204,7 +208,7 @@ def test_result_is_written_before_an_interrupt_is_heard(tmp_path, interrupting, 
     result.unlink()
     interrupting(netcdf, "new_file")
     said = invoked("run", tmp_path / "top.toml").stderr
-    assert "Writing what was computed first; Ctrl-C again gives it up." in said
+    assert "Writing the computed results first. Press Ctrl-C again to discard them." in said
     assert pt.load(result).times.size == 11
     assert len(result.read_bytes()) == len(before)
 
@@ -218,7 +222,7 @@ def test_pictures_are_whole_or_not_there(interrupting, result, command):
     where = {"plot": (Figure, "savefig"), "view": (view, "view"), "animate": (animation, "_draw")}
     interrupting(*where[command])
     said = invoked(command, result).stderr
-    assert said == "poinsot: interrupted. What is not named above was not written.\n"
+    assert said == "poinsot: interrupted. Only the files named above were written.\n"
     assert {path.name for path in result.parent.iterdir()} == {"top.toml", "top.nc"}
 
 
@@ -388,9 +392,9 @@ def test_messages_stand_on_lines_of_their_own(result, patience):
     written, status = forked.on_terminal(code, "run", result.with_name("top.toml"), "--overwrite")
     assert status == 130
     lines = [line for line in screen(written) if line]
-    first = "Writing what was computed first; Ctrl-C again gives it up."
+    first = "Writing the computed results first. Press Ctrl-C again to discard them."
     assert [line for line in lines if "Ctrl-C" in line] == [first]
-    assert lines[-1] == "poinsot: interrupted. What is not named above was not written."
+    assert lines[-1] == "poinsot: interrupted. Only the files named above were written."
     assert "^C" not in "".join(lines)
     reading = INTERRUPTED_WHILE.format(patience=patience, function="load")
     written, status = forked.on_terminal(reading, "info", result)
@@ -468,7 +472,7 @@ def test_wrong_command_lines_are_sentences(command):
     wrong = ["--overwrit", "--nothing"] if command else ["nothing", "--nothing"]
     for more in wrong:
         said = invoked(*command.split(), more, code=2).stderr
-        assert re.fullmatch(r"poinsot: No such .*--help` says what there is\.\n", said), said
+        assert re.fullmatch(r"poinsot: No such .*--help` lists the commands and options\.\n", said), said
     if command in ("run", "info", "plot", "view", "animate", "convert"):
         assert invoked(command, code=2).stderr.startswith("poinsot: Missing argument '")
     if command:

@@ -182,7 +182,7 @@ def test_a_scenario_runs_with_them(told):
     assert "force: Rowing(strength=[0.0, 0.0, 1.0], rate=0.5235987756 rad s-1, epoch=0.0 s)" in said["info"][1]
     assert "start=1.570796327 rad" in said["info"][1]
     assert "can be run again: yes" in said["info"][1]
-    assert said["again"] == [0, "it-again.nc\nThe same bit for bit.\n"]
+    assert said["again"] == [0, "it-again.nc\nThe two results agree bit for bit.\n"]
     assert tomllib.loads((folder / "it.toml").read_text())["forces"][0]["type"] == "Rowing"
 
 

@@ -19,8 +19,8 @@ app = Commands(
     cls=Group,
     epilog=exit_statuses(
         {
-            DIFFERS: "a comparison of `verify` fails, or a repeated result differs from the original",
-            STOPPED: "the propagation of a body or a member stopped before its last time",
+            DIFFERS: "`verify` found a difference above its tolerance, or a repeated result differs from the original",
+            STOPPED: "a propagation stopped before its last output time",
         }
     ),
     rich_markup_mode="markdown",
@@ -41,16 +41,18 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def main(
     version: Annotated[  # noqa: ARG001 - its callback shows it
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Simulate the rotation of rigid bodies near machine precision.
+    """Simulate the rotation of rigid bodies, near machine precision.
 
-    Start with:
+    A first simulation:
 
-    - `poinsot new top.toml` writes an example scenario with a comment on every line
-    - `poinsot run top.toml` propagates it and writes the result top.nc
-    - `poinsot info top.nc`, `poinsot plot top.nc` and `poinsot view top.nc` show the result
+    - `poinsot new satellite.toml` writes an example scenario with a comment on every line
+    - `poinsot run satellite.toml` propagates the scenario and writes the result, satellite.nc
+    - `poinsot info satellite.nc` summarises the result
+    - `poinsot plot satellite.nc` plots the result
+    - `poinsot view satellite.nc` writes an interactive 3D view of the result
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -59,10 +61,10 @@ def main(
 
 OWN = {
     run: {
-        DIFFERS: "a repeated result differs from the original",
-        STOPPED: "the propagation of a body or a member stopped before its last time",
+        DIFFERS: "the repeated result differs from the original",
+        STOPPED: "the propagation, or the propagation of an ensemble member, stopped before its last output time",
     },
-    verify: {DIFFERS: "a comparison fails"},
+    verify: {DIFFERS: "a difference exceeds its tolerance"},
 }
 for panel, commands in {
     "Scenarios and results": (new, run, info, plot, view, animate, convert),

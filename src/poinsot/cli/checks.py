@@ -27,15 +27,15 @@ __all__ = ["paper", "verify"]
 
 
 def paper(
-    out: Annotated[Path, typer.Option(help="Folder for figures, NetCDF files and the table.", file_okay=False)] = Path(
-        "out"
-    ),
+    out: Annotated[
+        Path, typer.Option(help="Folder for the figures, NetCDF files and the table of errors.", file_okay=False)
+    ] = Path("out"),
     overwrite: Overwrite = False,
 ) -> None:
     """Integrate the three problems of Arribas, Elipe and Palacios (2006) and print the errors.
 
-    The command writes Figs. 1-3 (PNG, PDF), one NetCDF file for each case, and table.md. The first run takes half a
-    minute. After Ctrl-C the finished cases remain.
+    The command writes Figs. 1-3 of the paper (PNG, PDF), one NetCDF file for each case, and table.md. The first run
+    takes half a minute. After Ctrl-C the files of the completed cases remain.
 
     For example:
 
@@ -64,19 +64,19 @@ def paper(
             console.print(_table(problem.title, found))
             write_text(out / "table.md", problems.markdown_table(rows), overwrite=True)
     console.print(problems.PERIGEE, highlight=False)
-    answer(f"Figures (png, pdf), motions (nc) and table.md are in {out}/.")
+    answer(f"The folder {out}/ contains the figures (png, pdf), the motions (nc) and table.md.")
     first = out / problems.PROBLEMS[0].name
     advise(
-        (f"open {shlex.quote(f'{first}.png')}", "the first figure, in any viewer"),
-        (opened("view", first.with_suffix(".nc")), "the motion in three dimensions"),
+        (f"open {shlex.quote(f'{first}.png')}", "opens the first figure"),
+        (opened("view", first.with_suffix(".nc")), "writes a 3D view of the motion"),
     )
 
 
 def verify(as_json: Json = False) -> None:
-    """Compare this installation with published motions.
+    """Compare results of this installation with published and exact solutions.
 
-    The comparisons take ten seconds, in the first run half a minute. The column `expected` contains the tolerance of
-    each difference. After Ctrl-C the command prints the finished comparisons.
+    The comparisons take ten seconds, on the first run half a minute. Each one holds if the difference is at most the
+    tolerance. After Ctrl-C the command prints the completed comparisons.
 
     For example:
 
@@ -106,9 +106,9 @@ def verify(as_json: Json = False) -> None:
         say(f"poinsot: interrupted. {len(found)} of {len(checks.CASES)} cases were compared.")
         raise typer.Exit(INTERRUPTED)
     if failed:
-        advise(("poinsot verify --json > verify.json", "what to send with a report of the failure"))
+        advise(("poinsot verify --json > verify.json", "writes the results for a bug report"))
         raise typer.Exit(DIFFERS)
-    advise(("poinsot new", "a scenario to start from"))
+    advise(("poinsot new", "writes an example scenario"))
 
 
 def _facts(found: list[Any]) -> list[dict[str, Any]]:
@@ -147,8 +147,8 @@ def _comparisons(found: list[Any]) -> object:
     from rich.text import Text
 
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
-    table.add_column("case, source, what is compared")
-    for heading in ("difference", "expected"):
+    table.add_column("case, source, compared quantity")
+    for heading in ("difference", "tolerance"):
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
     for number, (case, rows) in enumerate(found, 1):
@@ -157,7 +157,7 @@ def _comparisons(found: list[Any]) -> object:
         for row in rows:
             verdict = Text("ok") if row.holds else Text("FAILED", style="bold red")
             quantity = Padding(Text(row.quantity), (0, 0, 0, 3))
-            table.add_row(quantity, f"{row.difference:.1e}", f"{row.expected:.1e}", verdict)
+            table.add_row(quantity, f"{row.difference:.1e}", f"{row.tolerance:.1e}", verdict)
     return table
 
 

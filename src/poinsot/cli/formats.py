@@ -66,26 +66,30 @@ class Contents:
 
 
 def info(
-    file: Annotated[Path, typer.Argument(help="Result, scenario, or another file in a format of poinsot.")],
+    file: Annotated[Path, typer.Argument(help="Result, scenario, or file in another format that poinsot reads.")],
     scenario: Annotated[
-        bool, typer.Option("--scenario", help="Print only the scenario that the file contains.")
+        bool, typer.Option("--scenario", help="Print only the scenario that the result contains.")
     ] = False,
     member: Member = None,
     time: Annotated[
-        float | None, typer.Option(help="Print also the state at the output time nearest to this time.")
+        float | None, typer.Option(help="Also print the state at the stored time nearest to this time.")
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Summarise a file: body and forces, times, method, drift of the integrals, and whether a repetition is possible.
+    """Summarise a file.
 
-    The command also summarises attitude files ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plates)
-    and gravity fields (ICGEM, SHADR), and names the function that reads them.
+    For a result the summary lists body, forces, output times, integration method, versions, the drift of the conserved
+    quantities, and whether the run can be repeated. For a scenario it lists body, forces, initial state, output times
+    and output files.
+
+    For attitude files ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plate tables) and gravity fields
+    (ICGEM, SHADR) it describes the contents and names the Python function that reads the file.
 
     For example:
 
     - `poinsot info top.nc`
-    - `poinsot info top.nc --scenario > again.toml`
-    - `poinsot info tops.nc --member 7 --time 12.5`
+    - `poinsot info top.nc --scenario > again.toml` extracts the scenario
+    - `poinsot info tops.nc --member 7 --time 12.5` prints the state of one ensemble member at one time
     - `poinsot info top.nc --json`
     - `poinsot info attitude.aem`
     """
@@ -105,31 +109,32 @@ def info(
 def _next_steps(kind: str, file: Path) -> tuple[tuple[str, str], ...]:
     """Return what can be done with a file."""
     if kind == "scenario":
-        return ((opened("run", file), "computes it"),)
+        return ((opened("run", file), "propagates the scenario"),)
     if kind == "store":
-        return ((f"{opened('run', file)} --resume", "goes on with it"),)
+        return ((f"{opened('run', file)} --resume", "continues the run"),)
     if kind == "ensemble":
         return (
-            (f"{opened('info', file)} --member 0", "one member"),
-            (f"{opened('view', file)} --member 0", "plays one member in three dimensions"),
-            (opened("plot", file), "draws it"),
+            (f"{opened('info', file)} --member 0", "summarises one member"),
+            (f"{opened('view', file)} --member 0", "writes a 3D view of one member"),
+            (opened("plot", file), "plots the result"),
         )
     if kind == "result":
         return tuple((opened(name, file), what) for name, what in OF_RESULTS.items())
     if kind == "attitudes":
         made = opened("convert", file, file.with_suffix(".nc"))
-        return ((f"{made} --scenario NAME.toml", "makes a result of it, for plots and views"),)
-    return (("poinsot new", "a scenario to start from, where types such as read_mesh name files"),)
+        return ((f"{made} --scenario NAME.toml", "converts the attitudes to a result"),)
+    return (("poinsot new", "writes an example scenario; its comments show how to use such a file"),)
 
 
-OF_RESULTS = {"plot": "draws it", "view": "plays it in three dimensions", "run": "computes it again, and compares"}
+OF_RESULTS = {"plot": "plots the result", "view": "writes a 3D view", "run": "repeats the run and compares"}
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(help="Result (.nc, .zarr) or attitude file.")],
-    target: Annotated[Path, typer.Argument(help="Name of the new file, whose suffix selects the format.")],
+    source: Annotated[Path, typer.Argument(help="Result (.nc, .zarr) or attitude file to convert.")],
+    target: Annotated[Path, typer.Argument(help="File to write; its suffix selects the format.")],
     scenario: Annotated[
-        Path | None, typer.Option(help="Scenario with body and forces, to make a result of an attitude file.")
+        Path | None,
+        typer.Option(help="Scenario with body and forces, required to convert an attitude file to a result."),
     ] = None,
     zero: Annotated[
         str | None, typer.Option(help="Date of t = 0 with its time scale, such as '2026-11-21T00:00:00 UTC'.")
@@ -141,8 +146,9 @@ def convert(
 ) -> None:
     """Convert between results and attitude files.
 
-    The formats of attitude files are {attitudes}. They need dates and the name of the space axes: pass them if the
-    result has none. Times count from the calendar of the scenario, from --zero, or else from the first row.
+    The formats of attitude files are {attitudes}. An attitude file contains dates and the name of the space axes; pass
+    --zero and --frame if the result does not contain them. The times of a result that is made from an attitude file
+    count from the calendar of the scenario, without a calendar from --zero, and without both from the first row.
 
     For example:
 
@@ -160,7 +166,7 @@ def convert(
     with busy(f"Writing {target}"):
         write(source, target, scenario=scenario, zero=zero, frame=frame, member=member, body=body, overwrite=overwrite)
     tell(target)
-    advise((opened("info", target), "what is in it"))
+    advise((opened("info", target), "summarises the file"))
 
 
 # ------------------------------------------------------------------ what a file has
@@ -408,7 +414,7 @@ def _of_field(file: Path) -> Lines:
 def _of_kernel(file: Path) -> Lines:
     return [
         f"Kernel of SPICE: {file.name}",
-        "  in Python: pt.files.spice_attitude, pt.files.spice_orbit, with the kernels beside it",
+        "  in Python: pt.files.spice_attitude, pt.files.spice_orbit, together with the kernels that it requires",
     ]
 
 

@@ -1,4 +1,4 @@
-"""Plots, 3D pages and animations: `poinsot plot`, `poinsot view`, `poinsot animate`."""
+"""Plots, 3D views and animations: `poinsot plot`, `poinsot view`, `poinsot animate`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
 Window = Annotated[
     str | None,
     typer.Option(
-        "--time", metavar="FROM:TO", help="Times to include, in the unit of the result; FROM or TO may be omitted."
+        "--time",
+        metavar="FROM:TO",
+        help="Interval of times, in the time unit of the result; FROM or TO may be omitted.",
     ),
 ]
 
@@ -53,7 +55,8 @@ OFTEN = ("angular_velocity", "drift", "polhode")
 def plot(
     file: Annotated[Path, typer.Argument(help="Result (.nc, .zarr).")],
     picture: Annotated[
-        Path | None, typer.Argument(help="Name of the picture (.png, .pdf, .svg); default: FILE-KIND.png.")
+        Path | None,
+        typer.Argument(help="Image file to write (.png, .pdf, .svg); default: FILE-KIND.png in the folder of FILE."),
     ] = None,
     kind: Annotated[
         str | None,
@@ -68,7 +71,10 @@ def plot(
     ] = None,
     orbit: Annotated[
         int | None,
-        typer.Option(min=1, help="Number of the orbit, for --kind roll_pitch_yaw with several orbits: 1, 2, ..."),
+        typer.Option(
+            min=1,
+            help="Number (1, 2, ...) of the reference orbit, for --kind roll_pitch_yaw with several orbits.",
+        ),
     ] = None,
     part: Annotated[
         str | None, typer.Option(help="Name of the part, for --kind part_variables with several parts.")
@@ -76,40 +82,46 @@ def plot(
     quantity: Annotated[
         str | None,
         typer.Option(
-            help=f"Quantity for --kind histogram: {', '.join(QUANTITIES)}; default: {QUANTITIES[0]}.",
+            help=f"Quantity, for --kind histogram: {', '.join(QUANTITIES)}; default: {QUANTITIES[0]}.",
             autocompletion=one_of(*QUANTITIES),
         ),
     ] = None,
     angle_unit: Annotated[
         str | None,
         typer.Option(
-            help="Unit of angles: deg, rad, mrad, arcmin, arcsec, rev; default: by the largest value.",
+            help="Unit of angles: deg, rad, mrad, arcmin, arcsec, rev; default: chosen from the size of the values.",
             autocompletion=one_of(*ANGLE_UNITS),
         ),
     ] = None,
     rate_unit: Annotated[
-        str | None, typer.Option(help="Unit of angular velocities, such as deg/s, rpm; default: by the largest value.")
+        str | None,
+        typer.Option(
+            help="Unit of angular velocities, such as deg/s, mrad/h, rpm; default: chosen from the size of the values."
+        ),
     ] = None,
     time_unit: Annotated[
-        str | None, typer.Option(help="Unit of times: s, min, h, d, yr, date; default: dates, or by the time span.")
+        str | None,
+        typer.Option(
+            help="Unit of times: s, min, h, d, yr, date; default: date with a calendar, else chosen from the time span."
+        ),
     ] = None,
-    dpi: Annotated[int, typer.Option(min=20, max=1200, help="Resolution of a .png in dots per inch.")] = 150,
+    dpi: Annotated[int, typer.Option(min=20, max=1200, help="Resolution of a .png, in dots per inch.")] = 150,
     time: Window = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Draw a result with one of the functions of `poinsot.plot`.
+    """Plot a result. The kinds of plots are functions of the module `poinsot.plot`.
 
     For example:
 
-    - `poinsot plot top.nc`: q and Q, in top-quaternions.png
+    - `poinsot plot top.nc` plots q and Q in top-quaternions.png
     - `poinsot plot top.nc top.pdf --kind polhode`
     - `poinsot plot satellite.nc --kind angular_velocity --time-unit h --rate-unit deg/s`
     - `poinsot plot top.nc --time 10:20 --dpi 300`
     - `poinsot plot top.nc --kind difference --with top-again.nc`
-    - `poinsot plot tops.zarr --kind histogram --quantity effective_rate`: all members at the last time
-    - `poinsot plot binary.nc`: the orbit and both bodies, in binary-mutual_orbit.png
+    - `poinsot plot tops.zarr --kind histogram --quantity effective_rate` plots all members
+    - `poinsot plot binary.nc` plots the mutual orbit and both rotations in binary-mutual_orbit.png
     - `poinsot plot binary.nc --kind euler_angles --body secondary`
     """
     checked_result(file)
@@ -132,20 +144,22 @@ def plot(
     tell(drawn(motion, kind, path, overwrite, dpi, other=other, orbit=orbit, time=time, body=body, **words))
     advise(
         (f"{opened('plot', file)} --kind NAME", f"other plots: {', '.join(OFTEN)}, ..."),
-        (opened("view", file), "plays it in three dimensions"),
+        (opened("view", file), "writes a 3D view"),
     )
 
 
 def view(
     file: Annotated[Path, typer.Argument(help="Result (.nc, .zarr).")],
-    page: Annotated[Path | None, typer.Argument(help="Name of the page; default: FILE with the suffix .html.")] = None,
-    other: Annotated[Path | None, typer.Option("--with", help="Second result, shown as a translucent body.")] = None,
+    page: Annotated[
+        Path | None, typer.Argument(help="Page to write (.html); default: FILE with the suffix .html.")
+    ] = None,
+    other: Annotated[Path | None, typer.Option("--with", help="Second result, drawn as a translucent body.")] = None,
     time: Window = None,
     member: Member = None,
     body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write an interactive 3D page of a result, which any browser opens without a network.
+    """Write an interactive 3D view of a result as one HTML file, which any browser opens offline.
 
     For example:
 
@@ -162,13 +176,13 @@ def view(
         motion = _chosen(_loaded(file, member, time), body)
         beside = None if other is None else _chosen(_loaded(other, None, time), body)
     tell(viewed(motion, path, overwrite, beside))
-    advise((path.resolve().as_uri(), "opens in any browser, without a network"))
+    advise((path.resolve().as_uri(), "the 3D view, for any browser"))
 
 
 def animate(
     file: Annotated[Path, typer.Argument(help="Result (.nc, .zarr).")],
     animation: Annotated[
-        Path | None, typer.Argument(help="Name of the animation (.gif, .mp4); default: FILE with the suffix .gif.")
+        Path | None, typer.Argument(help="Animation to write (.gif, .mp4); default: FILE with the suffix .gif.")
     ] = None,
     seconds: Annotated[float, typer.Option(help="Duration of the animation in seconds.")] = 10.0,
     time: Window = None,
@@ -176,7 +190,7 @@ def animate(
     body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write an animation of a result as GIF or MP4.
+    """Write an animation of a result as GIF or MP4. No display is required.
 
     For example:
 
@@ -194,7 +208,7 @@ def animate(
     with busy(f"Writing {path}"):
         write_animation(motion, path, seconds=seconds, overwrite=overwrite)
     tell(path)
-    advise((opened("view", file), "the same in a browser, to be turned"))
+    advise((opened("view", file), "writes an interactive 3D view"))
 
 
 def usual_kind(motion: Any) -> str:

@@ -47,13 +47,16 @@ MOST_TOLD = 10
 
 
 def new(
-    file: Annotated[Path, typer.Argument(help="Name of the new scenario, which ends in .toml.")] = Path(
-        "scenario.toml"
-    ),
+    file: Annotated[Path, typer.Argument(help="Scenario file to write (.toml).")] = Path("scenario.toml"),
     overwrite: Overwrite = False,
-    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of scenarios, for editors.")] = False,
+    schema: Annotated[
+        bool,
+        typer.Option(
+            "--schema", help="Print the JSON Schema, with which editors check and complete scenarios, instead."
+        ),
+    ] = False,
 ) -> None:
-    """Write an example scenario with a comment on every line.
+    """Write an example scenario of a satellite, with a comment on every line.
 
     For example:
 
@@ -66,7 +69,7 @@ def new(
         from poinsot.files.scenarios.schema import schema as of_scenarios
 
         hand_over(json.dumps(of_scenarios(), indent=1) + "\n")
-        advise(("poinsot new NAME.toml", "a scenario, with a comment on every line"))
+        advise(("poinsot new NAME.toml", "writes an example scenario"))
         return
     from poinsot.atomic_write import write_text
     from poinsot.files.scenarios.template import START
@@ -76,59 +79,64 @@ def new(
     with busy(f"Writing {file}"):
         write_text(file, START, overwrite)
     tell(file)
-    advise((opened("run", file), "computes it"))
+    advise((opened("run", file), "propagates the scenario"))
 
 
 def run(
-    file: Annotated[
-        Path, typer.Argument(help="Scenario (.toml), or result (.nc, .zarr) whose propagation is repeated.")
-    ],
+    file: Annotated[Path, typer.Argument(help="Scenario (.toml), or result (.nc, .zarr) to repeat.")],
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder of the output files; default: the folder of FILE. NAME.zarr writes an ensemble to a store.",
+            help="Folder for the output files, or NAME.zarr for a result in Zarr format; default: the folder of FILE.",
             file_okay=False,
         ),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Compute the members that are missing in the store.")
+        bool, typer.Option("--resume", help="Continue the run in an existing store, or start it.")
     ] = False,
     chunk: Annotated[
-        int | None, typer.Option(min=1, help="Number of members that are stored together; default: by memory.")
+        int | None,
+        typer.Option(
+            min=1, help="Number of members per chunk of the store; default: chosen from the available memory."
+        ),
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Address of a dask scheduler, such as tcp://host:8786."),
+        typer.Option(
+            metavar="ADDRESS",
+            help="Address of a dask scheduler, such as tcp://host:8786; the workers of its cluster compute the chunks.",
+        ),
     ] = None,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Estimate the size and the time of the run from a sample, and exit.")
+        bool, typer.Option("--dry-run", help="Estimate size and run time from a small sample, and write nothing.")
     ] = False,
     overwrite: Overwrite = False,
     threads: Annotated[
-        int | None, typer.Option(min=1, help="Number of threads for an ensemble; default: all cores.")
+        int | None,
+        typer.Option(min=1, help="Number of threads for an ensemble; default: all cores, on a dask worker one."),
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Propagate a scenario and write the result, which contains everything that a repetition requires.
+    """Propagate a scenario and write the result, or repeat a result.
 
-    The result is a NetCDF-4 file with the name of the scenario. The table [outputs] of the scenario sets another name,
-    and adds a plot or a 3D page. After Ctrl-C or a failed propagation, NAME.partial.nc contains the output times
-    reached so far.
+    The result of NAME.toml is NAME.nc (NetCDF-4). It contains the scenario, so that the run can be repeated. The table
+    [outputs] of the scenario can set another file name and request a plot and a 3D view. After Ctrl-C, or if the
+    propagation stops early, NAME.partial.nc contains the output times reached so far.
 
-    With --out NAME.zarr a large ensemble is written to a store in chunks of members, so that few chunks occupy memory.
-    After Ctrl-C, SIGTERM, kill -9 or a full disk, the same command with --resume computes the missing chunks.
-    `poinsot run NAME.zarr --resume` does the same with the scenario in the store.
+    With --out NAME.zarr the members of an ensemble are written to a store in chunks, so that the memory contains only
+    a few chunks at a time. After Ctrl-C, SIGTERM, kill -9 or a full disk, the same command with --resume computes only
+    the missing chunks. `poinsot run NAME.zarr --resume` does the same with the scenario in the store.
 
-    If FILE is a result, the command repeats its propagation, writes NAME-again.nc and compares both. With the same
-    versions of all packages they agree bit for bit.
+    If FILE is a result, poinsot repeats its propagation, writes NAME-again.nc and compares both results. With the same
+    versions of poinsot and its dependencies they agree bit for bit.
 
     For example:
 
-    - `poinsot run top.toml`
-    - `poinsot run top.nc`
+    - `poinsot run top.toml` writes top.nc
+    - `poinsot run top.nc` repeats the result, writes top-again.nc and compares
     - `poinsot run tops.toml --out results --threads 4`
-    - `poinsot run tops.toml --dry-run`
-    - `poinsot run tops.toml --out tops.zarr --resume`
+    - `poinsot run tops.toml --dry-run` estimates size and run time
+    - `poinsot run tops.toml --out tops.zarr --resume` starts or continues the run in a store
     - `poinsot run tops.zarr --resume`
     - `poinsot run tops.toml --out /shared/tops.zarr --resume --scheduler tcp://host:8786`
     - `poinsot run top.toml --json`
@@ -139,7 +147,7 @@ def run(
     store = _store(job, out, resume=resume, chunk=chunk, scheduler=scheduler)
     if dry_run:
         _estimate(job, threads, as_json)
-        advise((opened("run", file), "computes it"))
+        advise((opened("run", file), "propagates the scenario"))
         return
     names = _output_names(job, original is not None, file, out, store)
     _check_outputs(job, names, overwrite, resume)
@@ -159,9 +167,9 @@ def run(
     status = _report(motion, original, written if as_json else None)
     members = " --member 0" * motion.is_ensemble
     advise(
-        (opened("info", names["result"]), "what is in it"),
-        (opened("plot", names["result"]), "draws it"),
-        (f"{opened('view', names['result'])}{members}", "plays it in three dimensions"),
+        (opened("info", names["result"]), "summarises the result"),
+        (opened("plot", names["result"]), "plots the result"),
+        (f"{opened('view', names['result'])}{members}", "writes a 3D view"),
     )
     if status:
         raise typer.Exit(status)
@@ -296,11 +304,11 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
         return job.propagate(threads=threads, progress=sys.stderr.isatty())
     except (PropagationError, PropagationInterrupted) as stopped:
         code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
-        kept_in = "Nothing was computed before."
+        kept_in = "No output time was reached."
         if np.any(stopped.trajectory.reached):
             with kept(), busy(f"Writing {partial}"):
                 save(stopped.trajectory, partial, overwrite=overwrite)
-            kept_in = f"What was computed is in {partial}."
+            kept_in = f"The output times reached so far are in {partial}."
         say(f"poinsot: {stopped} {kept_in}")
         raise typer.Exit(code) from None
 
@@ -315,10 +323,10 @@ def _stored(job: Any, goes_on: str, overwrite: bool, threads: int | None, chunki
         return job.propagate(threads=threads, progress=sys.stderr.isatty(), **chunking)
     except PropagationInterrupted as stopped:
         said = str(stopped).removesuffix(" The same call continues the run.")
-        say(f"poinsot: {said} `{goes_on}` goes on.")
+        say(f"poinsot: {said} `{goes_on}` continues the run.")
         raise typer.Exit(INTERRUPTED) from None
     except OSError as error:
-        raise OSError(str(error).replace("the same call goes on.", f"`{goes_on}` goes on.")) from None
+        raise OSError(str(error).replace("the same call goes on.", f"`{goes_on}` continues the run.")) from None
 
 
 def _remove_store(path: Path) -> None:
@@ -357,7 +365,7 @@ def _tell_failures(motion: Any) -> None:
     for member, why in list(failures.items())[:MOST_TOLD]:
         say(f"member {member}: {why}")
     if len(failures) > MOST_TOLD:
-        say(f"... and {len(failures) - MOST_TOLD} more, which `motion.failures` has.")
+        say(f"... and {len(failures) - MOST_TOLD} more, which `motion.failures` lists.")
 
 
 def _compared(original: Any, motion: Any) -> tuple[bool, list[str]]:
@@ -366,18 +374,22 @@ def _compared(original: Any, motion: Any) -> tuple[bool, list[str]]:
 
     shared = np.isin(motion.times, original.times)
     if np.sum(shared) != original.times.size:
-        return False, [f"It has other times: {original.times.size} before, {motion.times.size} now."]
+        return False, [f"The number of output times differs: {original.times.size} before, {motion.times.size} now."]
     known = original.reached
     again = {name: motion.phase[name] if name in motion.phase else getattr(motion, name) for name in original.phase}
     before = {name: np.asarray(values) for name, values in original.phase.items()}
     pairs = [(values[known], np.asarray(again[name])[..., shared, :][known]) for name, values in before.items()]
     if all(one.tobytes() == other.tobytes() for one, other in pairs):
         whole = motion.times.size == original.times.size and np.array_equal(known, motion.reached)
-        return True, ["The same bit for bit." if whole else "The same bit for bit, as far as the original goes."]
+        return True, [
+            "The two results agree bit for bit."
+            if whole
+            else "The two results agree bit for bit at all output times of the original."
+        ]
     largest = max(float(np.nanmax(np.abs(other - one), initial=0.0)) for one, other in pairs)
     old, now = original.run.versions, motion.run.versions
     others = [f"{name} {old.get(name)} -> {now[name]}" for name in now if old.get(name) != now[name]]
     return False, [
-        f"It differs by up to {largest:.2g} in q and the momenta.",
-        f"Versions that differ: {', '.join(others) or 'none'}.",
+        f"The quaternions and momenta differ by up to {largest:.2g}.",
+        f"Packages with different versions: {', '.join(others) or 'none'}.",
     ]

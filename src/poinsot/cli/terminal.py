@@ -69,16 +69,21 @@ def one_of(*words: str) -> Callable[[str], list[str]]:
 OfTwo = Annotated[
     str | None,
     typer.Option(
-        "--body", help="One of two bodies: primary or secondary.", autocompletion=one_of("primary", "secondary")
+        "--body", help="Body of a two-body system: primary or secondary.", autocompletion=one_of("primary", "secondary")
     ),
 ]
-Member = Annotated[int | None, typer.Option(min=0, help="Index of an ensemble member, from 0.")]
-Json = Annotated[bool, typer.Option("--json", help="Print the results as JSON, for programs.")]
+Member = Annotated[int | None, typer.Option(min=0, help="Index of the ensemble member; the first has index 0.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the output as JSON.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace existing files.")]
 
 DIFFERS, WRONG, STOPPED, INTERRUPTED, TERMINATED = 1, 2, 3, 130, 143
 
-STATUSES = {0: "done", WRONG: "invalid option, file or value", INTERRUPTED: "Ctrl-C", TERMINATED: "SIGTERM"}
+STATUSES = {
+    0: "success",
+    WRONG: "invalid option, file or value",
+    INTERRUPTED: "interrupted by Ctrl-C",
+    TERMINATED: "terminated by SIGTERM",
+}
 
 RESULTS = (".nc", ".zarr")
 
@@ -101,8 +106,8 @@ KEYWORD = re.compile(r"\b(\w+)=(?:True|'(\w+)'|Calendar\('([^']+)', '([^']+)'\))
 
 
 def exit_statuses(own: dict[int, str]) -> str:
-    """Return the sentence about the exit statuses of a command, with its own ones."""
-    return f"Exit status: {'; '.join(f'{code} {what}' for code, what in sorted((STATUSES | own).items()))}."
+    """Return the list of the exit statuses of a command, general and specific ones."""
+    return f"Exit status: {', '.join(f'{code} ({what})' for code, what in sorted((STATUSES | own).items()))}."
 
 
 # ------------------------------------------------------------------ words
@@ -299,7 +304,7 @@ def _sentences() -> Iterator[None]:
         except (typer.Exit, BrokenPipeError):
             raise
         except KeyboardInterrupt:
-            say("poinsot: interrupted. What is not named above was not written.")
+            say("poinsot: interrupted. Only the files named above were written.")
             raise typer.Exit(INTERRUPTED) from None
         except (OSError, ValueError, IndexError, ImportError, MemoryError, RuntimeError) as error:
             say(f"poinsot: {_sentence(error)}")
@@ -318,7 +323,7 @@ def _usage() -> Iterator[None]:
         if type(error).__name__ == "NoArgsIsHelpError":  # its help is on the screen
             raise
         said, help_of = error.format_message().rstrip("."), error.ctx.command_path
-        say(f"poinsot: {said}{'' if said.endswith('?') else '.'} `{help_of} --help` says what there is.")
+        say(f"poinsot: {said}{'' if said.endswith('?') else '.'} `{help_of} --help` lists the commands and options.")
         raise typer.Exit(WRONG) from None
 
 
@@ -359,7 +364,7 @@ def loaded_motion(file: Path) -> Any:
     if not hasattr(motion, "provenance"):
         raise ValueError(
             f"{file} must have a motion, quaternions and momenta at the same times, got another dataset. "
-            "poinsot info says what is in it."
+            "`poinsot info` lists its variables."
         )
     return motion
 
@@ -404,7 +409,7 @@ def kept() -> Iterator[None]:
     def note(number: int, _: FrameType | None) -> None:
         heard.append(number)
         signal.signal(signal.SIGINT, before)
-        say("Writing what was computed first; Ctrl-C again gives it up.")
+        say("Writing the computed results first. Press Ctrl-C again to discard them.")
 
     signal.signal(signal.SIGINT, note)
     try:
