@@ -41,7 +41,7 @@ html_static_path = ["_static"]
 html_extra_path = ["generated/extra"]
 (ROOT / "docs" / "generated" / "extra").mkdir(parents=True, exist_ok=True)
 html_css_files = ["site.css"]
-html_js_files = ["from_disk.js"]
+html_js_files = ["from_disk.js", "scenes.js"]
 html_copy_source = html_show_sourcelink = False
 html_theme_options = {
     "show_toc_level": 2,

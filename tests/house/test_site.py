@@ -198,8 +198,8 @@ def test_tutorials_show_the_figures_that_their_cells_draw(page):
 def test_a_motion_in_the_gallery_plays_in_its_page(browser):
     visit = Visit(browser)
     visit.open("generated/gallery/dual_spin")
-    visit.page.locator("iframe.scene").scroll_into_view_if_needed()
-    scene = visit.page.frame_locator("iframe.scene")
+    visit.page.locator(".poinsot-view iframe").scroll_into_view_if_needed()
+    scene = visit.page.frame_locator(".poinsot-view iframe")
     scene.locator("canvas").first.wait_for(timeout=20000)
     assert scene.get_by_role("button", name="Play").is_visible()
     assert visit.complaints() == []
