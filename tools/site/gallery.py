@@ -159,7 +159,7 @@ def index() -> str:
     for group, names in GROUPS.items():
         cards = "\n\n".join(card(name) for name in names.split())
         listed = "\n".join(f"{told(name)[0]} <{name}>" for name in names.split())
-        parts += [f"## {group}", f"::::{{grid}} 1 2 3 3\n:gutter: 3\n\n{cards}\n\n::::"]
+        parts += [f"## {group}", f"::::{{grid}} 2 2 3 3\n:gutter: 3\n\n{cards}\n\n::::"]
         parts += [f"```{{toctree}}\n:hidden:\n\n{listed}\n```"]
     return "\n\n".join(parts) + "\n"
 
