@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
-from poinsot.plot.labels import BLACK, COLOURS, GREY
+from poinsot.plot.labels import BLACK, COLOURS, GREY, in_words
 from poinsot.plot.panels import PLAIN, dress, panels
 from poinsot.plot.time_axis import TimeAxis, time_axis
 from poinsot.propagation.trajectory import Trajectory
@@ -229,7 +229,7 @@ def _mark_events(panel: Axes, motion: Trajectory, times: Array, axis: TimeAxis) 
         if not own.size:
             continue
         few = own.size <= FEW_EVENTS
-        label = found.event.kind + (f", {own.size} times" if own.size > 1 else "")
+        label = in_words(found.event.kind) + (f", {own.size} times" if own.size > 1 else "")
         look: Any = {"colors": GREY, "linewidth": 1.0, "linestyle": style, "label": label, "zorder": 1.5}
         if np.any((own < start) | (own > stop)):
             panel.margins(x=ROOM)

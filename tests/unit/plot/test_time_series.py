@@ -540,11 +540,11 @@ def test_events_are_marked_with_their_names():
     panel = pt.plot.angular_velocity(flipping, time_unit="s")[0]
     (marks,) = panel.collections
     assert [segment[0, 0] for segment in marks.get_segments()] == pytest.approx(found.times)
-    assert marks.get_label() == f"SpinFlip, {len(found)} times"
+    assert marks.get_label() == f"spin flip, {len(found)} times"
     assert marks.get_label() in [text.get_text() for text in panel.get_legend().get_texts()]
     assert {tuple(segment[:, 1]) for segment in marks.get_segments()} == {(0, 1)}
     until = pt.plot.angular_velocity(flipping, time_unit="s", window=(0, found.times[0] + 300))[0]
-    assert until.collections[0].get_label() == "SpinFlip"
+    assert until.collections[0].get_label() == "spin flip"
 
 
 def test_a_vector_file_is_small_and_has_text(motion, tmp_path):
@@ -708,7 +708,7 @@ def test_a_terminal_event_of_a_part_of_a_motion_is_outside_its_plot():
 
 
 def test_a_long_name_of_an_event_is_within_the_figure():
-    long = "the secondary reaches the surface of the primary at the time of contact " * 2
+    long = "SecondaryReachesTheSurfaceOfThePrimary" * 3
     found = with_event(long, np.arange(10.0), terminal=False)
     panel = pt.plot.angular_velocity(found)[0]
     panel.figure.draw_without_rendering()
