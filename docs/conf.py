@@ -41,8 +41,9 @@ html_static_path = ["_static"]
 html_extra_path = ["generated/extra"]
 (ROOT / "docs" / "generated" / "extra").mkdir(parents=True, exist_ok=True)
 html_css_files = ["site.css"]
-html_js_files = ["from_disk.js"]
+html_js_files = ["from_disk.js", "scenes.js"]
 html_copy_source = html_show_sourcelink = False
+html_context = {"default_mode": "auto"}  # theme of the first visit: the preference of the system
 html_theme_options = {
     "show_toc_level": 2,
     "navigation_with_keys": False,
@@ -132,6 +133,16 @@ def without_requests(app, pagename, templatename, context, doctree):
         app.add_js_file("texts.js")
 
 
+def with_named_toggles(app, pagename, templatename, context, doctree):
+    """Name the buttons that unfold parts of the table of contents, for screen readers."""
+    generate = context["generate_toctree_html"]
+
+    def named(*args, **options):
+        return str(generate(*args, **options)).replace("<summary>", '<summary aria-label="Subpages">')
+
+    context["generate_toctree_html"] = named
+
+
 def setup(app):
     """Make the pages that follow from the package, and connect the steps above."""
     app.connect("builder-inited", lambda app: write_pages(Path(app.srcdir) / "generated"))
@@ -143,5 +154,6 @@ def setup(app):
     app.connect("doctree-read", with_links_to_names)
     app.connect("missing-reference", known_elsewhere)
     app.connect("html-page-context", without_requests)
+    app.connect("html-page-context", with_named_toggles, priority=900)
     app.connect("doctree-resolved", keep_text)
     app.connect("build-finished", write_texts)

@@ -62,8 +62,8 @@ def test_links_within_the_site_lead_somewhere():
 # ------------------------------------------------------------------ in a browser without a network
 
 SIZES = {"desktop": (1280, 800), "phone": (390, 844)}
-OF_THE_THEME = re.compile(r"\[PST\]|Got invalid theme mode: \. ")
-"""What the theme tells the console of its own settings."""
+OF_THE_THEME = re.compile(r"\[PST\]")
+"""Notes of the theme in the console about its settings."""
 
 WIDE = """() => [...document.querySelectorAll("article *")].filter(each => {
     for (let outer = each; outer.tagName !== "ARTICLE"; outer = outer.parentElement)
@@ -88,9 +88,9 @@ def browser():
 class Visit:
     """Pages from disk, one after another, with all that they say and ask for."""
 
-    def __init__(self, browser, size="desktop"):
+    def __init__(self, browser, size="desktop", **options):
         width, height = SIZES[size]
-        context = browser.new_context(viewport={"width": width, "height": height}, offline=True)
+        context = browser.new_context(viewport={"width": width, "height": height}, offline=True, **options)
         self.page = context.new_page()
         self.said, self.asked = [], []
         self.page.on("console", lambda message: self.said.append(message.text))
@@ -194,13 +194,90 @@ def test_tutorials_show_the_figures_that_their_cells_draw(page):
     assert all((SITE / picture).stat().st_size > 5000 for picture in shown)
 
 
+GUIDED = {
+    "index": "",
+    "events": "",
+    "view": "",
+    "generated/api/index": "",
+    "generated/api/poinsot.Trajectory": "",
+    "generated/gallery/index": "",
+    "generated/gallery/didymos": "",
+    "search": "?q=gravity+gradient",
+}
+"""Pages of each kind, with their queries."""
+AXE = (ROOT / "tests" / "unit" / "plot" / "data" / "axe.min.js").read_text(encoding="utf-8")
+
+
+@pytest.mark.docs
+@pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", SIZES)
+def test_pages_follow_the_guidelines_for_accessibility(browser, size, scheme):
+    """All rules of axe-core; the rules of embedded scenes are in the tests of their page."""
+    visit = Visit(browser, size, color_scheme=scheme, bypass_csp=True)
+    for name, query in GUIDED.items():
+        visit.open(name, query)
+        if query:
+            visit.page.wait_for_selector("#search-results li .highlighted", timeout=20000)
+        visit.page.evaluate(AXE)
+        found = visit.page.evaluate("axe.run(document, {iframes: false})")
+        violations = [(each["id"], [node["html"] for node in each["nodes"]]) for each in found["violations"]]
+        assert violations == [], name
+        assert len(found["passes"]) > 10
+
+
+GROUND = "() => getComputedStyle(document.body).backgroundColor"
+
+
+@pytest.mark.docs
+@pytest.mark.browser
+@pytest.mark.parametrize("page", ["view", "generated/gallery/dual_spin"])
+@pytest.mark.parametrize("system", ["light", "dark"])
+def test_embedded_scenes_follow_the_theme_of_the_site(browser, system, page):
+    visit = Visit(browser, color_scheme=system)
+    visit.open(page)
+    embedded = visit.page.locator(".poinsot-view iframe")
+    embedded.scroll_into_view_if_needed()
+    scene = embedded.element_handle().content_frame()
+    scene.wait_for_selector("#play")
+    colours = {"light": "rgb(255, 255, 255)", "dark": "rgb(21, 24, 28)"}
+    for theme in (system, "dark", "light", "dark"):
+        if theme != system or visit.page.evaluate("document.documentElement.dataset.theme") != theme:
+            visit.page.locator(".theme-switch-button:visible").click()
+            visit.page.locator(f".theme-change-button[data-mode={theme}]:visible").click()
+        visit.page.wait_for_timeout(300)
+        assert scene.evaluate(GROUND) == colours[theme]
+        assert scene.evaluate("theme.ground").lower() == {"light": "#ffffff", "dark": "#15181c"}[theme]
+    assert visit.complaints() == []
+
+
+@pytest.mark.docs
+@pytest.mark.browser
+@pytest.mark.parametrize("page", ["view", "generated/gallery/dual_spin"])
+@pytest.mark.parametrize("size", SIZES)
+def test_embedded_scenes_are_whole(browser, size, page):
+    """The content of the frame fits in its height and width, with both plots."""
+    visit = Visit(browser, size)
+    visit.open(page)
+    embedded = visit.page.locator(".poinsot-view iframe")
+    embedded.scroll_into_view_if_needed()
+    scene = embedded.element_handle().content_frame()
+    scene.wait_for_selector("#play")
+    visit.page.wait_for_timeout(300)
+    assert scene.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+    assert scene.evaluate("document.documentElement.scrollHeight - innerHeight") <= 0
+    boxes = scene.evaluate("[...document.querySelectorAll('#plots canvas')].map(each => each.clientHeight)")
+    assert len(boxes) == 2
+    assert min(boxes) > 100
+
+
 @pytest.mark.docs
 @pytest.mark.browser
 def test_a_motion_in_the_gallery_plays_in_its_page(browser):
     visit = Visit(browser)
     visit.open("generated/gallery/dual_spin")
-    visit.page.locator("iframe.scene").scroll_into_view_if_needed()
-    scene = visit.page.frame_locator("iframe.scene")
+    visit.page.locator(".poinsot-view iframe").scroll_into_view_if_needed()
+    scene = visit.page.frame_locator(".poinsot-view iframe")
     scene.locator("canvas").first.wait_for(timeout=20000)
     assert scene.get_by_role("button", name="Play").is_visible()
     assert visit.complaints() == []

@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 from numpy.typing import NDArray
 
 import poinsot as pt
@@ -25,6 +26,8 @@ SIDE, DOTS = 4.0, 120
 """Inches and dots per inch of a thumbnail."""
 SMALLEST = 6
 """Points of the smallest labels of a thumbnail."""
+DECADES = 6
+"""Largest number of ticks along a horizontal log axis, so that their labels do not touch."""
 WIDEST = 0.82
 """Part of the width of a thumbnail that a legend may take."""
 PANELS = {"cubesat": 3, "dart": 2, "desaturation": 1, "halo_orbit": 1, "heavy_body_section": 1, "hyperion": 1}
@@ -228,6 +231,8 @@ def thumbnail(figure: Figure, index: int) -> Axes:
         panel.set_adjustable("datalim")
     for axis in (panel.xaxis, panel.yaxis):
         axis.label.set_fontsize(11)
+    if panel.get_xscale() == "log":
+        panel.xaxis.set_major_locator(LogLocator(numticks=DECADES))
     arrange_legend(panel)
     remove_overlapping_ticks(panel)
     for layout in ("none", "constrained"):  # which fails with words that are longer than the figure

@@ -13,6 +13,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+from poinsot.plot.view import FRAME
+
 __all__ = ["GROUPS", "pages", "run_examples"]
 
 ROOT = Path(__file__).parents[2]
@@ -157,7 +159,7 @@ def index() -> str:
     for group, names in GROUPS.items():
         cards = "\n\n".join(card(name) for name in names.split())
         listed = "\n".join(f"{told(name)[0]} <{name}>" for name in names.split())
-        parts += [f"## {group}", f"::::{{grid}} 1 2 3 3\n:gutter: 3\n\n{cards}\n\n::::"]
+        parts += [f"## {group}", f"::::{{grid}} 2 2 3 3\n:gutter: 3\n\n{cards}\n\n::::"]
         parts += [f"```{{toctree}}\n:hidden:\n\n{listed}\n```"]
     return "\n\n".join(parts) + "\n"
 
@@ -191,5 +193,6 @@ def page(name: str, folder: Path) -> str:
 def scene(name: str, title: str) -> str:
     """Return the frame in which the motion of a scenario plays."""
     path = f"../../scenes/{name}.html"
-    frame = f'<iframe class="scene" src="{path}" title="{title}, in three dimensions" loading="lazy"></iframe>'
-    return f'```{{raw}} html\n{frame}\n<p><a href="{path}">Open the scene on its own page</a></p>\n```'
+    frame = f'<iframe src="{path}" title="{title}, in three dimensions" loading="lazy"></iframe>'
+    framed = f'<style>{FRAME}</style><div class="poinsot-view">{frame}</div>'
+    return f'```{{raw}} html\n{framed}\n<p><a href="{path}">Open the scene on its own page</a></p>\n```'

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
-from poinsot.plot.labels import BLACK, COLOURS, GREY
+from poinsot.plot.labels import BLACK, COLOURS, GREY, in_words
 from poinsot.plot.panels import PLAIN, dress, panels
 from poinsot.plot.time_axis import TimeAxis, time_axis
 from poinsot.propagation.trajectory import Trajectory
@@ -33,6 +33,8 @@ DENSE = 600
 IN_COLUMN = 4
 ENVELOPE = 0.3
 """Its opacity."""
+COVERED = 0.1, 0.005
+"""Part of the samples at which a curve covers an earlier one, within this part of the range of a panel."""
 FEW_DECADES = 2.5
 ROUNDING = 1e-9
 """Part of the largest value below which changes are not enlarged."""
@@ -43,6 +45,8 @@ GAP = 0.06
 FEW_EVENTS = 30
 """Up to so many are lines from below to above, more are ticks at the upper edge."""
 EVENT_STYLES = (":", "--", "-.", (0, (1, 4)))
+ROOM = 0.02
+"""Part of the span of times on either side of the curves, where an event follows the last of the times."""
 
 
 NONE: Mapping[str, Booleans] = {}
@@ -98,8 +102,10 @@ def against_time(
     for panel, (quantity, curves) in zip(axes, drawn.items(), strict=True):
         parts = _divided(panel, len(curves)) if layout.separate and len(curves) > 1 else [panel] * len(curves)
         before = len(panel.get_legend_handles_labels()[1])
-        for number, (part, (name, values)) in enumerate(zip(parts, curves.items(), strict=True), before):
-            style = {"color": COLOURS[number % len(COLOURS)], "linestyle": STYLES[number // len(COLOURS) % len(STYLES)]}
+        covers = [0] * len(curves) if layout.separate else _covered(list(curves.values()), kept, log)
+        for number, (part, (name, values), below) in enumerate(zip(parts, curves.items(), covers, strict=True), before):
+            look = STYLES[(number // len(COLOURS) + below) % len(STYLES)]
+            style = {"color": COLOURS[number % len(COLOURS)], "linestyle": look}
             begin = breaks[name][kept] if name in breaks and values.ndim == 1 else np.zeros(times.size, dtype=bool)
             _draw(part, times, values[..., kept], begin, label=name if part is panel else None, **style)
             if part is not panel:
@@ -133,6 +139,16 @@ def _within(motion: Trajectory, window: ArrayLike | None) -> Booleans:
             f"{stop:.6g})."
         )
     return np.asarray(kept)
+
+
+def _covered(curves: Sequence[Array], kept: Booleans, log: bool) -> list[int]:
+    """Return the number of earlier curves that each curve of a panel covers where it is drawn."""
+    middles = np.array([values if values.ndim == 1 else np.median(_complete(values), axis=0) for values in curves])
+    drawn = middles[:, kept]
+    drawn = np.log(drawn, where=drawn > 0, out=np.full_like(drawn, np.nan)) if log else drawn
+    known = drawn[np.isfinite(drawn)]
+    near = COVERED[1] * np.ptp(known) if known.size else 0.0
+    return [sum(np.mean(np.abs(drawn[i] - drawn[j]) <= near) > COVERED[0] for j in range(i)) for i in range(len(drawn))]
 
 
 def _divided(panel: Axes, count: int) -> list[Axes]:
@@ -201,14 +217,22 @@ def _shade(panel: Axes, times: Array, where: Booleans, label: str) -> None:
 
 
 def _mark_events(panel: Axes, motion: Trajectory, times: Array, axis: TimeAxis) -> None:
-    """Mark when events happened: few as lines, many as ticks, with their name and how many there are."""
+    """Mark events: few as lines, many as ticks, with their name and how many there are.
+
+    A terminal event stops the motion between its last output time and the next.
+    """
+    start, stop = np.min(times), np.max(times)
+    step = np.max(np.abs(np.diff(times))) if times.size > 1 else np.inf
     for found, style in zip(motion.events, EVENT_STYLES * len(motion.events), strict=False):
-        own = found.times[(found.times >= np.min(times)) & (found.times <= np.max(times))]
+        beyond = step if found.event.terminal and motion.times[-1] in (start, stop) else 0
+        own = found.times[(found.times >= start - beyond) & (found.times <= stop + beyond)]
         if not own.size:
             continue
         few = own.size <= FEW_EVENTS
-        label = found.event.kind + (f", {own.size} times" if own.size > 1 else "")
+        label = in_words(found.event.kind) + (f", {own.size} times" if own.size > 1 else "")
         look: Any = {"colors": GREY, "linewidth": 1.0, "linestyle": style, "label": label, "zorder": 1.5}
+        if np.any((own < start) | (own > stop)):
+            panel.margins(x=ROOM)
         panel.vlines(axis.places(own), 0 if few else 0.95, 1, transform=panel.get_xaxis_transform(), **look)
 
 

@@ -128,7 +128,8 @@ def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None
         return
     figure: Any = panel.get_figure(root=True)
     width = panel.get_position().width * figure.get_figwidth()
-    lengths = np.array([SAMPLE + CHARACTER * len(MARKUP.sub("", name)) for name in names])
+    names = [_in_lines(name, int((width - SAMPLE) / CHARACTER)) for name in names]
+    lengths = np.array([SAMPLE + CHARACTER * max(map(_length, name.split("\n"))) for name in names])
     fitting = (n for n in range(len(names), 0, -1) if sum(np.max(lengths[c::n]) for c in range(n)) <= width)
     rows = math.ceil(len(names) / next(fitting, 1))
     columns = math.ceil(len(names) / rows)
@@ -138,3 +139,19 @@ def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None
     largest = np.max(np.abs(panel.get_ylim()))
     plain = panel.get_yscale() == "log" or 10.0 ** PLAIN[0] <= largest < 10.0 ** PLAIN[1]
     panel.legend(handles, names, loc="lower center", bbox_to_anchor=(0.5, 1.0 if plain else 1.0 + POWER), **options)
+
+
+def _length(name: str) -> int:
+    """Return the number of characters of a name without the markup of formulas."""
+    return len(MARKUP.sub("", name))
+
+
+def _in_lines(name: str, longest: int) -> str:
+    """Return a name in lines of at most so many characters, broken at spaces outside formulas."""
+    lines: list[str] = []
+    for word in re.findall(r"(?:\$[^$]*\$|[^\s$])+", name):
+        if lines and _length(f"{lines[-1]} {word}") <= longest:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return "\n".join(lines)

@@ -1006,3 +1006,23 @@ def test_words_do_not_cover_one_another(browser, tmp_path):
         assert np.min(np.maximum(apart, above)) > 0.99
     assert visit.said == []
     visit.page.close()
+
+
+def test_rounding_reads_0(browser, tmp_path):
+    """A spin about the third axis from the identity; the first axis has the rounding 1e-17."""
+    top = pt.Body((1.0, 1.0, 2.0))
+    motion = pt.free_motion(top, top.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.linspace(0, 10, 101))
+    quaternion = motion.quaternion.copy()
+    quaternion[:, 1] = 1e-17
+    phase = {**motion.phase, "quaternion": quaternion}
+    shown = pt.Trajectory(motion.system, motion.initial, motion.times, lambda: phase, motion.run)
+    visit = Visit(browser, pt.view(shown, tmp_path / "spin.html"), webgl=False)
+    readings = visit(
+        """t => { poinsot.setTime(t);
+        return [...document.querySelectorAll('#quaternion output')].map(each => each.textContent); }""",
+        3.0,
+    )
+    assert readings[1:3] == ["0", "0"]
+    assert "0" not in (readings[0], readings[3])
+    assert visit("short(3e-9, 3, 1)") == "3.0e−9"
+    visit.page.close()

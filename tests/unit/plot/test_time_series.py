@@ -540,11 +540,11 @@ def test_events_are_marked_with_their_names():
     panel = pt.plot.angular_velocity(flipping, time_unit="s")[0]
     (marks,) = panel.collections
     assert [segment[0, 0] for segment in marks.get_segments()] == pytest.approx(found.times)
-    assert marks.get_label() == f"SpinFlip, {len(found)} times"
+    assert marks.get_label() == f"spin flip, {len(found)} times"
     assert marks.get_label() in [text.get_text() for text in panel.get_legend().get_texts()]
     assert {tuple(segment[:, 1]) for segment in marks.get_segments()} == {(0, 1)}
     until = pt.plot.angular_velocity(flipping, time_unit="s", window=(0, found.times[0] + 300))[0]
-    assert until.collections[0].get_label() == "SpinFlip"
+    assert until.collections[0].get_label() == "spin flip"
 
 
 def test_a_vector_file_is_small_and_has_text(motion, tmp_path):
@@ -639,3 +639,80 @@ def test_the_difference_of_two_bodies_is_that_of_each():
         ValueError, match=r"^other must be of one body, got two bodies\. Take other\.primary or other\.s"
     ):
         pt.plot.difference(other.primary, other)
+
+
+# ---------------------------------------------------------------------- curves and marks that remain visible
+
+
+def styles(panel):
+    """Return the line style of each curve by its name."""
+    return {line.get_label(): line.get_linestyle() for line in panel.lines}
+
+
+def test_a_curve_that_covers_another_is_dashed():
+    """A sphere keeps its angular velocity, here with equal components."""
+    ball = pt.System(pt.Body((1.0, 1.0, 1.0)), units={"time": "s"})
+    equal = pt.propagate(ball, ball.state((1, 0, 0, 0), omega_body=(0.1, 0.1, 0.1)), np.linspace(0, 9, 91))
+    assert styles(pt.plot.angular_velocity(equal)[0]) == {
+        r"$\omega_1$": "-",
+        r"$\omega_2$": "--",
+        r"$\omega_3$": "-.",
+    }
+    apart = pt.propagate(ball, ball.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), np.linspace(0, 9, 91))
+    assert set(styles(pt.plot.angular_velocity(apart)[0]).values()) == {"-"}
+    for part in pt.plot.angular_velocity(equal, separate=True)[0].child_axes:
+        assert part.lines[0].get_linestyle() == "-"
+
+
+def test_curves_that_cross_are_solid(motion):
+    assert set(styles(pt.plot.roll_pitch_yaw(motion)).values()) == {"-"}
+
+
+def test_median_curves_that_coincide_differ_in_style():
+    ball = pt.System(pt.Body((1.0, 1.0, 1.0)), units={"time": "s"})
+    rates = np.linspace([0.1, 0.1, 0.3], [0.2, 0.2, 0.4], 5)
+    spins = pt.propagate(ball, ball.state((1, 0, 0, 0), omega_body=rates), np.linspace(0, 9, 91))
+    assert list(styles(pt.plot.angular_velocity(spins)[0]).values()) == ["-", "--", "-"]
+
+
+def with_event(kind, times, terminal=True):
+    """Return a free rotation with an event at time 5.25."""
+
+    class Passing(pt.Event):
+        def value(self, instant):
+            return instant.time - 5.25
+
+        @property
+        def kind(self):
+            return kind
+
+    ball = pt.System(pt.Body((1.0, 1.0, 1.0)), units={"time": "s"})
+    start = ball.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3))
+    return pt.propagate(ball, start, times, events=[Passing(terminal=terminal)])
+
+
+@pytest.mark.parametrize("times", [np.arange(10.0), np.array([0.0, 9.0])])
+def test_a_terminal_event_is_marked_after_the_last_output_time(times):
+    found = with_event("Stop", times)
+    assert found.times[-1] < 5.25
+    panel = pt.plot.angular_velocity(found)[0]
+    (marks,) = panel.collections
+    assert [segment[0, 0] for segment in marks.get_segments()] == pytest.approx([5.25])
+    assert panel.get_xlim()[1] > 5.25
+    first_rows = pt.plot.angular_velocity(found, window=(0, 0.5))[0] if times.size > 2 else None
+    assert first_rows is None or not first_rows.collections
+
+
+def test_a_terminal_event_of_a_part_of_a_motion_is_outside_its_plot():
+    assert not pt.plot.angular_velocity(with_event("Stop", np.arange(10.0))[:3])[0].collections
+
+
+def test_a_long_name_of_an_event_is_within_the_figure():
+    long = "SecondaryReachesTheSurfaceOfThePrimary" * 3
+    found = with_event(long, np.arange(10.0), terminal=False)
+    panel = pt.plot.angular_velocity(found)[0]
+    panel.figure.draw_without_rendering()
+    box, figure = panel.get_legend().get_window_extent(), panel.figure.bbox
+    assert box.x0 >= 0
+    assert box.x1 <= panel.figure.axes[1].get_window_extent().x0
+    assert box.y1 <= figure.y1

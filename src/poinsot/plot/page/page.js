@@ -13,6 +13,8 @@
   const sizes = document.querySelectorAll("#parts output");
   const size = (name, t) => norm(motion.vector(name, t));
   const factor = (name) => page.factors[name] ?? 1;
+  const largest = (name) => motion.values(name).reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+  const scales = new Map(Array.from(sizes, ({ dataset }) => [dataset.size, largest(dataset.size)]));
   for (const reading of sizes) reading.after(page.labels[reading.dataset.unit] ?? reading.dataset.unit);
 
   // ------------------------------------------------------------ scene and plots
@@ -52,7 +54,8 @@
     clock.read();
     for (const plot of plots) plot.read(motion.reading(plot.name, clock.time));
     for (const reading of sizes) {
-      reading.textContent = short(size(reading.dataset.size, clock.time) * factor(reading.dataset.unit), 4);
+      const { size: name, unit } = reading.dataset;
+      reading.textContent = short(size(name, clock.time) * factor(unit), 4, scales.get(name) * factor(unit));
     }
   }
 

@@ -4,6 +4,8 @@
 const EVENTS = motion.page.colours.events;
 /** Of what is constant to this part of itself the changes are rounding, which a plot does not enlarge. */
 const ROUNDING = 1e-5;
+/** Part of the largest value below which a value is rounding and reads 0. */
+const NEGLIGIBLE = 1e-14;
 
 /** Round numbers, about `count` of them, within [low, high]. */
 function ticks(low, high, count) {
@@ -15,8 +17,10 @@ function ticks(low, high, count) {
   return out;
 }
 
-function short(value, digits = 6) {
+/** A number in words; next to a scale given, rounding reads 0. */
+function short(value, digits = 6, scale = 0) {
   const size = Math.abs(value);
+  if (size < NEGLIGIBLE * scale) return "0";
   if (size !== 0 && (size >= 1e5 || size < 1e-3)) return value.toExponential(1).replace("e+", "e").replaceAll("-", "−");
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
@@ -33,8 +37,9 @@ function plotOf(figure, { times, values, envelope, colours, label, factor, timeL
     low = Math.min(low, value);
     high = Math.max(high, value);
   }
-  canvas.setAttribute("aria-label", `${label} against ${timeLabel}, between ${short(factor * low)} and ${short(factor * high)}`);
   const largest = Math.max(Math.abs(low), Math.abs(high));
+  const [least, most] = [low, high].map((value) => short(factor * value, 6, factor * largest));
+  canvas.setAttribute("aria-label", `${label} against ${timeLabel}, between ${least} and ${most}`);
   const room = Math.max(0.07 * (high - low), ROUNDING * largest) || 1;
   [low, high] = [low - room, high + room];
   const box = { left: 58, right: 10, top: 6, bottom: 36, width: 0, height: 0 };
@@ -136,7 +141,7 @@ function plotOf(figure, { times, values, envelope, colours, label, factor, timeL
   }
 
   function read(components) {
-    components.forEach((value, k) => (readings[k].textContent = short(factor * value, 3)));
+    components.forEach((value, k) => (readings[k].textContent = short(factor * value, 3, factor * largest)));
   }
 
   return { name: figure.id, canvas, resize, place, read, timeAt };

@@ -1,5 +1,5 @@
 "use strict";
-// Colours on a light or a dark ground, as the reader's system prefers.
+// Colours on a light or a dark ground, as the page around this one chooses, or else as the reader's system prefers.
 
 const theme = (() => {
   const prefers = matchMedia("(prefers-color-scheme: dark)");
@@ -16,19 +16,27 @@ const theme = (() => {
     "#6A3D9A": "#B79BDD",
   };
   const painters = [];
-  prefers.addEventListener("change", () => painters.forEach((paint) => paint()));
+  let chosen = null;
+  const isDark = () => (chosen ? chosen === "dark" : prefers.matches);
+  const repaint = () => painters.forEach((paint) => paint());
+  prefers.addEventListener("change", repaint);
+  window.addEventListener("message", ({ source, data }) => {
+    if (source !== window.parent || !["light", "dark"].includes(data?.theme)) return;
+    chosen = document.documentElement.style.colorScheme = data.theme;
+    repaint();
+  });
   return {
-    of: (colour) => (prefers.matches ? ON_DARK[colour] ?? colour : colour),
+    of: (colour) => (isDark() ? ON_DARK[colour] ?? colour : colour),
     get ground() {
-      return prefers.matches ? "#15181C" : "#FFFFFF";
+      return isDark() ? "#15181C" : "#FFFFFF";
     },
     get ink() {
-      return prefers.matches ? "#C8CDD3" : "#404040";
+      return isDark() ? "#C8CDD3" : "#404040";
     },
     get grid() {
-      return prefers.matches ? "#2E343B" : "#E3E3E3";
+      return isDark() ? "#2E343B" : "#E3E3E3";
     },
-    /** Do what needs a colour, now and whenever the preference changes. */
+    /** Do what needs a colour, now and whenever the choice or the preference changes. */
     paint(painter) {
       painters.push(painter);
       painter();
