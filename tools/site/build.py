@@ -18,7 +18,7 @@ def write_pages(folder: Path) -> None:
     made = {
         **api.pages(),
         **gallery.pages(folder / "gallery"),
-        "scenario.md": scenario.page(),
+        **scenario.pages(),
         "changelog.md": project_file("CHANGELOG.md"),
         "contributing.md": project_file("CONTRIBUTING.md"),
     }
