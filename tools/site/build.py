@@ -18,7 +18,7 @@ def write_pages(folder: Path) -> None:
     made = {
         **api.pages(),
         **gallery.pages(folder / "gallery"),
-        **scenario.pages(),
+        "scenario.md": scenario.page(),
         "changelog.md": project_file("CHANGELOG.md"),
         "contributing.md": project_file("CONTRIBUTING.md"),
     }

@@ -43,178 +43,111 @@ LARGEST_WHOLE = 2**53
 MOST_TIMES = 10_000_000
 
 UNITS = (
-    Key(
-        "time",
-        "text",
-        "Unit of time, such as s. It must be s, min, h or d if rates or times are texts with a unit.",
-        default="1",
-    ),
-    Key("inertia", "text", "Unit of the moments of inertia, such as kg m2.", default="1"),
-    Key("length", "text", "Unit of length for two bodies, such as m.", default="1"),
+    Key("time", "text", "Such as s; one of s, min, h, d where rates or times have a unit.", default="1"),
+    Key("inertia", "text", "Such as kg m2.", default="1"),
+    Key("length", "text", "Of two bodies, such as m.", default="1"),
 )
 
 CALENDAR = (
-    Key("zero", "text", "Date of t = 0, such as 2026-11-21T00:00:00.", required=True),
-    Key("scale", "text", "Time scale of the date: UTC, TAI, GPS, TT, TDB, TCB or TCG.", required=True),
-    Key("unit", "text", "Unit of time: s, min, h or d.", default="s"),
+    Key("zero", "text", "The date of t = 0, such as 2026-11-21T00:00:00.", required=True),
+    Key("scale", "text", "Of that date: UTC, TAI, GPS, TT, TDB, TCB or TCG.", required=True),
+    Key("unit", "text", "Of time: s, min, h or d.", default="s"),
 )
 
 ROTATION = (
-    Key(
-        "quaternion",
-        "number",
-        "Unit quaternion, scalar first, from body axes to space axes or to the axes of the frame.",
-        1,
-    ),
-    Key("conjugate_momenta", "number", "Conjugate momentum quaternion Q; requires a quaternion.", 1),
-    Key("matrix", "number", "Active rotation matrix from body axes to space axes or to the axes of the frame.", 2),
-    Key(
-        "euler_angles", "angle", "Euler angles of q = r_i(a1) r_j(a2) r_k(a3) with the axes i, j, k of the sequence.", 1
-    ),
-    Key("euler_momenta", "number", "Conjugate momenta of the Euler angles.", 1),
-    Key("sequence", "text", "Sequence of the Euler angles, such as 313 or 321.", default="313"),
-    Key(
-        "roll_pitch_yaw",
-        "angle",
-        "Roll, pitch and yaw from the axes of a level satellite: forward, opposite to the orbit normal, down. The "
-        "frame must be an orbit.",
-        1,
-    ),
-    Key("omega_body", "rate", "Angular velocity along the body axes; with a frame, relative to the frame.", 1),
-    Key(
-        "omega_space",
-        "rate",
-        "Angular velocity along the space axes; with a frame, relative to the frame and along its axes.",
-        1,
-    ),
+    Key("quaternion", "number", "Unit quaternion, scalar first, body to space (or to the frame).", 1),
+    Key("conjugate_momenta", "number", "Q, with a quaternion: the canonical pair.", 1),
+    Key("matrix", "number", "Active rotation matrix, body to space (or to the frame).", 2),
+    Key("euler_angles", "angle", "Angles of q = r_i(a1) r_j(a2) r_k(a3), by the sequence.", 1),
+    Key("euler_momenta", "number", "The canonical momenta of the Euler angles.", 1),
+    Key("sequence", "text", "Of the Euler angles, such as 313 or 321.", default="313"),
+    Key("roll_pitch_yaw", "angle", "From forward, against the normal, down of the orbit that is the frame.", 1),
+    Key("omega_body", "rate", "Rate along the body axes; with a frame, relative to it.", 1),
+    Key("omega_space", "rate", "Rate along the space axes; with a frame, relative to it and along it.", 1),
     Key("angular_momentum_body", "number", "Angular momentum along the body axes.", 1),
     Key("angular_momentum_space", "number", "Angular momentum along the space axes.", 1),
 )
 
-FRAME = Key("frame", "text", "Axes of the velocity change; default: space axes.", choices=("orbit",))
+FRAME = Key("frame", "text", "Axes of the change; default: those of space.", choices=("orbit",))
 STARTS = {name: keys_of(getattr(TwoBodies, name), "self", "time") for name in ("synchronous", "doubly_synchronous")}
-"""Keys of the synchronous initial states of two bodies, by the name of the method."""
+"""The keys of starts of two bodies that need no position and no attitudes, by the name of the method."""
 
 STATE = (
     *ROTATION,
-    Key(
-        "frame",
-        "text",
-        'Frame of attitude and angular velocity: an orbit, a table of [frames], or "orbit" for two bodies.',
-    ),
-    Key("time", "time", "Time of the state.", default=0.0),
-    Key("own", "named", "Variables of parts, by the name of the part; default: each part rests in the body.", 1),
-    Key(
-        "position", "number", "Two bodies: position of the secondary relative to the primary, along the space axes.", 1
-    ),
-    Key(
-        "velocity", "number", "Two bodies: velocity of the secondary relative to the primary, along the space axes.", 1
-    ),
-    Key("primary", "table", "Two bodies: attitude, and angular velocity or momentum, of the primary.", keys=ROTATION),
-    Key(
-        "secondary", "table", "Two bodies: attitude, and angular velocity or momentum, of the secondary.", keys=ROTATION
-    ),
-    Key(
-        "elements",
-        "table",
-        "Two bodies: elements of their orbit, instead of position and velocity.",
-        keys=keys_of(KeplerOrbit, "mu"),
-    ),
+    Key("frame", "text", 'An orbit (radial, transverse, normal), a table under frames, or "orbit" of two bodies.'),
+    Key("time", "time", "The time of the state.", default=0.0),
+    Key("own", "named", "Variables of parts, by the name of the part; default: at rest in the body.", 1),
+    Key("position", "number", "Of two bodies: of the secondary from the primary, along the space axes.", 1),
+    Key("velocity", "number", "Of two bodies: of the secondary relative to the primary, along the space axes.", 1),
+    Key("primary", "table", "Of two bodies: attitude, and rate or momentum, of the primary.", keys=ROTATION),
+    Key("secondary", "table", "Of two bodies: the same of the secondary.", keys=ROTATION),
+    Key("elements", "table", "Of two bodies, in place of both: of their orbit.", keys=keys_of(KeplerOrbit, "mu")),
     *(
-        Key(
-            name,
-            "table",
-            f"Two bodies: {name.replace('_', ' ')} motion, instead of all other keys except time and kick.",
-            keys=STARTS[name],
-        )
+        Key(name, "table", "Of two bodies, in place of all others but time and kick.", keys=STARTS[name])
         for name in STARTS
     ),
     Key(
         "kick",
         "table",
-        "Two bodies: change of velocity by an impact at the initial time.",
+        "Of two bodies: an impact at the start.",
         keys=(*keys_of(TwoBodies.kick, "self", "state"), FRAME),
     ),
 )
 
 TIMES = (
-    Key("start", "time", "First output time; default: time of the state.", default=0.0),
-    Key("stop", "time", "Last output time."),
-    Key("count", "whole", "Number of output times from start to stop.", limits=(1, MOST_TIMES)),
-    Key("step", "duration", "Interval between output times from start to stop."),
-    Key("periods", "number", "Number of revolutions of an orbit, instead of stop."),
-    Key("orbit", "orbit", "Orbit of these revolutions."),
-    Key("values", "time", "List of the output times, instead of all other keys.", 1),
+    Key("start", "time", "The first time; default: that of the state.", default=0.0),
+    Key("stop", "time", "The last time."),
+    Key("count", "whole", "How many times, with start and stop.", limits=(1, MOST_TIMES)),
+    Key("step", "duration", "The distance of the times, with start and stop."),
+    Key("periods", "number", "In place of stop: so many revolutions of an orbit."),
+    Key("orbit", "orbit", "The orbit of these revolutions."),
+    Key("values", "time", "The times themselves, in place of all others.", 1),
 )
 
 OUTPUTS = (
-    Key("result", "output", "File of the result; default: name of the scenario with .nc.", choices=(".nc", ".zarr")),
-    Key("plot", "output", "File of a plot.", choices=(".png", ".pdf", ".svg")),
-    Key("view", "output", "File of a 3D view.", choices=(".html",)),
+    Key("result", "output", "Default: the name of this file, with .nc.", choices=(".nc", ".zarr")),
+    Key("plot", "output", choices=(".png", ".pdf", ".svg")),
+    Key("view", "output", choices=(".html",)),
 )
 
-PLACE = "Key of the varied numbers, such as state.omega_body; state.turn rotates the attitude about the body axes."
-NEAR = "Distribution around the value in this file. For state.turn, isotropic means a random attitude."
+PLACE = "The number to vary by its place, such as state.omega_body; state.turn turns the attitude about body axes."
+NEAR = "Around the value in this file; isotropic: any attitude, of state.turn."
 
 SPREAD = (
     Key("of", "text", PLACE, required=True),
     Key("distribution", "text", NEAR, default="normal", choices=("normal", "uniform", "isotropic")),
-    Key(
-        "size",
-        "any",
-        "Standard deviation, or half the width of a uniform distribution: one number, or one for each component.",
-    ),
+    Key("size", "any", "Standard deviation, or half the width: a number, or one for each component."),
 )
 
 ENSEMBLE = (
-    Key("members", "whole", "Number of members.", required=True, limits=(1, 1_000_000)),
-    Key(
-        "seed",
-        "whole",
-        "Seed of the random numbers; the same seed gives the same members.",
-        required=True,
-        limits=(0, 2**63 - 1),
-    ),
-    Key("spread", "tables", "Quantities that vary between the members.", required=True, keys=SPREAD),
+    Key("members", "whole", "How many.", required=True, limits=(1, 1_000_000)),
+    Key("seed", "whole", "Makes the same members again.", required=True, limits=(0, 2**63 - 1)),
+    Key("spread", "tables", "What differs between them.", required=True, keys=SPREAD),
 )
 
 
 def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
     methods = ("integration", "closed form")
     run = (
-        Key(
-            "method",
-            "text",
-            "Method; the closed form requires a body without forces.",
-            default=methods[0],
-            choices=methods,
-        ),
-        Key("formulation", "text", "Variables of the integration.", default="lie_poisson", choices=charts),
-        Key("tolerance", "number", "Relative truncation error of a step; default: below the rounding error."),
-        Key("precision", "text", "Precision of the arithmetic.", default="double", choices=tuple(PRECISIONS)),
-        Key(
-            "dense", "truth", "Integrate as for dense output; the result contains only the output times.", default=False
-        ),
+        Key("method", "text", "The closed form is for no forces.", default=methods[0], choices=methods),
+        Key("formulation", "text", "The variables integrated.", default="lie_poisson", choices=charts),
+        Key("tolerance", "number", "Relative error in a step; default: truncation below rounding."),
+        Key("precision", "text", "Of the arithmetic.", default="double", choices=tuple(PRECISIONS)),
+        Key("dense", "truth", "Integrate as for dense output; the file has the times alone.", default=False),
     )
     return (
-        Key("title", "text", "Title of results and plots, one line.", default=""),
-        Key("units", "table", "Units of the numbers in this file.", keys=UNITS),
-        Key("calendar", "table", "Date of t = 0.", keys=CALENDAR),
-        Key("body", "body", "Rigid body, or two bodies that attract each other.", required=True),
-        Key(
-            "state",
-            "table",
-            "Initial state: attitude, and angular velocity or momentum, at a time.",
-            required=True,
-            keys=STATE,
-        ),
-        Key("forces", "force", "Forces, torques, parts and control laws; without any the motion is free."),
-        Key("orbits", "tables of orbits", "Orbits of the body, by name."),
-        Key("frames", "tables of frames", "Rotating axes, by name."),
-        Key("times", "table", "Output times.", required=True, keys=TIMES),
-        Key("run", "table", "Options of the propagation.", keys=run),
-        Key("outputs", "table", "Names of the output files.", keys=OUTPUTS),
-        Key("ensemble", "table", "Ensemble of members that vary around this scenario.", keys=ENSEMBLE),
+        Key("title", "text", "One line that tells what this is.", default=""),
+        Key("units", "table", "Names of the units of the numbers in this file.", keys=UNITS),
+        Key("calendar", "table", "What the time 0 is as a date.", keys=CALENDAR),
+        Key("body", "body", "The rigid body, or two that attract each other.", required=True),
+        Key("state", "table", "The start: attitude, and rate or momentum, at a time.", required=True, keys=STATE),
+        Key("forces", "force", "What turns a body, or moves two; none: free motion."),
+        Key("orbits", "tables of orbits", "Where the body is, by name."),
+        Key("frames", "tables of frames", "Axes that turn, by name."),
+        Key("times", "table", "The times at which the motion is wanted.", required=True, keys=TIMES),
+        Key("run", "table", "How to compute.", keys=run),
+        Key("outputs", "table", "Names of the files to write.", keys=OUTPUTS),
+        Key("ensemble", "table", "Many members, spread around this one.", keys=ENSEMBLE),
     )
 
 
@@ -231,7 +164,7 @@ def scenario_model() -> type[BaseModel]:
 
 @functools.lru_cache(maxsize=1)
 def _scenario_model(_: tuple[type, ...], charts: tuple[str, ...]) -> type[BaseModel]:
-    doc = "Scenario: a body, its initial state, the forces on it, and the output times."
+    doc = "A body, its state, the forces on it, and the times at which its motion is wanted."
     model: type[BaseModel] = _table("Scenario", _scenario(charts), doc)
     return model
 
@@ -311,7 +244,7 @@ def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
         "tables": lambda: list[_table(key.name.capitalize(), key.keys)],  # type: ignore[misc]
     }
     annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank, key.or_number)
-    words = f"{key.help} The name ends in {' or '.join(key.choices)}." if key.kind == "output" else key.help
+    words = f"A name that ends in {' or '.join(key.choices)}. {key.help}" if key.kind == "output" else key.help
     bounds: Any = dict(zip(("ge", "le"), key.limits, strict=True)) if key.limits else {}
     return annotation, Field(... if key.required else key.default, description=words or None, **bounds)
 
@@ -325,9 +258,9 @@ def _output(endings: tuple[str, ...], name: str) -> str:
     return name
 
 
-FILE_NAME = "Path of a file, relative to the folder of the scenario; the file must be in this folder or below."
+FILE_NAME = "The path of a file, from the folder of this one: in it or below."
 
-ORBIT_NAME = "Name of a table of [orbits], or NAME.from_primary, NAME.from_secondary."
+ORBIT_NAME = "The name of a table under orbits, or name.from_primary, name.from_secondary."
 
 # ------------------------------------------------------------------ numbers
 
