@@ -253,7 +253,7 @@ def test_embedded_scenes_follow_the_theme_of_the_site(browser, system, page):
 
 @pytest.mark.docs
 @pytest.mark.browser
-@pytest.mark.parametrize("page", ["view", "generated/gallery/dual_spin"])
+@pytest.mark.parametrize("page", ["view", "generated/gallery/dual_spin", "generated/gallery/cubesat"])
 @pytest.mark.parametrize("size", SIZES)
 def test_embedded_scenes_are_whole(browser, size, page):
     """The content of the frame fits in its height and width, with both plots."""

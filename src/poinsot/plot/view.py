@@ -49,7 +49,6 @@ FRAME = (
     ".poinsot-view { container-type: inline-size; }"
     ".poinsot-view iframe { width: 100%; height: 680px; border: 0; }"
     "@container (max-width: 760px) { .poinsot-view iframe { height: 1240px; } }"
-    "@container (max-width: 480px) { .poinsot-view iframe { height: 1120px; } }"
 )
 """Style of the page inside a notebook: narrow pages stack the scene, the controls and the plots."""
 

@@ -4,6 +4,7 @@
 (() => {
   const { page } = motion;
   const at = (id) => document.getElementById(id);
+  const stacked = matchMedia("(max-width: 760px)");
   let changed = true;
   const change = () => (changed = true);
 
@@ -110,6 +111,8 @@
     plots.forEach((plot) => plot.resize());
     clock.resize();
     change();
+    // A page around this one can give a stacked page its whole height; side by side it fills any height.
+    if (window.parent !== window) window.parent.postMessage({ height: stacked.matches ? at("stage").offsetHeight : 0 }, "*");
   }
 
   connectScene(scene, change);
