@@ -298,7 +298,7 @@ def test_every_plot_against_time_marks_the_events(calls, name):
     [found] = motion.events
     assert 2 < len(found) < 20
     for panel in np.ravel(draw(**given(arguments, motion))):
-        [marks] = [each for each in panel.collections if str(each.get_label()).startswith("SpinFlip")]
+        [marks] = [each for each in panel.collections if str(each.get_label()).startswith("spin flip")]
         assert [segment[0, 0] for segment in marks.get_segments()] == pytest.approx(found.times)
 
 

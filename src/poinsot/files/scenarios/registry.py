@@ -292,9 +292,9 @@ def field_of_shape(shape: Shape, degree: int, radius: float | None = None) -> Gr
 
 
 PLACE = (
-    Key("position", "number", "Where the origin of the shape goes, along the body axes.", 1),
-    Key("quaternion", "number", "Turns the shape before: scalar first, its axes to the body axes.", 1),
-    Key("matrix", "number", "Turns the shape before, as a matrix in place of a quaternion.", 2),
+    Key("position", "number", "Position of the origin of the shape, along the body axes.", 1),
+    Key("quaternion", "number", "Rotation before the shift, scalar first, from the shape's axes to the body axes.", 1),
+    Key("matrix", "number", "Rotation before the shift, as a matrix instead of a quaternion.", 2),
 )
 
 
@@ -318,7 +318,7 @@ def _placed(maker: Maker) -> Maker:
     return dataclasses.replace(maker, call=call, keys=(*maker.keys, *PLACE))
 
 
-ON = Key("on", "text", "On which of two bodies it acts.", choices=BODIES)
+ON = Key("on", "text", "Body of a two-body system on which the force acts.", choices=BODIES)
 
 
 def _on_one_of_two(maker: Maker) -> Maker:

@@ -73,7 +73,7 @@ ROTATION = (
     Key("angular_momentum_space", "number", "Angular momentum along the space axes.", 1),
 )
 
-FRAME = Key("frame", "text", "Axes of the change; default: those of space.", choices=("orbit",))
+FRAME = Key("frame", "text", "Axes of the velocity change; default: space axes.", choices=("orbit",))
 STARTS = {name: keys_of(getattr(TwoBodies, name), "self", "time") for name in ("synchronous", "doubly_synchronous")}
 """The keys of starts of two bodies that need no position and no attitudes, by the name of the method."""
 
@@ -124,9 +124,11 @@ TIMES = (
 )
 
 OUTPUTS = (
-    Key("result", "output", "Default: the name of this file, with .nc.", choices=(".nc", ".zarr")),
-    Key("plot", "output", choices=(".png", ".pdf", ".svg")),
-    Key("view", "output", choices=(".html",)),
+    Key(
+        "result", "output", "File of the result. Default: the name of the scenario with .nc.", choices=(".nc", ".zarr")
+    ),
+    Key("plot", "output", "File of a plot.", choices=(".png", ".pdf", ".svg")),
+    Key("view", "output", "File of a 3D view.", choices=(".html",)),
 )
 
 PLACE = "Path of the distributed number, such as state.omega_body. state.turn rotates the attitude about body axes."
@@ -175,7 +177,7 @@ def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
         Key("title", "text", "Title of the result and of its plots, one line.", default=""),
         Key("units", "table", "Units of the numbers in this file.", keys=UNITS),
         Key("calendar", "table", "Date of the time 0.", keys=CALENDAR),
-        Key("body", "body", "The rigid body, or two that attract each other.", required=True),
+        Key("body", "body", "Rigid body, or two bodies that attract each other.", required=True),
         Key(
             "state",
             "table",
@@ -188,8 +190,8 @@ def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
             "force",
             "Forces and parts that act on the body or on two bodies. Default: none, a torque-free motion.",
         ),
-        Key("orbits", "tables of orbits", "Where the body is, by name."),
-        Key("frames", "tables of frames", "Axes that turn, by name."),
+        Key("orbits", "tables of orbits", "Orbits of the body, by name."),
+        Key("frames", "tables of frames", "Rotating axes, by name."),
         Key("times", "table", "Output times.", required=True, keys=TIMES),
         Key("run", "table", "Numerical method and precision.", keys=run),
         Key("outputs", "table", "Names of the output files.", keys=OUTPUTS),
