@@ -51,7 +51,9 @@ class Tasks:
             *kernel.watch.of_tasks,
             *kernel.sampling.of_tasks,
             *((name, "f8", ()) for name in ("end", "limit", "way", "near")),
-            *((name, "i8", ()) for name in ("steps", "index", "bits", "which", "rising", "status")),
+            *((name, "i8", ()) for name in ("steps", "index", "bits")),
+            *kernel.watch.marks,
+            ("status", "i8", ()),
         ]
         self._taken = np.dtype(self.fields).itemsize // 8
         self._given_back = self._taken - kernel.parameters - 1

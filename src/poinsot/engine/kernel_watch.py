@@ -17,7 +17,7 @@ from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module
 from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.sign_changes import first_change
 
-__all__ = ["AT_ONCE", "Watch"]
+__all__ = ["AT_ONCE", "Watch", "bit_of"]
 
 AT_ONCE = 16 * np.finfo(float).eps
 """Times that differ by less, relative to the time and to that in which the attitude changes, are one: events may
@@ -30,33 +30,45 @@ AT_TARGET = 0.125
 LINEAR = 2.0**-26
 """The part of a step in which variables are linear."""
 
+BITS = 64
+"""Events of an integer that marks events by bits."""
+
+
+def bit_of(event: int) -> tuple[int, int]:
+    """Return the integer that marks an event, by its number among such integers, and the bit of the event."""
+    word, bit = divmod(event, BITS)
+    return word, 1 << bit
+
 
 class Watch:
     """The part of a kernel that looks at conditions and events.
 
     Attributes
     ----------
-    count, events : int
-        How many functions are watched, and how many of them are values of events.
+    count, events, words : int
+        Numbers of the functions that are watched, of the values of events among them, and of the integers that mark
+        events by bits.
     conditions : tuple of int
         The parameters that hold the conditions.
-    of_tasks : list
-        The fields that a lane and a task have for it.
+    of_tasks, marks : list
+        The fields that a lane and a task have for it, the marks of events apart.
     note : structured type
-        What is noted of events: task, which (bits), which of them rise, time, the time within which others are at
-        once, and variables.
+        Note of events: task, the events that happen and the events that rise (bits of integers), time, the time within
+        which events coincide, and variables.
     """
 
     def __init__(self, kernel: Any, decomposition: Decomposition) -> None:
         self._kernel, self._lanes, self._orders = kernel, kernel.lanes, kernel.order + 1
         self.count, self.events = len(decomposition.watched), len(decomposition.events)
+        self.words = max(-(-self.events // BITS), 1)
         self.conditions, self._crossings = decomposition.conditions, decomposition.events
         self._stops, self._attitude = decomposition.stops, decomposition.attitude
         sizes = {"span": min(self.count, 1), "branches": len(self.conditions)}
         sizes |= dict.fromkeys(("sides", "uncertain"), self.events)
         self.of_tasks = [(name, "f8", (size,)) for name, size in sizes.items()]
-        numbers = [(name, "i8") for name in ("task", "which", "rising")] + [(name, "f8") for name in ("time", "near")]
-        self.note = np.dtype([*numbers, ("state", "f8", (kernel.variables,))])
+        self.marks = [(name, "i8", (self.words,)) for name in ("which", "rising")]
+        times = [(name, "f8") for name in ("time", "near")]
+        self.note = np.dtype([("task", "i8"), *self.marks, *times, ("state", "f8", (kernel.variables,))])
 
     def define(self, module: Module) -> None:
         """Write the functions that it needs."""
@@ -192,19 +204,20 @@ class Watch:
             held = work.array("parameters", kind)[place]
             work.array("parameters", kind)[place] = here[i].choose(1.0 - held, held)
         for name in ("which", "rising") if self.events else ():
-            work.array(name, whole)[0] = self._bits(work, sides, [mask & moves for mask in here[first:]], name)
+            for word, marked in enumerate(self._bits(work, sides, [mask & moves for mask in here[first:]], name)):
+                work.array(name, whole)[word] = marked
         for i in range(self.events):
             side = sides[first + i]
             work.array("sides", kind)[i] = here[first + i].choose(-side, side)
 
-    def _bits(self, work: Record, sides: Sequence[Value], here: Sequence[Value], name: str) -> Value:
-        """Return the events that happen, or those of them that rise with time, as bits."""
+    def _bits(self, work: Record, sides: Sequence[Value], here: Sequence[Value], name: str) -> list[Value]:
+        """Return the marks of the events that happen, or of the events among them that rise with time."""
         way, first = work.array("way", self._kernel.kind)[0], len(self.conditions)
-        total = work.array("which", self._kernel.whole)[0] * 0
+        words = [work.array("which", self._kernel.whole)[0] * 0] * self.words
         for i, mask in enumerate(here):
             chosen = mask & (sides[first + i] * way).is_("lt", 0.0) if name == "rising" else mask
-            total = total | (chosen.to_integer() << i)
-        return total
+            words[i // BITS] = words[i // BITS] | (chosen.to_integer() << i % BITS)
+        return words
 
     def _note_all(
         self,
@@ -222,18 +235,25 @@ class Watch:
         here = [mask & side for mask, side in zip(wrong[len(self.conditions) :], known, strict=True)]
         for name in ("which", "rising"):
             bits = work.array(name, self._kernel.whole)
-            bits[0] = bits[0] ^ self._bits(work, sides, here, name)  # what turns back is not there yet
-        rising, crossings = work.array("rising", self._kernel.whole)[0], list(enumerate(self._crossings))
-        falls, rises = (sum(1 << i for i, x in crossings if x.direction == way) for way in (-1, 1))
-        stopping = sum(1 << i for i, x in crossings if x.stops)
-        which = work.array("which", self._kernel.whole)[0] & ~((rising & falls) | (~rising & rises))
-        work.array("which", self._kernel.whole)[0] = which
-        stops = (which & stopping).is_("ne", 0)
+            for word, marked in enumerate(self._bits(work, sides, here, name)):
+                bits[word] = bits[word] ^ marked  # what turns back is not there yet
+        marks, nowhere = list[Value](), lines.constant(vector(BOOL, self._lanes), 0)
+        happens = stops = nowhere
+        for word in range(self.words):
+            rising = work.array("rising", self._kernel.whole)[word]
+            crossings = list(enumerate(self._crossings[word * BITS : (word + 1) * BITS]))
+            falls, rises = (sum(1 << i for i, x in crossings if x.direction == way) for way in (-1, 1))
+            stopping = sum(1 << i for i, x in crossings if x.stops)
+            which = work.array("which", self._kernel.whole)[word] & ~((rising & falls) | (~rising & rises))
+            work.array("which", self._kernel.whole)[word] = which
+            stops, happens = stops | (which & stopping).is_("ne", 0), happens | which.is_("ne", 0)
+            marks.append(which)
         shift = shifts[0] * 0.0
         for i, own in enumerate(shifts):
-            shift = ((which & (1 << i)).is_("ne", 0) & ~stops).choose(own, shift)
+            word, bit = bit_of(i)
+            shift = ((marks[word] & bit).is_("ne", 0) & ~stops).choose(own, shift)
         work.array("shift", self._kernel.kind)[0] = shift
-        self._kernel.for_each(lines, work, active & which.is_("ne", 0), "note")
+        self._kernel.for_each(lines, work, active & happens, "note")
         return stops
 
     def _note(self, address: Value, lane: Value) -> None:
@@ -243,8 +263,10 @@ class Watch:
         notes = Array(work.array("notes", POINTER)[0], f"[{self.note.itemsize} x i8]")
         note = Record(notes.at(count[0]), self.note)
         count[0] = count[0] + 1
-        for name in ("task", "which", "rising"):
-            note.array(name, INTEGER)[0] = work.array(name, INTEGER)[lane]
+        note.array("task", INTEGER)[0] = work.array("task", INTEGER)[lane]
+        for name in ("which", "rising"):
+            for word in range(self.words):
+                note.array(name, INTEGER)[word] = work.array(name, INTEGER)[lane + word * self._lanes]
         shift = work.array("shift")[lane]
         note.array("time")[0] = work.array("time")[lane] + shift
         note.array("near")[0] = work.array("near")[lane]

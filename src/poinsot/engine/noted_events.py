@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from poinsot.algebra.replay import Replay
 from poinsot.engine.dense_output import Action
 from poinsot.engine.event_detection import ZENO, Recorded, acted, told
+from poinsot.engine.kernel_watch import bit_of
 from poinsot.engine.looped_kernel import Queue, Status
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
@@ -74,19 +75,23 @@ class NotedEvents:
         samples = tasks["numbers"] * tasks["periods"] + tasks["phases"]
         self._to_sample = np.min(samples, axis=1, initial=np.inf) - tasks["time"][:, 0]
         self._since, self._longest = np.zeros((2, tasks.size, len(events)))
-        self._bits = [(i, 1 << i) for i in range(len(events))]
+        self._bits = [(i, *bit_of(i)) for i in range(len(events))]
+        self._singular = bit_of(len(events))
 
     def take(self, notes: Array) -> NDArray[np.int_]:
         """Let happen what was noted; return the tasks that stopped at an event and are to go on."""
         counts, rows = self._counts(notes), notes["state"]
         columns = [notes[name].tolist() for name in ("task", "which", "rising", "time", "near")]
         for row, own, task, which, rising, time, near in zip(rows, counts, *columns, strict=True):
-            found = [(i, 1 if rising & bit else -1) for i, bit in self._bits if which & bit and own[i]]
+            found = [
+                (i, 1 if rising[word] & bit else -1) for i, word, bit in self._bits if which[word] & bit and own[i]
+            ]
             new = [(i, direction) for i, direction in found if self._is_new(task, i, time, near)]
             if self._let_happen(task, new, time, row):
                 self.actions[task].append(Action(time, near, row, *self._samples_around(task)))
                 self._put_rows(task, self.actions[task][-1])
-            if which >> len(self._bits):
+            word, bit = self._singular
+            if word < len(which) and which[word] & bit:
                 self.failed[task] = REASONS["angles"]
         tasks = self._queue.tasks
         stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)

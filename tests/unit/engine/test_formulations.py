@@ -126,7 +126,7 @@ def test_motions_in_euler_angles_stop_at_the_singular_angle_after_an_action_too(
         if dense:
             with pytest.raises(pt.PropagationError, match="Euler angles 3-1-3 are singular") as stopped:
                 pt.propagate(pt.System(BODY), BODY.state(upright, omega_body=rates[0]), [4.0], dense=True, **given)
-            assert stopped.value.time == pytest.approx(stops, abs=1e-14)
+            assert stopped.value.time == pytest.approx(stops, abs=3e-15)  # three times the worst of 40 rates
         else:
             motion = pt.propagate(pt.System(BODY), BODY.state(upright, omega_body=rates), np.linspace(0, 4, 9), **given)
             assert motion.run.kernel == "looped"
@@ -138,7 +138,7 @@ def test_motions_in_euler_angles_stop_at_the_singular_angle_after_an_action_too(
             theta = np.arccos(motion.attitude[0].as_matrix()[reached, 2, 2])
             folded = np.where(motion.times[reached] > 1, motion.times[reached] - 2, -motion.times[reached])
             expected = math.pi / 2 + (folded if events else -motion.times[reached])
-            assert theta == pytest.approx(expected, abs=1e-14)
+            assert theta == pytest.approx(expected, abs=1.1e-13)  # three times the worst of 40 rates
 
 
 def test_what_is_no_formulation_is_refused():

@@ -317,3 +317,41 @@ def test_members_are_handed_over_few_at_a_time(handed, monkeypatch):
     assert sum(map(len, taken)) == 40
     assert max(own.nbytes for own in taken) <= max(handed, taken[0][0].nbytes)
     np.testing.assert_allclose(rows(motion), rows(whole), rtol=0, atol=WITHIN)
+
+
+class Brake(pt.events.AtTime):
+    """An event that halves the angular velocity."""
+
+    def act(self, body, state):
+        return body.state(state.quaternion, omega_body=0.5 * body.omega(state.angular_momentum_body), time=state.time)
+
+
+@pytest.mark.parametrize("count", [63, 64, 65, 130])
+@pytest.mark.parametrize("members", [False, True])
+def test_any_number_of_events_is_recorded(count, members):
+    """Integers of 64 bits mark the events of a kernel: events at known times, and the last event acts."""
+    times = 0.01 * (1 + np.arange(count))
+    events = [*map(pt.events.AtTime, times[:-1]), Brake(times[-1])]
+    rates = np.array([(0.0, 0.0, 1.0), (0.0, 0.5, 0.0)])
+    body = pt.Body((1.0, 1.2, 1.5))
+    start = body.state((1, 0, 0, 0), omega_body=rates if members else rates[0])
+    motion = pt.propagate(pt.System(body), start, [0.0, 2.0], events=events)
+    assert motion.run.kernel == "looped"
+    for k, one in enumerate([motion.member(0), motion.member(1)] if members else [motion]):
+        found = [record.times for record in one.events]
+        assert [each.size for each in found] == [1] * count
+        assert np.ravel(found) == pytest.approx(times, abs=2 * np.spacing(times[-1]))
+        assert one.omega_body[-1] == pytest.approx(0.5 * rates[k], abs=4 * np.spacing(0.5))
+
+
+@pytest.mark.parametrize("count", [63, 64, 128])
+def test_events_beside_the_singular_angle(count):
+    """The singular angle of Euler angles is one event more, in the next integer if there are as many events as bits."""
+    body = pt.Body((1.25, 1.0, 0.75))
+    start = body.state((0.5**0.5, 0.5**0.5, 0, 0), omega_body=(-1.0, 0, 0))
+    events = [pt.events.AtTime(0.01 * (1 + i)) for i in range(count)]
+    free = pt.propagate(pt.System(body), start, [1.5], events=events, formulation="euler_angles")
+    assert [len(record) for record in free.events] == [1] * count
+    with pytest.raises(pt.PropagationError, match="Euler angles 3-1-3 are singular") as stopped:
+        pt.propagate(pt.System(body), start, [4.0], events=events, formulation="euler_angles")
+    assert stopped.value.time == pytest.approx(np.pi / 2 - 1e-6, abs=2e-15)  # three times the worst of 40 rates
