@@ -81,7 +81,7 @@ class Event(Parametric, ABC):
     def act(self, body: Body, state: State) -> State:  # noqa: ARG002
         """Return the state from which the motion continues.
 
-        For an ensemble, `body` and the fields of the event are those of one member. For two bodies, `act` receives a
+        For an ensemble, `body` and the fields of the event belong to one member. For two bodies, `act` receives a
         `TwoBodies` and a `PairState`. If the system has parts, `body` includes them: `body.state` accepts the angular
         velocity of body and parts together, and `body.own(part)` and `state.own` contain the variables of the parts.
         The variables of a part remain unchanged if the returned state does not contain them.
@@ -103,7 +103,7 @@ class Event(Parametric, ABC):
         """Raise a ValueError if a motion must not begin at this instant. Ensembles pass an instant of arrays."""
 
     def on(self, body: str) -> Event:
-        """Return the same event for one of two bodies, "primary" or "secondary"."""
+        """Apply the event to one of two bodies, "primary" or "secondary"."""
         return EventOn(self, body, direction=self.direction, terminal=self.terminal)
 
 

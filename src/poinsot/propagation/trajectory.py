@@ -355,7 +355,7 @@ class Trajectory(Summarized):
         ----------
         time : int, slice, array of int or of bool, optional
             Index of one time, which returns the `State` at this time, or of several times in the order of the motion.
-            The initial state, run, events and dense output remain those of the whole motion.
+            The result keeps the initial state, run, events and dense output of the whole motion.
         member : int, slice, array of int or of bool, optional
             Index of one member, which returns a motion of one body as `member` does, or of several members, which are
             renumbered.

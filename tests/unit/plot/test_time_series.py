@@ -295,7 +295,7 @@ def test_a_legend_of_two_rows_is_read_in_the_order_of_the_curves():
 
 
 def test_rounding_of_a_constant_is_not_enlarged():
-    """The angular momentum of a free body in space changes by 1e-15 of itself."""
+    """The angular momentum of a free body in space changes by a relative 1e-15."""
     free = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), TIMES)
     panel = pt.plot.angular_momentum(free, separate=True)[1].child_axes[0]
     low, high = panel.get_ylim()

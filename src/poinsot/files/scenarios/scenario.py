@@ -80,7 +80,7 @@ class Scenario(Summarized):
     def propagate(
         self, *, threads: int | None = None, progress: bool | None = None, **chunking: Unpack[Chunking]
     ) -> Trajectory:
-        """Return the motion; the arguments are those of `pt.propagate`.
+        """Propagate the scenario, with the arguments of `pt.propagate`, and return the motion.
 
         Raises
         ------
