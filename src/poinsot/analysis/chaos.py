@@ -184,10 +184,10 @@ def chaos_indicators(
     vectors : int
         Number k of tangent vectors, initially orthogonal. `gali` is the GALI_k; GALI_2 is similar to the SALI.
     momentum_unit : float or array (members,), optional
-        Angular momentum that is compared with a rotation by one radian. Default: the angular momentum of the body at
-        the angular velocity of its fastest orbit, or its initial angular momentum without orbits. For two bodies the
-        default is the angular momentum of the primary at the orbital rate; the unit of the secondary is smaller in the
-        ratio of the largest moments.
+        Angular momentum that is compared with a rotation by one radian. Default: the largest principal moment of the
+        body times the angular velocity of its fastest orbit, or times its initial angular velocity without orbits. For
+        two bodies: the largest moment of the primary times the orbital rate. The unit of the secondary is smaller in
+        the ratio of the largest moments.
     **chunking
         Same as in `propagate`; the result is then the dataset of the indicators.
 

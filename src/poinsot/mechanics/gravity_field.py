@@ -93,7 +93,7 @@ class GravityField(Parametric):
 
     @of_scalars
     def power(self, n: int) -> Scalar:
-        """Return the mean square of the terms of one degree at unit distance, divided by the mean square of degree 0."""
+        """Return the mean square of the terms of a degree at unit distance, relative to the mean square of degree 0."""
         squares = sum((c * c + s * s) / norm**2 for (c, s), norm in zip(self.row(n), norms(n)[n], strict=True))
         return self.radius ** (2 * n) * squares
 

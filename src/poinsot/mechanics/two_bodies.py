@@ -296,9 +296,9 @@ class TwoBodies(Parametric):
     ) -> PairState:
         """Return the initial state of a circular orbit with two synchronous bodies.
 
-        The state satisfies the equations of `synchronous`, except that D is the least moment of the primary, which also rotates
-        with the orbit. With gravity of second degree the state is an exact relative equilibrium. With other gravity
-        fields it is close to one.
+        The state satisfies the equations of `synchronous`, except that D is the least moment of the primary, which also
+        rotates with the orbit. With gravity of second degree the state is an exact relative equilibrium. With other
+        gravity fields it is close to one.
 
         Parameters
         ----------
