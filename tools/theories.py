@@ -42,6 +42,9 @@ AU = 149597870.7
 RESOLUTION = 1e-15
 """Largest displacement by the unit of an amplitude within 6000 years from J2000, au."""
 
+LARGE = 512
+"""Largest multiple of an angle, so that its rounding error stays small: a power of two."""
+
 LONGITUDE = 1
 """Index of the variable whose polynomial of time becomes the last angle, because it is many turns."""
 
@@ -183,7 +186,8 @@ def table(variables: Sequence[Series], sizes: Sequence[float], span: float) -> d
     variables = list(variables)
     turning = {key: value for key, value in variables[LONGITUDE].items() if not key[0]}
     variables[LONGITUDE] = {key: value for key, value in variables[LONGITUDE].items() if key[0]}
-    bases = sorted({base for variable in variables for angle, _ in variable for base, _ in angle})
+    used = {angle for variable in variables for angle, _ in variable}
+    bases = sorted({base for angle in used for base, _ in small_multiples(angle)})
     bases.append(coefficients(turning))
     angles = np.zeros((len(bases), max(map(len, bases))))
     for row, base in zip(angles, bases, strict=True):
@@ -192,7 +196,7 @@ def table(variables: Sequence[Series], sizes: Sequence[float], span: float) -> d
     entries: dict[tuple[tuple[int, ...], tuple[int, int]], complex] = {}
     for i, variable in enumerate(variables):
         for (angle, power), value in variable.items():
-            counts = dict(angle)
+            counts = dict(small_multiples(angle))
             multiples = tuple(counts.get(base, 0) for base in bases)
             first = next(filter(None, multiples), 0)
             if first >= 0:  # the conjugate term, whose angle is the negative one, contains the same numbers
@@ -205,13 +209,51 @@ def table(variables: Sequence[Series], sizes: Sequence[float], span: float) -> d
     integers = np.rint(values / 2.0**units).astype(np.int64)
     present = np.any(integers != 0, axis=0)
     unsigned = np.where(integers < 0, -2 * integers - 1, 2 * integers)[:, present].astype("<u8")
+    multiples, factors = split(np.array(rows))
     return {
         "angles": angles,
-        "multiples": np.array(rows, dtype=np.int32),
+        "multiples": multiples.astype(np.int16),
+        "factors": factors.astype(np.int16),
         "columns": np.column_stack([columns, units]).astype(np.int8),
         "present": np.packbits(present),
         "amplitudes": np.ascontiguousarray(unsigned.reshape(-1, 1).view(np.uint8).T),
     }
+
+
+def small_multiples(angle: Angle) -> Angle:
+    """Return the same angle with multiples of at most LARGE, of fundamental angles and of 2 LARGE times these.
+
+    Pluto's arguments are multiples of a single angle, up to 362731.
+    """
+    found: dict[Polynomial, int] = defaultdict(int)
+    for base, count in angle:
+        many = round(count / (2 * LARGE)) if abs(count) > LARGE else 0
+        found[base] += count - 2 * LARGE * many
+        found[tuple(2 * LARGE * x for x in base)] += many
+    return frozen(found)
+
+
+def split(rows: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Return few parts and, for each row, the two parts whose sum it is, (2, rows).
+
+    Each angle occurs in the first or in the second parts only. Angles change sides while that makes fewer parts.
+    """
+    first = np.arange(rows.shape[1]) % 2 == 0
+
+    def parts(first: NDArray[np.bool_]) -> list[tuple[NDArray[np.int_], NDArray[np.int_]]]:
+        return [np.unique(np.where(side, rows, 0), axis=0, return_inverse=True) for side in (first, ~first)]
+
+    def count(first: NDArray[np.bool_]) -> int:
+        return sum(len(found) for found, _ in parts(first))
+
+    while True:
+        others = [first ^ (np.arange(len(first)) == i) for i in range(len(first))]
+        best = min(others, key=count)
+        if count(best) >= count(first):
+            break
+        first = best
+    (one, which), (two, other) = parts(first)
+    return np.concatenate([one, two]), np.array([which.ravel(), len(one) + other.ravel()])
 
 
 def unit(displacement: float) -> int:

@@ -10,8 +10,10 @@ its name:
 
 angles : float64 (angles, powers)
     Coefficients of the polynomials, radians. The last one is a part of the longitude.
-multiples : int32 (arguments, angles)
-    Integers n_jl.
+multiples : int16 (parts, angles)
+    Integers of parts of arguments.
+factors : int16 (2, arguments)
+    The two parts whose sum is phi_j. There are fewer parts than arguments, so that exp(i phi_j) is faster as a product.
 columns : int8 (columns, 3)
     Variable i, power k of the time, and binary exponent of the unit of the amplitudes.
 present : uint8
@@ -62,25 +64,23 @@ MOON_TO_FK5 = np.array(
 )
 """From the dynamical ecliptic of ELP2000-82B."""
 
-BLOCK = 1 << 16
-"""Arguments that are evaluated at once, so that their arrays stay in the cache."""
-
 TURN = PI.scaled(2.0)
 
 LONGITUDE = 1
 """Index of the longitude among the variables: a, lambda, k, h, q, p, or distance, longitude, latitude, Q, P."""
 
-GRID = 2.0**-30
-"""Unit of the leading part of an angle, turns: its products with integers up to 2^22, and their sums, are exact."""
+BLOCK = 1 << 15
+"""Arguments that are evaluated at once, so that the arrays stay in the cache."""
 
 
 class Table(NamedTuple):
-    """Series of one body: the arrays of the file, with the amplitudes in the units of the variables."""
+    """Series of one body: the arrays of the file, with angles in turns and amplitudes C - i S of exp(i phi)."""
 
-    angles: Array
+    angles: list[DoubleDouble]
     multiples: Array
+    factors: NDArray[np.int16]
     columns: NDArray[np.int8]
-    amplitudes: Array
+    amplitudes: NDArray[np.complex128]
 
 
 def planet_position(name: str, seconds: Array) -> Array:
@@ -145,46 +145,63 @@ def _inclined(position: Array, q: Array, p: Array) -> Array:
 def _variables(name: str, seconds: Array, unit: float) -> Array:
     """Return the variables of a theory, (variables, n), at times in seconds that the series counts in units."""
     table = _table(name)
-    size = max(1, BLOCK // len(table.multiples))
-    blocks = [seconds[i : i + size] for i in range(0, seconds.size, size)]
-    return np.concatenate([_block(table, DoubleDouble(block) / unit) for block in blocks], axis=1)
+    arguments = len(table.factors[0])
+    size = BLOCK // arguments
+    blocks = np.resize(seconds, (-(-seconds.size // size), size))
+    waves = np.empty((2, arguments, size), dtype=complex)
+    parts = [_block(table, DoubleDouble(block) / unit, waves) for block in blocks]
+    return np.concatenate(parts, axis=1)[:, : seconds.size]
 
 
-def _block(table: Table, time: DoubleDouble) -> Array:
-    leading, rest = _turns(table.angles, time)
-    turns = table.multiples @ leading
+def _block(table: Table, time: DoubleDouble, waves: NDArray[np.complex128]) -> Array:
+    """Return the variables at some times; `waves` is memory for the product of two factors."""
+    angles = _turns(table, time)
+    turns = table.multiples @ angles
     turns -= np.rint(turns)
-    turns += table.multiples @ rest
     turns *= 2 * math.pi
-    cosines, sines = table.amplitudes
-    terms = cosines @ np.cos(turns) + sines @ np.sin(turns)
+    factors = np.empty(turns.shape, dtype=complex)
+    np.cos(turns, out=factors.real)
+    np.sin(turns, out=factors.imag)
+    for wave, which in zip(waves, table.factors, strict=True):
+        np.take(factors, which, axis=0, out=wave, mode="clip")
+    product = np.multiply(*waves, out=waves[0])
+    sums = (table.amplitudes @ product).real
     variables, powers, _ = table.columns.T
-    terms *= time.hi ** powers[:, None]
-    sums = np.add.reduceat(terms, np.flatnonzero(np.diff(variables, prepend=-1)))
-    sums[LONGITUDE] += 2 * math.pi * (leading[-1] + rest[-1])
-    return sums
+    sums *= np.vander(time.hi, 1 + np.max(powers), increasing=True).T[powers]
+    values: Array = np.add.reduceat(sums, np.flatnonzero(np.diff(variables, prepend=-1)))
+    values[LONGITUDE] += 2 * math.pi * angles[-1]
+    return values
 
 
-def _turns(angles: Array, time: DoubleDouble) -> tuple[Array, Array]:
-    """Return the angles, (angles, n), without whole turns, as multiples of GRID and the rests."""
-    constant, rate, *higher = angles.T[:, :, None]
-    small = functools.reduce(lambda total, row: total * time.hi + row, reversed(higher), np.zeros_like(constant))
-    turns = (time * rate + constant + small * time.hi**2) / TURN
-    turns = turns - np.rint(turns.hi)
-    leading = GRID * np.rint(turns.hi / GRID)
-    return leading, (turns - leading).hi
+def _turns(table: Table, time: DoubleDouble) -> Array:
+    """Return the angles in turns, without whole turns, (angles, n)."""
+    constant, rate, *higher = table.angles
+    linear = DoubleDouble.product(time.hi, rate.hi)
+    curved = functools.reduce(lambda total, row: total * time.hi + row.hi, reversed(higher), 0.0) * time.hi**2
+    rest = linear.lo + (time.hi * rate.lo + time.lo * rate.hi) + curved + constant.hi
+    turns = (linear.hi - np.rint(linear.hi)) + rest
+    return np.asarray(turns - np.rint(turns))
 
 
 @functools.cache
 def _table(name: str) -> Table:
     with resources.files("poinsot.orbits").joinpath("theories.npz").open("rb") as file, np.load(file) as arrays:
-        angles, multiples, columns, present, bytes_ = (
-            arrays[f"{name}_{key}"] for key in ("angles", "multiples", "columns", "present", "amplitudes")
+        angles, multiples, factors, columns, present, digits = (
+            arrays[f"{name}_{key}"]
+            for key in ("angles", "multiples", "factors", "columns", "present", "amplitudes")
         )
-    shape = len(multiples), len(columns)
+    shape = factors.shape[1], len(columns)
     mask = np.unpackbits(present, count=math.prod(shape)).astype(bool).reshape(shape)
-    integers = np.ascontiguousarray(bytes_.T).view("<u8").reshape(2, -1)
-    amplitudes = np.zeros((2, *shape))
-    amplitudes[:, mask] = np.where(integers & 1, -1.0, 1.0) * ((integers + (integers & 1)) >> 1)
+    unsigned = np.ascontiguousarray(digits.T).view("<u8").reshape(2, -1)
+    odd = unsigned & 1
+    cosine, sine = np.where(odd, -1.0, 1.0) * ((unsigned + odd) >> 1)
+    amplitudes = np.zeros(shape, dtype=complex)
+    amplitudes[mask] = cosine - 1j * sine
     amplitudes *= 2.0 ** columns[:, 2]
-    return Table(angles, multiples.astype(float), columns, np.ascontiguousarray(amplitudes.swapaxes(1, 2)))
+    return Table(
+        [DoubleDouble(power[:, None]) / TURN for power in angles.T],
+        multiples.astype(float),
+        factors,
+        columns,
+        np.ascontiguousarray(amplitudes.T),
+    )
