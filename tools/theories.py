@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -103,16 +103,19 @@ def shortened(node: Any) -> str:
 
 def product(a: Series, b: Series) -> Series:
     """Return the product of two series."""
+    return combined(
+        ((added(first, second), power + other), x * y)
+        for (first, power), x in a.items()
+        for (second, other), y in b.items()
+    )
+
+
+def combined(terms: Iterable[tuple[tuple[Angle, int], complex]]) -> Series:
+    """Return the series of some terms, without coefficients that are zero."""
     total: Series = defaultdict(complex)
-    for (first, power), x in a.items():
-        for (second, other), y in b.items():
-            total[added(first, second), power + other] += x * y
-    return nonzero(total)
-
-
-def nonzero(a: Series) -> Series:
-    """Return the series without coefficients that are zero."""
-    return {key: value for key, value in a.items() if value != 0}
+    for key, value in terms:
+        total[key] += value
+    return {key: value for key, value in total.items() if value != 0}
 
 
 @functools.cache
@@ -146,11 +149,7 @@ def _series(node: Any) -> Series:
     if node.is_Symbol:
         return {(frozenset(), 1): 1.0 + 0.0j}
     if node.is_Add:
-        total: Series = defaultdict(complex)
-        for part in node.args:
-            for key, value in series(part).items():
-                total[key] += value
-        return nonzero(total)
+        return combined((key, value) for part in node.args for key, value in series(part).items())
     if node.is_Mul:
         return functools.reduce(product, map(series, node.args))
     if node.is_Pow:

@@ -187,8 +187,7 @@ def _turns(table: Table, time: DoubleDouble) -> Array:
 def _table(name: str) -> Table:
     with resources.files("poinsot.orbits").joinpath("theories.npz").open("rb") as file, np.load(file) as arrays:
         angles, multiples, factors, columns, present, digits = (
-            arrays[f"{name}_{key}"]
-            for key in ("angles", "multiples", "factors", "columns", "present", "amplitudes")
+            arrays[f"{name}_{key}"] for key in ("angles", "multiples", "factors", "columns", "present", "amplitudes")
         )
     shape = factors.shape[1], len(columns)
     mask = np.unpackbits(present, count=math.prod(shape)).astype(bool).reshape(shape)
