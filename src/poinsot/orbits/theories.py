@@ -149,8 +149,10 @@ def _variables(name: str, seconds: Array, unit: float) -> Array:
     size = BLOCK // arguments
     blocks = np.resize(seconds, (-(-seconds.size // size), size))
     waves = np.empty((2, arguments, size), dtype=complex)
-    parts = [_block(table, DoubleDouble(block) / unit, waves) for block in blocks]
-    return np.concatenate(parts, axis=1)[:, : seconds.size]
+    values = np.empty((1 + table.columns[-1, 0], *blocks.shape))
+    for i, block in enumerate(blocks):
+        values[:, i] = _block(table, DoubleDouble(block) / unit, waves)
+    return values.reshape(len(values), -1)[:, : seconds.size]
 
 
 def _block(table: Table, time: DoubleDouble, waves: NDArray[np.complex128]) -> Array:
@@ -168,9 +170,9 @@ def _block(table: Table, time: DoubleDouble, waves: NDArray[np.complex128]) -> A
     sums = (table.amplitudes @ product).real
     variables, powers, _ = table.columns.T
     sums *= np.vander(time.hi, 1 + np.max(powers), increasing=True).T[powers]
-    values: Array = np.add.reduceat(sums, np.flatnonzero(np.diff(variables, prepend=-1)))
-    values[LONGITUDE] += 2 * math.pi * angles[-1]
-    return values
+    totals: Array = np.add.reduceat(sums, np.flatnonzero(np.diff(variables, prepend=-1)))
+    totals[LONGITUDE] += 2 * math.pi * angles[-1]
+    return totals
 
 
 def _turns(table: Table, time: DoubleDouble) -> Array:
