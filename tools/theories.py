@@ -36,11 +36,9 @@ PLANETS = {
 MOON_THRESHOLD = 1e-7
 """Of heyoka's ELP2000-82B: smallest amplitude over the largest one."""
 
-AU = 149597870.7
-"""km."""
-
-RESOLUTION = 1e-15
-"""Largest displacement by the unit of an amplitude within 6000 years from J2000, au."""
+PLANET_RESOLUTION, MOON_RESOLUTION = 5e-16, 1e-10
+"""Largest displacements by the units of the amplitudes within 6000 years from J2000: au for planets, km for the Moon.
+"""
 
 LARGE = 512
 """Largest multiple of an angle, so that its rounding error stays small: a power of two."""
@@ -171,14 +169,14 @@ def power_of(base: Series, exponent: int) -> Series:
     return functools.reduce(product, [base] * exponent, {CONSTANT: 1.0 + 0.0j})
 
 
-def table(variables: Sequence[Series], sizes: Sequence[float], span: float) -> dict[str, NDArray[Any]]:
+def table(variables: Sequence[Series], sizes: NDArray[np.float64], span: float) -> dict[str, NDArray[Any]]:
     """Return the arrays of a body, see `poinsot.orbits.theories`.
 
     Parameters
     ----------
     variables : sequence of Series
-    sizes : sequence of float
-        Displacement of the body by a unit of each variable, au.
+    sizes : array (variables,)
+        Displacement of the body by 1 in each variable, over the resolution.
     span : float
         Largest time.
     """
@@ -189,19 +187,19 @@ def table(variables: Sequence[Series], sizes: Sequence[float], span: float) -> d
     bases = sorted({base for angle in used for base, _ in small_multiples(angle)})
     bases.append(coefficients(turning))
     angles = np.zeros((len(bases), max(map(len, bases))))
-    for row, base in zip(angles, bases, strict=True):
-        row[: len(base)] = base
+    for i, base in enumerate(bases):
+        angles[i, : len(base)] = base
 
     entries: dict[tuple[tuple[int, ...], tuple[int, int]], complex] = {}
     for i, variable in enumerate(variables):
         for (angle, power), value in variable.items():
             counts = dict(small_multiples(angle))
-            multiples = tuple(counts.get(base, 0) for base in bases)
-            first = next(filter(None, multiples), 0)
+            row = tuple(counts.get(base, 0) for base in bases)
+            first = next(filter(None, row), 0)
             if first >= 0:  # the conjugate term, whose angle is the negative one, contains the same numbers
-                entries[multiples, (i, power)] = (2 if first else 1) * value
+                entries[row, (i, power)] = (2 if first else 1) * value
     rows, columns = (sorted(set(keys)) for keys in zip(*entries, strict=True))
-    units = np.array([unit(sizes[i] * span**power) for i, power in columns])
+    units = np.array([math.floor(-math.log2(sizes[i] * span**power)) for i, power in columns])
     values = np.zeros((2, len(rows), len(columns)))
     for (row, column), value in entries.items():
         values[:, rows.index(row), columns.index(column)] = value.real, -value.imag
@@ -255,17 +253,13 @@ def split(rows: NDArray[np.int_]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
     return np.concatenate([one, two]), np.array([which.ravel(), len(one) + other.ravel()])
 
 
-def unit(displacement: float) -> int:
-    """Return the binary exponent of the unit of an amplitude from the displacement by an amplitude of 1, au."""
-    return math.floor(math.log2(RESOLUTION / displacement))
-
-
 def planet(number: int, threshold: float) -> dict[str, NDArray[Any]]:
     """Return the arrays of a planet: a in au, lambda, k, h, q, p; times in millennia."""
     time = hy.make_vars("T")
     formulas = [hy.model.vsop2013_elliptic(number, i, time_expr=time, thresh=threshold) for i in range(1, 7)]
     variables = [series(tree(formula)) for formula in formulas]
-    return table(variables, [1.0] + [variables[0][CONSTANT].real] * 5, 6.0)
+    semimajor_axis = variables[0][CONSTANT].real
+    return table(variables, np.array([1.0, *[semimajor_axis] * 5]) / PLANET_RESOLUTION, 6.0)
 
 
 def moon(threshold: float) -> dict[str, NDArray[Any]]:
@@ -279,8 +273,8 @@ def moon(threshold: float) -> dict[str, NDArray[Any]]:
     longitude = across.args[1].args[1].args[0]
     distance, sine = above.args[1].args
     variables = [series(node) for node in (distance, longitude, sine.args[0], q, p)]
-    r = variables[0][CONSTANT].real / AU
-    return table(variables, [1 / AU] + [r] * 4, 60.0)
+    mean_distance = variables[0][CONSTANT].real
+    return table(variables, np.array([1.0, *[mean_distance] * 4]) / MOON_RESOLUTION, 60.0)
 
 
 def main() -> None:

@@ -69,7 +69,7 @@ TURN = PI.scaled(2.0)
 LONGITUDE = 1
 """Index of the longitude among the variables: a, lambda, k, h, q, p, or distance, longitude, latitude, Q, P."""
 
-BLOCK = 1 << 15
+BLOCK = 1 << 16
 """Arguments that are evaluated at once, so that the arrays stay in the cache."""
 
 
@@ -164,10 +164,11 @@ def _block(table: Table, time: DoubleDouble, waves: NDArray[np.complex128]) -> A
     factors = np.empty(turns.shape, dtype=complex)
     np.cos(turns, out=factors.real)
     np.sin(turns, out=factors.imag)
+    first, second = waves
     for wave, which in zip(waves, table.factors, strict=True):
         np.take(factors, which, axis=0, out=wave, mode="clip")
-    product = np.multiply(*waves, out=waves[0])
-    sums = (table.amplitudes @ product).real
+    first *= second
+    sums = (table.amplitudes @ first).real
     variables, powers, _ = table.columns.T
     sums *= np.vander(time.hi, 1 + np.max(powers), increasing=True).T[powers]
     totals: Array = np.add.reduceat(sums, np.flatnonzero(np.diff(variables, prepend=-1)))
