@@ -30,13 +30,16 @@ from __future__ import annotations
 import functools
 import math
 from importlib import resources
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra.double_double import PI, DoubleDouble
 from poinsot.functions import eccentric_anomaly
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 __all__ = ["moon_position", "planet_position"]
 
@@ -77,10 +80,10 @@ class Table(NamedTuple):
     """Series of one body: the arrays of the file, with angles in turns and amplitudes C - i S of exp(i phi)."""
 
     angles: list[DoubleDouble]
-    multiples: Array
+    multiples: csr_array
     factors: NDArray[np.int16]
     columns: NDArray[np.int8]
-    amplitudes: NDArray[np.complex128]
+    amplitudes: csr_array
 
 
 def planet_position(name: str, seconds: Array) -> Array:
@@ -188,6 +191,8 @@ def _turns(table: Table, time: DoubleDouble) -> Array:
 
 @functools.cache
 def _table(name: str) -> Table:
+    from scipy.sparse import csr_array  # its products are the same with any number of threads, and for any block
+
     with resources.files("poinsot.orbits").joinpath("theories.npz").open("rb") as file, np.load(file) as arrays:
         angles, multiples, factors, columns, present, digits = (
             arrays[f"{name}_{key}"] for key in ("angles", "multiples", "factors", "columns", "present", "amplitudes")
@@ -202,8 +207,8 @@ def _table(name: str) -> Table:
     amplitudes *= 2.0 ** columns[:, 2]
     return Table(
         [DoubleDouble(power[:, None]) / TURN for power in angles.T],
-        multiples.astype(float),
+        csr_array(multiples.astype(float)),
         factors,
         columns,
-        np.ascontiguousarray(amplitudes.T),
+        csr_array(amplitudes.T),
     )
