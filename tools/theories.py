@@ -199,6 +199,7 @@ def table(variables: Sequence[Series], sizes: NDArray[np.float64], span: float) 
             if first >= 0:  # the conjugate term, whose angle is the negative one, contains the same numbers
                 entries[row, (i, power)] = (2 if first else 1) * value
     rows, columns = (sorted(set(keys)) for keys in zip(*entries, strict=True))
+    rows.reverse()  # so that sums add the constants, which are the largest terms, last: smaller rounding errors
     units = np.array([math.floor(-math.log2(sizes[i] * span**power)) for i, power in columns])
     values = np.zeros((2, len(rows), len(columns)))
     for (row, column), value in entries.items():
