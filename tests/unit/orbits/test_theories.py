@@ -84,8 +84,8 @@ POSITIONS = {
 }
 
 # Largest distances from heyoka's formulas, au. Amplitudes in the tables are rounded to units that displace a planet by
-# at most 5e-16 au and the Moon by 1e-10 km. The bound of the planets is the requirement; Pluto has 1.1e-13 au. The bound
-# of the Moon is three times the largest distance in four samples of 1000 random times.
+# at most 5e-16 au and the Moon by 1e-10 km. The bound of the planets is the requirement; the largest distance of 1000
+# random times is 1.1e-13 au, for Pluto. The bound of the Moon is three times the largest distance in four such samples.
 LARGEST = {"moon": 9e-16} | dict.fromkeys(NUMBERS, 1e-12)
 
 
