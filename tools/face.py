@@ -35,7 +35,8 @@ SHARED = {
     "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
     "radiation.[A-Z][A-Z]* radiation.Sunlight facets.ORDINARY_DRAG",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
-    "solutions.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components fixed.HeldPosition",
+    "solutions.* theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
+    "fixed.HeldPosition",
     "parts": "",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* distribution.Q* *.different_orbits *.is_constant *.median_attitude",

@@ -1,10 +1,10 @@
-"""What the engine hands down to orbits: paths integrated for numbers, and the theories of the planets."""
+"""Paths of orbits, integrated for numbers."""
 
 from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +18,7 @@ from poinsot.engine.kernels import PRECISIONS, available
 from poinsot.engine.lowering import TIME, Program, lowered
 from poinsot.mechanics.environment import OrbitBlock
 
-__all__ = ["moon_theory", "path", "planet_theory"]
+__all__ = ["path"]
 
 Array = NDArray[Any]
 
@@ -127,24 +127,3 @@ def _pieces(engine: Any, parameters: Array, start: Array, end: Any) -> tuple[Arr
     engine.state[:], engine.pars[:], engine.time = start, parameters, WIDEST(0)
     engine.propagate_until(end, callback=keep, write_tc=True)
     return np.array(begins), np.array([*series, np.full_like(engine.tc, np.nan)])
-
-
-@functools.cache
-def planet_theory(number: int, threshold: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return the position of a planet in VSOP2013, without terms below the threshold, au."""
-    time = hy.make_vars("millennia")
-    return _compiled(hy.model.vsop2013_cartesian_icrf(number, time_expr=time, thresh=threshold)[:3], time)
-
-
-@functools.cache
-def moon_theory(threshold: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return the position of the Moon in ELP2000-82B, without terms below the threshold."""
-    time = hy.make_vars("centuries")
-    return _compiled(hy.model.elp2000_cartesian_fk5(time_expr=time, thresh=threshold), time)
-
-
-def _compiled(formulas: list[Any], time: Any) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Return a function of many times; it is built once and runs seldom, so it is not optimised."""
-    compiled: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-    compiled = hy.cfunc(formulas, [time], compact_mode=True, opt_level=0)
-    return compiled

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.mechanics.calendar import Calendar, span_of
-from poinsot.orbits import solutions
 from poinsot.orbits.attractors import MU, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
+from poinsot.orbits.theories import JULIAN_CENTURY, moon_position, planet_position
 from poinsot.printable import quoted
 from poinsot.quantities import Date
 
@@ -19,29 +19,14 @@ __all__ = ["planet_orbit"]
 
 J2000 = Calendar("2000-01-01T12:00:00", "TDB")
 
-PLANETS = {
-    "mercury": (1, 1e-9),
-    "venus": (2, 1e-9),
-    "earth": (3, 1e-9),
-    "mars": (4, 1e-9),
-    "jupiter": (5, 1e-9),
-    "saturn": (6, 1e-8),
-    "uranus": (7, 1e-8),
-    "neptune": (8, 1e-8),
-    "pluto": (9, 1e-7),
-}
-"""Number in VSOP2013, and the smallest amplitude that is kept, au."""
+PLANETS = ("mercury", "venus", "earth", "mars", "jupiter", "saturn", "uranus", "neptune", "pluto")
 
 WITH_MOONS = ("mars", "jupiter", "saturn", "uranus", "neptune", "pluto")
-
-MOON_THRESHOLD = 1e-7
 
 BODIES = ("sun", "moon", *PLANETS)
 
 AU = 149597870.7
 """km."""
-
-JULIAN_CENTURY = 36525 * 86400.0
 
 FIRST, LAST = -60 * JULIAN_CENTURY, 60 * JULIAN_CENTURY
 """The years -4000 to 8000, for which VSOP2013 was made."""
@@ -58,9 +43,9 @@ Array = NDArray[np.float64]
 def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar: Calendar = J2000) -> Ephemeris:
     """Return the position of the Sun, the Moon or a planet relative to another one, without a data file.
 
-    The planets follow VSOP2013 (Simon et al. 2013) and the Moon ELP2000-82B (Chapront-Touze and Chapront 1988) as
-    implemented in heyoka, without the smallest terms. The differences from DE440 are some km from Mercury to Mars and
-    less than 1 km for the Moon; see docs/ephemerides.md.
+    The planets follow VSOP2013 (Simon et al. 2013, A&A 557, A49) and the Moon ELP2000-82B (Chapront-Touze and Chapront
+    1983, A&A 124, 50), both without the smallest terms. The positions differ from DE440 by some km from Mercury to Mars
+    and by less than 1 km for the Moon; see docs/ephemerides.md.
 
     Parameters
     ----------
@@ -123,24 +108,15 @@ def _checked(argument: str, name: Any) -> str:
 def _between(body: str, attractor: str, seconds: Array) -> Array:
     """Return the position of one body from another, km; shape (3, n)."""
     if {body, attractor} == {"earth", "moon"}:
-        return _moon(seconds) * (1 if body == "moon" else -1)
+        return moon_position(seconds) * (1 if body == "moon" else -1)
     return _heliocentric(body, seconds) - _heliocentric(attractor, seconds)
 
 
 def _heliocentric(body: str, seconds: Array) -> Array:
+    """Return the position of a body from the Sun, km; shape (3, n)."""
     if body == "sun":
         return np.zeros((3, seconds.size))
     if body in ("earth", "moon"):
         share = -MOON_IN_EARTH_AND_MOON if body == "earth" else 1 - MOON_IN_EARTH_AND_MOON
-        return _planet("earth", seconds) + share * _moon(seconds)
-    return _planet(body, seconds)
-
-
-def _planet(name: str, seconds: Array) -> Array:
-    """Return the position of a planet, or of Earth and Moon, from the Sun, km."""
-    return AU * solutions.engine().planet_theory(*PLANETS[name])(seconds[None, :] / (10 * JULIAN_CENTURY))
-
-
-def _moon(seconds: Array) -> Array:
-    """Return the position of the Moon from the Earth, km."""
-    return solutions.engine().moon_theory(MOON_THRESHOLD)(seconds[None, :] / JULIAN_CENTURY)
+        return AU * planet_position("earth", seconds) + share * moon_position(seconds)
+    return AU * planet_position(body, seconds)
