@@ -46,6 +46,10 @@ SELDOM = f"noinline optnone {ATTRIBUTES}"
 """Of functions that run once a task or less: they are compiled without optimization, in a third of the time."""
 
 
+NEVER = "never"
+"""The label of the block that no run reaches."""
+
+
 def vector(kind: str, lanes: int) -> str:
     """Return the type of so many values of a kind; of one it is the kind."""
     return kind if lanes == 1 else f"<{lanes} x {kind}>"
@@ -293,7 +297,7 @@ class Function:
         self.module, self.name, self.returns, self._attributes = module, name, returns, attributes
         self.arguments = [Value(self, kind, f"%a{i}") for i, kind in enumerate(arguments)]
         self._lines: list[str] = []
-        self._count, self._block = 0, "entry"
+        self._count, self._block, self._cut = 0, "entry", False
 
     def line(self, text: str) -> None:
         """Add an instruction without a result."""
@@ -317,6 +321,13 @@ class Function:
     def run(self, name: str, *arguments: Value) -> None:
         """Call a function that returns nothing."""
         self.line(f"call void @{name}({_listed(arguments)})")
+
+    def cut(self, always: Value) -> None:
+        """Begin a new block, by a branch on a condition that always holds and that LLVM cannot see through."""
+        inside = self._label()
+        self.line(f"br i1 {always.name}, label %{inside}, label %{NEVER}")
+        self._begin(inside)
+        self._cut = True
 
     @contextmanager
     def when(self, condition: Value) -> Iterator[None]:
@@ -393,6 +404,7 @@ class Function:
                 f"define {self.returns} @{self.name}({_listed(self.arguments)}) {self._attributes} {{",
                 "entry:",
                 *self._lines,
+                *([f"{NEVER}:", "unreachable"] if self._cut else []),
                 "}",
             ]
         )
