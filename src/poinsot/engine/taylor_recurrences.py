@@ -17,8 +17,9 @@ __all__ = ["HigherOrder", "ZerothOrder"]
 
 NOTHING = Coefficient(0.0)
 
-BLOCK = 300
-"""Operations of a block of straight-line code: LLVM takes a time that grows with the square of the length of a block."""
+BLOCK, MAX_UNCUT = 30, 1000
+"""Operations of a block of straight-line code, and how many are left in one block: the scheduling of instructions and
+the allocation of registers take a time that grows with more than the length of a block."""
 
 
 class ZerothOrder:
@@ -33,8 +34,9 @@ class ZerothOrder:
 
     def outputs(self) -> list[Value]:
         """Write all operations, and return the rates and, behind them, what is watched."""
+        large = len(self._schedule.operations) > MAX_UNCUT
         for k, operation in enumerate(self._schedule.operations):
-            if k % BLOCK == BLOCK - 1:
+            if large and k % BLOCK == 0:
                 self._work.address.function.cut(self._work.array("active", INTEGER)[0].is_("ge", 0))
             write = getattr(self, f"_{type(operation).__name__.lower()}", None)
             if write is None:
