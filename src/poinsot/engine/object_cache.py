@@ -47,7 +47,7 @@ def folder() -> Path | None:
 class ObjectCache:
     """Object code by keys, in a folder.
 
-    Any number of processes may use one folder. Nothing here stops a run: of each kind of failure one warning is given.
+    Any number of processes and threads may use one folder. No failure stops a run: each gives one warning a process.
 
     Parameters
     ----------
@@ -94,24 +94,24 @@ class ObjectCache:
                 number = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
                 with os.fdopen(number, "wb") as stream:
                     stream.write(hashlib.sha256(code).digest() + code)
-            self._evict()
+            _evict(self._folder)
         except OSError as error:
             _warn(f"the cache folder {shortened(self._folder)} must be writable, got: {_reason(error)}. {REMEDY}")
 
-    def _evict(self) -> None:
-        """Remove the files that were used longest ago until the others have room."""
-        assert self._folder is not None  # noqa: S101
-        files = []
-        for path in self._folder.glob(f"*{SUFFIX}"):
-            with contextlib.suppress(FileNotFoundError):  # another process has removed it
-                status = path.stat()
-                files.append((status.st_mtime, status.st_size, path))
-        total = sum(size for _, size, _ in files)
-        for _, size, path in sorted(files):
-            if total <= MAX_BYTES:
-                break
-            path.unlink(missing_ok=True)
-            total -= size
+
+def _evict(folder: Path) -> None:
+    """Remove the files that were used longest ago until the others have room."""
+    files = []
+    for path in folder.glob(f"*{SUFFIX}"):
+        with contextlib.suppress(FileNotFoundError):  # another process has removed it
+            status = path.stat()
+            files.append((status.st_mtime, status.st_size, path))
+    total = sum(size for _, size, _ in files)
+    for _, size, path in sorted(files):
+        if total <= MAX_BYTES:
+            break
+        path.unlink(missing_ok=True)
+        total -= size
 
 
 def _content(path: Path) -> bytes | None:
@@ -144,7 +144,7 @@ def _is_safe(folder: Path) -> bool:
         if not stat.S_ISDIR(status.st_mode) or not (sticky or _is_own(status, {_user(), 0})):
             _warn(
                 f"the cache folder {shortened(folder)} must be a folder that no other user can write, got "
-                f"{shortened(each)} of user {status.st_uid} with mode {stat.S_IMODE(status.st_mode):o}. {REMEDY}"
+                f"{shortened(each)}, {stat.filemode(status.st_mode)} of user {status.st_uid}. {REMEDY}"
             )
             return False
     return True
