@@ -22,7 +22,7 @@ WIDTH = 4
 """Inner sums of one member in a vector."""
 
 ROLLED_FROM = 200
-"""Inner sums of one member from which on they are in a loop over parts: fewer compile faster and run as fast apart."""
+"""Inner sums of one member from which on a loop over parts computes them. Fewer run faster as straight-line code."""
 
 Layout = Literal["batch", "single"]
 
@@ -161,9 +161,9 @@ class Rolled(Single):
         def two(part: Value) -> None:
             rows, found, ahead = arrays(part)
             pairs = [(block, block + far) for block in self._part]
-            for totals, into in zip(_two_multiplied(n, rows, self._stride // WIDTH, pairs), (found, ahead), strict=True):
-                for block, total in enumerate(totals):
-                    into[block] = total
+            own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
+            for block, total, later in zip(self._part, own, next_ones, strict=True):
+                found[block], ahead[block] = total, later
 
         def rest(part: Value) -> None:
             rows, found, ahead = arrays(part)
@@ -183,9 +183,7 @@ def _newest(n: Value) -> Value:
     return n.is_("gt", 2).choose(n - 1, 0)
 
 
-def _rest(
-    n: Value, rows: Callable[[Value | int], Array], newest: Value, pair: tuple[int, int], ahead: Value
-) -> Value:
+def _rest(n: Value, rows: Callable[[Value | int], Array], newest: Value, pair: tuple[int, int], ahead: Value) -> Value:
     """Write the sum of an order of which all terms but j = n - 1 and, at last, j = 1 were added ahead."""
     first, second = pair
     total = rows(newest)[first].fma(rows(newest.smaller(1))[second], ahead)
