@@ -181,7 +181,7 @@ def test_a_folder_that_takes_no_file_gives_one_warning(number, place, monkeypatc
     def fails(*_, **__):
         raise OSError(number, os.strerror(number))
 
-    monkeypatch.setattr(object_cache.os, "fdopen", fails)
+    monkeypatch.setattr("poinsot.engine.object_cache.os.fdopen", fails)
     for count in (1, 0):
         _, warned = refusals(ObjectCache(place).store, KEY, CODE)
         assert warned == count * [f"the cache folder {place} must be writable, got: {os.strerror(number)}. {REMEDY}"]
@@ -344,7 +344,9 @@ def test_a_run_goes_on_without_the_cache(fault, place, forget_kernels, monkeypat
     else:
         for path in place.iterdir():
             path.unlink()
-        monkeypatch.setattr(object_cache.os, "fdopen", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left")))
+        monkeypatch.setattr(
+            "poinsot.engine.object_cache.os.fdopen", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left"))
+        )
     found, warned = refusals(rows)
     np.testing.assert_array_equal(found, expected)
     assert len(warned) == 1
