@@ -36,6 +36,7 @@ SECTIONS = {
     "imports": "overheads",
     "dense_output": "overheads",
     "gravity_fields": "fields",
+    "first_calls": "first_calls",
     "satellites": "ensembles",
     "tops": "ensembles",
     "on_a_device": "ensembles",

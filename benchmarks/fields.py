@@ -1,5 +1,6 @@
 """What more of a body's gravity costs than its inertia alone: a step and the compilation, by the degree of a field."""
 
+import os
 import statistics
 import time
 
@@ -21,6 +22,7 @@ def gravity_fields(short):
     """Return seconds of a step and of the first call, steps and error of each force, on one body after another."""
     pin(1)
     heyoka.llvm_state.set_diskcache_enabled(False)  # so that the first call compiles
+    os.environ["POINSOT_CACHE"] = ""
     systems = {name: pt.System(body, force) for name, (body, force) in _forces(short).items()}
     first, steps, errors = {}, {name: [] for name in systems}, {}
     for name, system in systems.items():

@@ -90,6 +90,7 @@ def text(results):
         (_imports, "imports"),
         (_dense_output, "dense_output"),
         (_fields, "gravity_fields"),
+        (_first_calls, "first_calls"),
         (_state_transition, "state_transition"),
         (_chaos, "chaos_maps"),
         (_two_bodies, "two_bodies"),
@@ -606,11 +607,29 @@ def _fields(found):
         for name, one in found.items()
     ]
     what = prose(
-        "One body on an ellipse, with more and more of its gravity. The first call compiles, with the engine's cache",
-        "on the disk turned off; systems of many operations are compiled in the engine's compact mode.",
+        "One body on an ellipse, with more and more of its gravity. The first call compiles, with the caches",
+        "on disk turned off; systems of many operations are compiled in the engine's compact mode.",
     )
     headings = ("force", "a step", "/ `GravityGradient`", "steps", "first call", "error [rad]")
     return "\n".join(("## Gravity fields\n", what, table(headings, rows)))
+
+
+def _first_calls(found):
+    rows = [
+        (
+            name,
+            one["operations"],
+            *(f"{one[way]:.2f} s" for way in ("compiled", "compiled, preparation")),
+            *(f"{one[way]:.2f} s" for way in ("from disk", "from disk, preparation")),
+        )
+        for name, one in found.items()
+    ]
+    what = prose(
+        "Processor time of the first call of a process, with an empty cache of machine code and with the code on disk.",
+        "The preparation of a kernel is its tracing, lowering and writing, and its compilation or its loading.",
+    )
+    headings = ("system", "operations", "compiled", "its preparation", "from disk", "its preparation")
+    return "\n".join(("## First calls\n", what, table(headings, rows)))
 
 
 def _state_transition(found):

@@ -19,7 +19,6 @@ from laws.test_every_part import PARTS
 from poinsot import functions as fn
 from poinsot.engine import kernels, looped_kernel
 from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.looped_runs import LARGEST
 from poinsot.engine.problem import Problem
 from poinsot.functions import Vector, norm
 from poinsot.orbits.ephemeris import Ephemeris
@@ -149,7 +148,7 @@ def switches(system):
     """Whether a formula has a condition on what varies."""
     problem = Problem(system)
     variables = kernels.state_vector(problem, start_of(system), FORMULATIONS["lie_poisson"], "double")
-    return kernels.looped_constants(problem.between_knots(), variables, LARGEST).switches
+    return kernels.looped_constants(problem.between_knots(), variables).switches
 
 
 def same_steps(looped, heyoka, system, members=1, each=1):

@@ -7,12 +7,15 @@ from typing_extensions import override
 from poinsot.engine import cuda_kernel
 from poinsot.engine.formulations import Formulation
 from poinsot.engine.kernel_layouts import Layout
-from poinsot.engine.looped_runs import LARGEST, LoopedRun
+from poinsot.engine.looped_runs import LoopedRun
 from poinsot.engine.lowering import Constants, Program
 from poinsot.engine.progress import bar
 from poinsot.engine.runs import Job
 
 __all__ = ["CudaRun", "check_device"]
+
+MAX_OPERATIONS = 16_000
+"""Operations above which the compiler of CUDA would take minutes."""
 
 
 class CudaRun(LoopedRun):
@@ -51,7 +54,9 @@ def check_device(job: Job, members: bool, constants: Constants | None) -> None:
         "a table": bool(job.problem.knots.size),
         "a sampled law": bool(job.problem.system.jumping),
         "a formulation with singularities": type(job.variables.formulation).nearness is not Formulation.nearness,
-        f"a formula that switches, or one of more than {LARGEST} operations": constants is None or constants.switches,
+        f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants is None
+        or constants.switches
+        or constants.size > MAX_OPERATIONS,
     }
     for what in [what for what, found in refused.items() if found]:
         raise ValueError(

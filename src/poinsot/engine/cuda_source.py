@@ -64,6 +64,7 @@ INSTRUCTIONS = {
     "extractvalue": _Instruction(r"pair (\S+), ([01])", "double", "{0}.part[{1}]"),
     "insertvalue": _Instruction(r"pair (\S+), double (\S+), ([01])", "Pair", "with_part({0}, {1}, {2})"),
     "atomicrmw": _Instruction(r"add ptr (\S+), i64 (\S+) monotonic", "long long", "fetch_and_add({0}, {1})"),
+    "unreachable": _Instruction("", "", ""),
     "ret": _Instruction(r"\w+ ?(\S*)", "", "return {0}"),
 }
 

@@ -11,13 +11,18 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
+from typing_extensions import override
+
 from poinsot.engine.llvm_ir import DOUBLE, Array, Value, host_features, vector
 from poinsot.engine.taylor_schedule import Row, Schedule
 
-__all__ = ["Batch", "Layout", "Single"]
+__all__ = ["ROLLED_FROM", "Batch", "Layout", "Rolled", "Single"]
 
 WIDTH = 4
 """Inner sums of one member in a vector."""
+
+ROLLED_FROM = 200
+"""Inner sums of one member from which on a loop over parts computes them. Fewer run faster as straight-line code."""
 
 Layout = Literal["batch", "single"]
 
@@ -59,9 +64,9 @@ class Single:
 
     lanes = 1
 
-    def __init__(self, schedule: Schedule, variables: int, order: int) -> None:
+    def __init__(self, schedule: Schedule, variables: int, order: int, unit: int = WIDTH) -> None:
         inner = [inner for group in schedule.groups for inner in group]
-        self._count = -(-len(inner) // WIDTH) * WIDTH
+        self._count = -(-len(inner) // unit) * unit
         self._index = {one.place: i for i, one in enumerate(inner)}
         self._places: dict[Row, list[int]] = {}
         for i, one in enumerate(inner):
@@ -98,8 +103,7 @@ class Single:
         """
         lines, whole, kind = n.function, Array(memory, DOUBLE), vector(DOUBLE, WIDTH)
         found, ahead = (Array(whole.at(self._sums + i * self._count), kind) for i in range(2))
-        blocks = list(range(self._count // WIDTH))
-        first_of_two = (n & 1).is_("eq", self._ahead) | n.is_("eq", 1)
+        blocks, first_of_two = list(range(self._count // WIDTH)), self._first_of_two(n)
 
         def rows(j: Value | int) -> Array:
             return Array(whole.at(j * self._stride), kind)
@@ -111,11 +115,79 @@ class Single:
                 for block, total, later in zip(part, own, next_ones, strict=True):
                     found[block], ahead[block] = total, later
         with lines.when(~first_of_two):
-            newest = n.is_("gt", 2).choose(n - 1, 0)  # row 0 is zero
+            newest = _newest(n)
             for block in blocks:
-                total = rows(newest)[block].fma(rows(newest.smaller(1))[block + len(blocks)], ahead[block])
-                found[block] = rows(1)[block].fma(rows(n - 1)[block + len(blocks)], total)
-        return lambda place: found.of(DOUBLE)[self._index[place]]
+                found[block] = _rest(n, rows, newest, (block, block + len(blocks)), ahead[block])
+        return self._found(memory)
+
+    def _first_of_two(self, n: Value) -> Value:
+        """Return whether an order adds terms of the next order too."""
+        return (n & 1).is_("eq", self._ahead) | n.is_("eq", 1)
+
+    def _found(self, memory: Value) -> Callable[[int], Value]:
+        """Return the inner sums of an order by their places in the schedule."""
+        found = Array(Array(memory, DOUBLE).at(self._sums), DOUBLE)
+        return lambda place: found[self._index[place]]
+
+
+class Rolled(Single):
+    """Inner sums of one member in a loop over parts of equal size: one text for all parts of a large system.
+
+    Each coefficient is stored by itself. The vectors of `Single` would stay open over thousands of operations, in
+    registers that these need.
+    """
+
+    def __init__(self, schedule: Schedule, variables: int, order: int) -> None:
+        self._part = range(_registers(WIDTH) // 3)
+        super().__init__(schedule, variables, order, len(self._part) * WIDTH)
+
+    @override
+    def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
+        """Store what inner sums of higher orders read."""
+        for place in self._places.get(row, ()):
+            Array(Array(memory, DOUBLE).at(n * self._stride), DOUBLE)[place] = value
+
+    @override
+    def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
+        """Write the inner sums of an order, in the order of additions of `Single`."""
+        lines, whole, kind = n.function, Array(memory, DOUBLE), vector(DOUBLE, WIDTH)
+        unit, far, first_of_two = len(self._part) * WIDTH, self._count // WIDTH, self._first_of_two(n)
+
+        def arrays(part: Value) -> tuple[Callable[[Value | int], Array], Array, Array]:
+            own = Array(whole.at(part * unit), DOUBLE)
+            found, ahead = (Array(own.at(self._sums + i * self._count), kind) for i in range(2))
+            return lambda j: Array(own.at(j * self._stride), kind), found, ahead
+
+        def two(part: Value) -> None:
+            rows, found, ahead = arrays(part)
+            pairs = [(block, block + far) for block in self._part]
+            own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
+            for block, total, later in zip(self._part, own, next_ones, strict=True):
+                found[block], ahead[block] = total, later
+
+        def rest(part: Value) -> None:
+            rows, found, ahead = arrays(part)
+            for block in self._part:
+                found[block] = _rest(n, rows, newest, (block, block + far), ahead[block])
+
+        with lines.when(first_of_two):
+            lines.count(self._count // unit, two)
+        with lines.when(~first_of_two):
+            newest = _newest(n)
+            lines.count(self._count // unit, rest)
+        return self._found(memory)
+
+
+def _newest(n: Value) -> Value:
+    """Return the order of the newest first operand that was not known ahead; of order 2 row 0, which is zero."""
+    return n.is_("gt", 2).choose(n - 1, 0)
+
+
+def _rest(n: Value, rows: Callable[[Value | int], Array], newest: Value, pair: tuple[int, int], ahead: Value) -> Value:
+    """Write the sum of an order of which all terms but j = n - 1 and, at last, j = 1 were added ahead."""
+    first, second = pair
+    total = rows(newest)[first].fma(rows(newest.smaller(1))[second], ahead)
+    return rows(1)[first].fma(rows(n - 1)[second], total)
 
 
 def _two_multiplied(

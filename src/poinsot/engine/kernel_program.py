@@ -13,7 +13,7 @@ from poinsot.engine import llvm_functions
 from poinsot.engine.decomposition import Decomposition
 from poinsot.engine.jumps import Jumps
 from poinsot.engine.kernel_jumps import Sampling
-from poinsot.engine.kernel_layouts import Batch, Layout, Single
+from poinsot.engine.kernel_layouts import ROLLED_FROM, Batch, Layout, Rolled, Single
 from poinsot.engine.kernel_momenta import Rescaling
 from poinsot.engine.kernel_tasks import QUEUE, Status, Tasks
 from poinsot.engine.kernel_watch import Watch
@@ -44,11 +44,12 @@ class KernelProgram:
     ) -> None:
         self.schedule, self.order = Schedule(decomposition), order
         self.variables, self.parameters = len(decomposition.rates), decomposition.parameters
-        self.layout: Batch | Single = (
-            Batch(self.schedule, self.variables, order, lanes)
-            if layout == "batch"
-            else Single(self.schedule, self.variables, order)
-        )
+        self.layout: Batch | Single
+        if layout == "batch":
+            self.layout = Batch(self.schedule, self.variables, order, lanes)
+        else:
+            kind = Rolled if self.schedule.sums >= ROLLED_FROM else Single
+            self.layout = kind(self.schedule, self.variables, order)
         lanes = self.lanes = self.layout.lanes
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
         self.momenta = Rescaling(self, decomposition.momenta)

@@ -394,11 +394,11 @@ class Kernel:
             part.repeat(busy, idle)
 
 
-def looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:
-    """Return the constants of a looped kernel; None if its variables have a singularity, or if it is larger."""
-    known, key = problem.known(_by_variables), (variables.structure, largest)
+def looped_constants(problem: Problem, variables: StateVector) -> Constants | None:
+    """Return the constants of a looped kernel; None if its variables have a singularity."""
+    known, key = problem.known(_by_variables), ("constants", variables.structure)
     if key not in known:
-        known[key] = _looped_constants(problem, variables, largest)
+        known[key] = _looped_constants(problem, variables)
     constants: Constants | None = known[key]
     return constants
 
@@ -408,12 +408,10 @@ def _by_variables(_: Problem) -> dict[Any, Any]:
     return {}
 
 
-def _looped_constants(problem: Problem, variables: StateVector, largest: int) -> Constants | None:
+def _looped_constants(problem: Problem, variables: StateVector) -> Constants | None:
     field = _traced(problem, variables)
     refuse_constant_events(problem.events, field.events, variables.formulation.name)
     program = _program(problem, variables, field, ())
-    if program.decomposition.size > largest:
-        return None
     return Constants([*field.rates, *_events(problem, variables, field).values], program, field.saltation is not None)
 
 

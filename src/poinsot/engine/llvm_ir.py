@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import hashlib
 import importlib.util
 import platform
 import struct
@@ -16,6 +17,8 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+
+from poinsot.engine.object_cache import ObjectCache, folder
 
 __all__ = [
     "BOOL",
@@ -38,12 +41,23 @@ DOUBLE, INTEGER, BOOL, POINTER = "double", "i64", "i1", "ptr"
 CODE_GENERATION = 1
 """LLVM's level: code of level 2 is not faster, and of a large system it takes nearly twice as long to make."""
 
+MAX_OPTIMIZED = 20_000_000
+"""Characters of a text above which code is of level 0: of some 35,000 operations level 1 takes 10 s, level 0 a fifth of
+that, and a step of level 0 takes nearly twice as long."""
+
+FORMAT = 1
+"""A number to change where the same text is compiled or loaded otherwise than before."""
+
 ATTRIBUTES = 'alignstack(64) "prefer-vector-width"="512"'
 """Of all functions. LLVM by itself keeps vectors that find no register at any multiple of 16 bytes of the stack: where
 they cross lines of the cache, which is chance, a step takes up to 1.2 times as long."""
 
 SELDOM = f"noinline optnone {ATTRIBUTES}"
 """Of functions that run once a task or less: they are compiled without optimization, in a third of the time."""
+
+
+NEVER = "never"
+"""The label of the block that no run reaches."""
 
 
 def vector(kind: str, lanes: int) -> str:
@@ -293,7 +307,7 @@ class Function:
         self.module, self.name, self.returns, self._attributes = module, name, returns, attributes
         self.arguments = [Value(self, kind, f"%a{i}") for i, kind in enumerate(arguments)]
         self._lines: list[str] = []
-        self._count, self._block = 0, "entry"
+        self._count, self._block, self._cut = 0, "entry", False
 
     def line(self, text: str) -> None:
         """Add an instruction without a result."""
@@ -317,6 +331,13 @@ class Function:
     def run(self, name: str, *arguments: Value) -> None:
         """Call a function that returns nothing."""
         self.line(f"call void @{name}({_listed(arguments)})")
+
+    def cut(self, always: Value) -> None:
+        """Begin a new block, by a branch on a condition that always holds and that LLVM cannot see through."""
+        inside = self._label()
+        self.line(f"br i1 {always.name}, label %{inside}, label %{NEVER}")
+        self._begin(inside)
+        self._cut = True
 
     @contextmanager
     def when(self, condition: Value) -> Iterator[None]:
@@ -393,6 +414,7 @@ class Function:
                 f"define {self.returns} @{self.name}({_listed(self.arguments)}) {self._attributes} {{",
                 "entry:",
                 *self._lines,
+                *([f"{NEVER}:", "unreachable"] if self._cut else []),
                 "}",
             ]
         )
@@ -413,7 +435,7 @@ def host_features() -> dict[str, bool]:
 
 
 def machine_code(text: str, library: Sequence[str]) -> Any:
-    """Compile a module that calls some functions of the C library, and return what owns the code."""
+    """Compile a module that calls some functions of the C library, or load it from disk; return the code's owner."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
@@ -421,9 +443,24 @@ def machine_code(text: str, library: Sequence[str]) -> Any:
     own = ctypes.CDLL("ucrtbase" if platform.system() == "Windows" else None)
     for name in library:
         llvm.add_symbol(name, ctypes.cast(getattr(own, name), ctypes.c_void_p).value)
-    machine = llvm.Target.from_default_triple().create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=CODE_GENERATION
-    )
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    level = CODE_GENERATION if len(text) <= MAX_OPTIMIZED else 0
+    machine = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=level)
+    cache, key = ObjectCache(folder()), _key(text, machine.triple, cpu, features, level)
+    code = cache.load(key)
+    if code is None:
+        code = machine.emit_object(llvm.parse_assembly(text))
+        cache.store(key, code)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     return engine
+
+
+def _key(text: str, *machine: object) -> str:
+    """Return the name of all that decides what object code is."""
+    import llvmlite
+    import llvmlite.binding as llvm
+
+    decided = (FORMAT, llvmlite.__version__, llvm.llvm_version_info, *machine)
+    return hashlib.sha256(repr(decided).encode() + b"\0" + text.encode()).hexdigest()

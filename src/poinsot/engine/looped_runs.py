@@ -41,12 +41,6 @@ SLAB_OF_EVENTS = 4096
 HANDED_BYTES = 1_000_000
 """What of it is handed over at a time: what is computed of it then stays in the cache, in memory that is there."""
 
-LARGEST = 8000
-"""Operations of a decomposition above which the looped kernel compiles for many seconds."""
-
-LARGEST_WITH_ZEROS = 2 * LARGEST
-"""Operations of which those that are left beside constants that are zero may be few enough."""
-
 NONE, NO_TASKS = np.empty(0, dtype=int), np.empty((0, 4), dtype=int)
 
 EPSILON = float(np.finfo(float).eps)
@@ -81,18 +75,7 @@ def constants_of(job: Job) -> Constants | None:
         return None
     if job.device == "cpu" and not looped_kernel.available():
         return None
-    smooth = job.problem.between_knots()
-    constants = kernels.looped_constants(smooth, job.variables, LARGEST_WITH_ZEROS)
-    if constants is not None and constants.size > LARGEST:
-        numbers = kernels.numbers_of(smooth, job.variables)
-        with np.errstate(all="ignore"):
-            zeros = _zeros(job, constants, numbers, _values(constants.values, numbers))
-        key = smooth.structure, job.variables.structure, zeros
-        size = kernels.known(key, lambda: kernels.looped_program(smooth, job.variables, zeros).decomposition.size)
-        if size > LARGEST:
-            constants.whole_program()  # which nothing needs
-            return None
-    return constants
+    return kernels.looped_constants(job.problem.between_knots(), job.variables)
 
 
 def _zeros(job: Job, constants: Constants, numbers: Sequence[Any], values: Sequence[Any]) -> tuple[int, ...]:

@@ -10,12 +10,16 @@ from typing_extensions import override
 
 from poinsot.engine import llvm_functions
 from poinsot.engine.decomposition import Coefficient, Function, Integral
-from poinsot.engine.llvm_ir import DOUBLE, Array, Record, Value
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, Array, Record, Value
 from poinsot.engine.taylor_schedule import Row, Schedule, varying
 
 __all__ = ["HigherOrder", "ZerothOrder"]
 
 NOTHING = Coefficient(0.0)
+
+BLOCK, MAX_UNCUT = 30, 1000
+"""Operations of a block of straight-line code, and how many are left in one block: the scheduling of instructions and
+the allocation of registers take a time that grows with more than the length of a block."""
 
 
 class ZerothOrder:
@@ -30,7 +34,10 @@ class ZerothOrder:
 
     def outputs(self) -> list[Value]:
         """Write all operations, and return the rates and, behind them, what is watched."""
+        large = len(self._schedule.operations) > MAX_UNCUT
         for k, operation in enumerate(self._schedule.operations):
+            if large and k % BLOCK == 0:
+                self._work.address.function.cut(self._work.array("active", INTEGER)[0].is_("ge", 0))
             write = getattr(self, f"_{type(operation).__name__.lower()}", None)
             if write is None:
                 raise TypeError(f"operation must be one with a recurrence, got {operation}.")
@@ -124,6 +131,7 @@ class HigherOrder(ZerothOrder):
 
     def __init__(self, kernel: Any, work: Record, n: Value, states: Sequence[Value]) -> None:
         super().__init__(kernel, work)
+        self._rows = set(self._schedule.rows)
         self._n, self._states = n, states or kernel.layout.states(work.address, n)
         self._inner: Callable[[int], Value] = kernel.layout.inner_sums(work.address, n)
         self._over_order, self._weight = kernel.over_order(work, n), n.to_double().spread(kernel.lanes)
@@ -136,7 +144,7 @@ class HigherOrder(ZerothOrder):
     def _keep(self, k: int, value: Value) -> None:
         """Store what inner sums of higher orders read."""
         for row in (Row(k, False), Row(k, True)):
-            if row in self._schedule.rows:
+            if row in self._rows:
                 kept = value * self._weight if row.weighted else value
                 self._kernel.layout.keep(self._work.address, self._n, row, kept)
 

@@ -37,6 +37,15 @@ def test_what_a_loop_carries_changes_at_once():
     assert called(swapped_three_times, 1.0, 2.0) == 102.0
 
 
+def test_a_block_may_be_cut():
+    def twice(a):
+        doubled = a * 2.0
+        a.function.cut(a.is_("eq", a))
+        return doubled + 1.0
+
+    assert called(twice, 3.0) == 7.0
+
+
 def test_bits_shift_without_a_sign():
     assert called(lambda x: x >> 60, -1) == 15
     assert called(lambda x: x << 62, 3) == -(2**62)

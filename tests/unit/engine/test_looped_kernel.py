@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from poinsot.engine import kernel_momenta, llvm_ir, looped_kernel
+from poinsot.engine import kernel_momenta, kernel_program, llvm_ir, looped_kernel, taylor_recurrences
 from poinsot.engine.decomposition import (
     Coefficient,
     Decomposition,
@@ -23,6 +23,7 @@ from poinsot.engine.decomposition import (
     Sum,
     Time,
 )
+from poinsot.engine.kernel_layouts import Rolled
 from poinsot.engine.kernel_momenta import LEAST, MOST
 from poinsot.engine.kernel_program import KernelProgram
 from poinsot.engine.looped_kernel import Code, Output, Queue, Run, Status, compiled, order_of
@@ -279,6 +280,21 @@ def test_optimization_changes_no_bit(layout, name, monkeypatch):
         found.append(integrated(code, states, times)[0])
     for other in found[1:]:
         np.testing.assert_array_equal(other, found[0])
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize("order", [ORDER, ORDER - 1, 4, 3, 2])
+def test_loops_over_inner_sums_change_no_bit(order, name, monkeypatch):
+    """Each block of straight-line code is cut after one operation, too."""
+    times, states = np.linspace(0.0, SYSTEMS[name][1], 23)[1:], starts(name, 3)
+    expected = integrated(Code(KernelProgram(DECOMPOSITIONS[name], order, 1, "single")), states, times)[0]
+    monkeypatch.setattr(kernel_program, "ROLLED_FROM", 0)
+    monkeypatch.setattr(taylor_recurrences, "MAX_UNCUT", 0)
+    monkeypatch.setattr(taylor_recurrences, "BLOCK", 1)
+    program = KernelProgram(DECOMPOSITIONS[name], order, 1, "single")
+    assert isinstance(program.layout, Rolled)
+    assert "label %never" in str(program.module)
+    np.testing.assert_array_equal(integrated(Code(program), states, times)[0], expected)
 
 
 def with_slopes():

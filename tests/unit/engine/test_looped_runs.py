@@ -104,19 +104,6 @@ class Root(pt.Potential):
         return pt.functions.sqrt(self.k * (2 + instant.attitude.to_body((0, 0, 1))[2]))
 
 
-def test_zeros_decide_whether_a_large_system_runs_on_a_looped_kernel(monkeypatch):
-    """At degree 8 three planes of symmetry leave 268 of 487 operations; a body without any keeps 508."""
-    monkeypatch.setattr(looped_runs, "LARGEST", 400)
-    orbit = pt.KeplerOrbit(1.0, semimajor_axis=4.0, eccentricity=0.1)
-    points = pt.shapes.Mascons([1.0, 2.0, 1.5], [(1, 0.1, 0.3), (-0.7, 0.3, 0.1), (0.1, -0.4, -0.5)])
-    found = {}
-    for name, shape in (("symmetric", pt.shapes.Ellipsoid((1.0, 0.8, 0.6), mass=1.0)), ("any", points)):
-        body = pt.Body.from_shape(shape)
-        system = pt.System(body, pt.forces.HarmonicGravity(orbit, shape.field(8)))
-        found[name] = pt.propagate(system, body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [1.0]).run.kernel
-    assert found == {"symmetric": "looped", "any": "heyoka"}
-
-
 def test_a_formula_that_has_no_slope_at_zero_stops_as_before():
     motion(Root(0.3))
     with pytest.raises(pt.PropagationError, match="the state became non-finite"):

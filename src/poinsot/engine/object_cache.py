@@ -1,0 +1,170 @@
+"""Object code of kernels on disk: compiled code that a later process loads.
+
+A file starts with the SHA-256 digest of the object code behind it, which detects damage. The digest needs no secret: a
+user who can change files in the folder can already execute any code of this user, so the folder, all folders above it
+and the file must be writable by this user and root alone. Access control lists are not checked.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import os
+import stat
+import sys
+import warnings
+from pathlib import Path
+
+from poinsot.errors import level_of_user
+from poinsot.printable import shortened
+
+__all__ = ["ObjectCache", "folder"]
+
+MAX_BYTES = 256 * 1024**2
+"""The most that the folder contains: the files that were used longest ago are removed."""
+
+SUFFIX, DIGEST = ".object", hashlib.sha256().digest_size
+
+VARIABLE = "POINSOT_CACHE"
+
+OTHERS = stat.S_IWGRP | stat.S_IWOTH
+
+REMEDY = f"The run continues without it. Set {VARIABLE} to another folder, or to an empty text to use none."
+
+
+def folder() -> Path | None:
+    """Return the folder of the cache, `POINSOT_CACHE` or the system's folder for caches; None if it is turned off."""
+    given = os.environ.get(VARIABLE)
+    if given is not None:
+        return Path(os.path.abspath(given)) if given else None
+    place = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME", "")
+    if not os.path.isabs(place):  # the standard ignores a relative path
+        place = os.path.expanduser("~/Library/Caches" if sys.platform == "darwin" else "~/.cache")
+    return Path(place) / "poinsot" if os.path.isabs(place) else None  # a user without a home
+
+
+class ObjectCache:
+    """Object code by keys, in a folder.
+
+    Any number of processes and threads may use one folder. No failure stops a run: each gives one warning a process.
+
+    Parameters
+    ----------
+    folder : Path or None
+        None stores nothing.
+    """
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder = folder if folder is not None and _is_safe(folder) else None
+
+    def load(self, key: str) -> bytes | None:
+        """Return the object code of a key, if it is stored and undamaged."""
+        if self._folder is None:
+            return None
+        path = self._folder / (key + SUFFIX)
+        try:
+            content = _content(path)
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            _warn(f"the cache folder {shortened(self._folder)} must be readable, got: {error.strerror}. {REMEDY}")
+            return None
+        if content is None or hashlib.sha256(content[DIGEST:]).digest() != content[:DIGEST]:
+            found = "a file that another user can write" if content is None else "damaged contents"
+            _warn(f"a kernel in the cache must be as it was stored, got {found} in {shortened(path)}. It is removed.")
+            with contextlib.suppress(OSError):
+                path.unlink()
+            return None
+        with contextlib.suppress(OSError):
+            os.utime(path)
+        return content[DIGEST:]
+
+    def store(self, key: str, code: bytes) -> None:
+        """Store object code, whole or not at all."""
+        if self._folder is None:
+            return
+        from poinsot.atomic_write import new_file
+
+        try:
+            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if not _is_safe(self._folder):
+                return
+            with new_file(self._folder / (key + SUFFIX), overwrite=True) as part:
+                number = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+                with os.fdopen(number, "wb") as stream:
+                    stream.write(hashlib.sha256(code).digest() + code)
+            _evict(self._folder)
+        except OSError as error:
+            _warn(f"the cache folder {shortened(self._folder)} must be writable, got: {_reason(error)}. {REMEDY}")
+
+
+def _evict(folder: Path) -> None:
+    """Remove the files that were used longest ago until the others have room."""
+    files = []
+    for path in folder.glob(f"*{SUFFIX}"):
+        with contextlib.suppress(FileNotFoundError):  # another process has removed it
+            status = path.stat()
+            files.append((status.st_mtime, status.st_size, path))
+    total = sum(size for _, size, _ in files)
+    for _, size, path in sorted(files):
+        if total <= MAX_BYTES:
+            break
+        path.unlink(missing_ok=True)
+        total -= size
+
+
+def _content(path: Path) -> bytes | None:
+    """Return what a file contains; None if it is no regular file that only this user can write."""
+    flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    with contextlib.ExitStack() as stack:
+        number = os.open(path, flags)
+        stream = stack.enter_context(os.fdopen(number, "rb"))
+        status = os.fstat(number)
+        if not stat.S_ISREG(status.st_mode) or not _is_own(status, {_user()}):
+            return None
+        return stream.read()
+
+
+def _is_safe(folder: Path) -> bool:
+    """Return whether only this user and root can change what is in a folder, with a warning if it exists otherwise.
+
+    In folders above it others may write where the sticky bit forbids them to move what is not theirs, as in /tmp.
+    """
+    place = Path(os.path.realpath(folder))
+    for each in (place, *place.parents):
+        try:
+            status = os.stat(each)
+        except FileNotFoundError:
+            continue
+        except OSError as error:
+            _warn(f"the cache folder {shortened(folder)} must be readable, got: {error.strerror}. {REMEDY}")
+            return False
+        sticky = each != place and status.st_mode & stat.S_ISVTX and status.st_uid in (_user(), 0)
+        if not stat.S_ISDIR(status.st_mode) or not (sticky or _is_own(status, {_user(), 0})):
+            _warn(
+                f"the cache folder {shortened(folder)} must be a folder that no other user can write, got "
+                f"{shortened(each)}, {stat.filemode(status.st_mode)} of user {status.st_uid}. {REMEDY}"
+            )
+            return False
+    return True
+
+
+def _is_own(status: os.stat_result, users: set[int]) -> bool:
+    """Return whether a file belongs to one of some users and nobody else can write it; on Windows, always."""
+    return sys.platform == "win32" or (status.st_uid in users and not status.st_mode & OTHERS)
+
+
+def _user() -> int:
+    return os.geteuid() if hasattr(os, "geteuid") else 0
+
+
+def _reason(error: OSError) -> str:
+    """Return the system's words; an error that `new_file` has raised contains its message alone."""
+    return error.strerror or str(error).rpartition("reported: ")[-1].rstrip(".")
+
+
+@functools.lru_cache(64)
+def _warn(sentence: str) -> None:
+    """Warn once a process."""
+    warnings.warn(sentence, stacklevel=level_of_user())
