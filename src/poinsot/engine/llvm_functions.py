@@ -139,7 +139,7 @@ def _written_sine_and_cosine(x: Value, lanes: int) -> Value:
     def exact() -> list[Value]:
         return [far.choose(_each(name, [x], lanes), value) for name, value in zip(("sin", "cos"), near, strict=True)]
 
-    return lines.pair(*lines.either(far.any(), near, exact))
+    return lines.struct(*lines.either(far.any(), near, exact))
 
 
 def _eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> Value:

@@ -10,13 +10,17 @@ import ctypes
 import functools
 import hashlib
 import importlib.util
+import itertools
+import math
 import platform
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from fractions import Fraction
+from typing import Any, cast
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot.engine.object_cache import ObjectCache, folder
 
@@ -31,6 +35,11 @@ __all__ = [
     "Module",
     "Record",
     "Value",
+    "Wide",
+    "WideArray",
+    "WideValue",
+    "exact_product",
+    "exact_sum",
     "host_features",
     "machine_code",
     "vector",
@@ -65,6 +74,12 @@ def vector(kind: str, lanes: int) -> str:
     return kind if lanes == 1 else f"<{lanes} x {kind}>"
 
 
+class Wide(str):
+    """The type of double-double numbers: the text is the type of their two parts."""
+
+    __slots__ = ()
+
+
 def _lanes(kind: str) -> int:
     return int(kind[1:].split(" ")[0]) if kind.startswith("<") else 1
 
@@ -96,6 +111,20 @@ class Value:
 
     def __init__(self, function: Function, kind: str, name: str) -> None:
         self.function, self.type, self.name = function, kind, name
+
+    @property
+    def parts(self) -> tuple[Value, ...]:
+        """The values of LLVM that represent the number."""
+        return (self,)
+
+    @property
+    def high(self) -> Value:
+        """The number in double precision."""
+        return self
+
+    def of_parts(self, parts: Iterator[Value]) -> Value:
+        """Return a number of this kind from the next ones of some values of LLVM."""
+        return next(parts)
 
     def like(self, other: Value | float) -> Value:
         """Return a value, or a number as a constant of this one's type."""
@@ -148,8 +177,12 @@ class Value:
     def choose(self, yes: Value, no: Value | float) -> Value:
         """Return one of two values where this mask is set, the other elsewhere."""
         no = yes.like(no)
-        text = f"select {self.type} {self.name}, {yes.type} {yes.name}, {no.type} {no.name}"
-        return self.function.new(yes.type, text)
+        yes = no.like(yes)
+        chosen = [
+            self.function.new(a.type, f"select {self.type} {self.name}, {a.type} {a.name}, {b.type} {b.name}")
+            for a, b in zip(yes.parts, no.parts, strict=True)
+        ]
+        return yes.of_parts(iter(chosen))
 
     def larger(self, other: Value | float) -> Value:
         """Return the larger one of two; of NaN and a number, the number, if that is the other one."""
@@ -170,6 +203,22 @@ class Value:
     def fma(self, factor: Value | float, addend: Value | float) -> Value:
         """Return self * factor + addend with one rounding."""
         return self.intrinsic("fma", factor, addend)
+
+    def product_added(self, factor: Value, total: Value) -> Value:
+        """Return total + self * factor as a term of a long sum, which `normalized` ends."""
+        return self.fma(factor, total)
+
+    def normalized(self) -> Value:
+        """Return the sum of terms that `product_added` has added."""
+        return self
+
+    def sqrt(self) -> Value:
+        """Return the square root."""
+        return self.intrinsic("sqrt")
+
+    def times_power_of_two(self, power: Value | float) -> Value:
+        """Return the product with a power of two, which is exact."""
+        return self * power
 
     def __abs__(self) -> Value:
         return self.intrinsic("fabs")
@@ -230,6 +279,173 @@ class Value:
         return self.function.new(BOOL, f"icmp ne i{lanes} {whole.name}, 0")
 
 
+class WideValue(Value):
+    """A double-double number: high + low, |low| at most half a unit in the last place of high.
+
+    Sums are Knuth's, products take one `fma` for the rounding error, quotients and roots one correction (Dekker 1971,
+    Numer. Math. 18, 224; Joldes, Muller and Popescu 2017, ACM TOMS 44, 15). Relative errors are a few 2^-106.
+    """
+
+    __slots__ = ("high", "low")
+    high: Value
+
+    def __init__(self, high: Value, low: Value) -> None:
+        super().__init__(high.function, Wide(high.type), "")
+        self.high, self.low = high, low
+
+    @property
+    @override
+    def parts(self) -> tuple[Value, ...]:
+        return self.high, self.low
+
+    @override
+    def of_parts(self, parts: Iterator[Value]) -> Value:
+        return WideValue(next(parts), next(parts))
+
+    @override
+    def like(self, other: Value | float) -> WideValue:
+        if isinstance(other, WideValue):
+            return other
+        if isinstance(other, Value):
+            return WideValue(other, Value.like(self.high, 0.0))
+        found: Any = self.function.constant(self.type, other)
+        return cast(WideValue, found)
+
+    @override
+    def __add__(self, other: Value | float) -> WideValue:
+        if isinstance(other, Value) and not isinstance(other, WideValue):
+            high, low = exact_sum(self.high, other)
+            return WideValue(*_ordered_sum(high, low + self.low))
+        other = self.like(other)
+        (high, small), (low, smaller) = exact_sum(self.high, other.high), exact_sum(self.low, other.low)
+        high, low = _ordered_sum(high, small + low)
+        return WideValue(*_ordered_sum(high, low + smaller))
+
+    __radd__ = __add__
+
+    @override
+    def __sub__(self, other: Value | float) -> WideValue:
+        return self + (-other)
+
+    @override
+    def __rsub__(self, other: Value | float) -> WideValue:
+        return -self + other
+
+    @override
+    def __mul__(self, other: Value | float) -> WideValue:
+        if isinstance(other, float | int) and math.frexp(other)[0] in (0.5, -0.5):
+            return self.times_power_of_two(float(other))
+        if isinstance(other, Value) and not isinstance(other, WideValue):
+            high, low = exact_product(self.high, other)
+            return WideValue(*_ordered_sum(high, self.low.fma(other, low)))
+        other = self.like(other)
+        high, low = exact_product(self.high, other.high)
+        return WideValue(*_ordered_sum(high, self.high.fma(other.low, self.low.fma(other.high, low))))
+
+    __rmul__ = __mul__
+
+    @override
+    def __truediv__(self, other: Value | float) -> WideValue:
+        other = self.like(other)
+        first = self.high / other.high
+        high, low = exact_product(first, other.high)
+        rest = ((self.high - high) - low) + (self.low - first * other.low)
+        return WideValue(*_ordered_sum(first, rest / other.high))
+
+    @override
+    def __rtruediv__(self, other: Value | float) -> WideValue:
+        return self.like(other) / self
+
+    @override
+    def __neg__(self) -> WideValue:
+        return WideValue(-self.high, -self.low)
+
+    @override
+    def __abs__(self) -> WideValue:
+        negative: Any = self.high.is_("lt", 0.0).choose(-self, self)
+        return cast(WideValue, negative)
+
+    @override
+    def fma(self, factor: Value | float, addend: Value | float) -> WideValue:
+        return self * factor + addend
+
+    @override
+    def product_added(self, factor: Value, total: Value) -> WideValue:
+        a, b, (sum_high, sum_low) = self, self.like(factor), total.parts
+        product, rest = exact_product(a.high, b.high)
+        rest = a.high.fma(b.low, a.low.fma(b.high, rest))
+        high, small = exact_sum(sum_high, product)
+        return WideValue(high, sum_low + (small + rest))
+
+    @override
+    def normalized(self) -> WideValue:
+        return WideValue(*_ordered_sum(self.high, self.low))
+
+    @override
+    def sqrt(self) -> WideValue:
+        root = self.high.sqrt()
+        high, low = exact_product(root, root)
+        more = (((self.high - high) - low) + self.low) / (2.0 * root)
+        return WideValue(*_ordered_sum(root, root.is_("gt", 0.0).choose(more, 0.0)))
+
+    @override
+    def times_power_of_two(self, power: Value | float) -> WideValue:
+        return WideValue(self.high * power, self.low * power)
+
+    @override
+    def is_(self, relation: str, other: Value | float) -> Value:
+        if isinstance(other, float | int) and other == 0:
+            return self.high.is_(relation, 0.0)
+        return (self - other).high.is_(relation, 0.0)
+
+    @override
+    def lane(self, lane: int) -> WideValue:
+        return WideValue(self.high.lane(lane), self.low.lane(lane))
+
+    @override
+    def with_lane(self, lane: int, value: Value) -> WideValue:
+        value = self.like(value)
+        return WideValue(self.high.with_lane(lane, value.high), self.low.with_lane(lane, value.low))
+
+    @override
+    def spread(self, lanes: int) -> WideValue:
+        return WideValue(self.high.spread(lanes), self.low.spread(lanes))
+
+
+def exact_sum(a: Value, b: Value) -> tuple[Value, Value]:
+    """Return the sum of doubles and its rounding error (Knuth)."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def _ordered_sum(a: Value, b: Value) -> tuple[Value, Value]:
+    """Return the same where |a| >= |b|."""
+    total = a + b
+    return total, b - (total - a)
+
+
+def exact_product(a: Value, b: Value) -> tuple[Value, Value]:
+    """Return the product of doubles and its rounding error."""
+    product = a * b
+    return product, a.fma(b, -product)
+
+
+def _returned(kind: str) -> str:
+    """Return the type of LLVM that a function returns for a type of numbers."""
+    return f"{{{kind}, {kind}}}" if isinstance(kind, Wide) else kind
+
+
+def _parts(values: Iterable[Value]) -> list[Value]:
+    return [part for value in values for part in value.parts]
+
+
+def _of_parts(parts: Iterable[Value], like: Iterable[Value]) -> list[Value]:
+    """Return the numbers that consist of some parts, of the kinds of others."""
+    own = iter(parts)
+    return [value.of_parts(own) for value in like]
+
+
 class Array:
     """Numbers or vectors of a type one after another in memory, from an address, which is a multiple of their size.
 
@@ -260,6 +476,53 @@ class Array:
         """Return the same memory as elements of another type."""
         return Array(self.address, kind)
 
+    def from_(self, address: Value) -> Array:
+        """Return an array of the type from another address."""
+        return Array(address, self.type, self._align)
+
+    @property
+    def high(self) -> Array:
+        """The numbers in double precision."""
+        return self
+
+
+class WideArray(Array):
+    """Double-double numbers or vectors: low parts are stored a fixed count of elements behind the high parts."""
+
+    def __init__(self, address: Value, kind: str, distance: int) -> None:
+        super().__init__(address, Wide(kind))
+        self._distance = distance
+
+    @override
+    def __getitem__(self, index: Value | int) -> WideValue:
+        parts = self.high
+        return WideValue(parts[index], parts[index + self._distance])
+
+    @override
+    def __setitem__(self, index: Value | int, value: Value | float) -> None:
+        function, parts = self.address.function, self.high
+        given = function.constant(self.type, 0.0).like(value)
+        for place, part in zip((index, index + self._distance), given.parts, strict=True):
+            parts[place] = part
+
+    @override
+    def of(self, kind: str) -> WideArray:
+        return WideArray(self.address, kind, self._distance * _lanes(self.type) // _lanes(kind))
+
+    @override
+    def from_(self, address: Value) -> WideArray:
+        return WideArray(address, self.type, self._distance)
+
+    @property
+    @override
+    def high(self) -> Array:
+        return Array(self.address, str(self.type))
+
+    @property
+    def low(self) -> Array:
+        """The low parts."""
+        return Array(self.high.at(self._distance), str(self.type))
+
 
 class Record:
     """A structure in memory whose fields are those of a NumPy type."""
@@ -268,9 +531,15 @@ class Record:
         self.address, self._kind = address, kind
 
     def array(self, name: str, kind: str = DOUBLE) -> Array:
-        """Return a field as elements of a type."""
+        """Return a field as elements of a type; low parts of double-double numbers fill the second half of a field."""
         fields: Any = self._kind.fields
-        return Array(Array(self.address, "i8").at(fields[name][1]), kind)
+        own, place = fields[name][:2]
+        address = Array(self.address, "i8").at(place)
+        return (
+            WideArray(address, kind, own.itemsize // (16 * _lanes(kind)))
+            if isinstance(kind, Wide)
+            else Array(address, kind)
+        )
 
 
 class Module:
@@ -293,6 +562,8 @@ class Module:
             return
         function = self.functions[name] = Function(self, name, returns, arguments, attributes)
         result = body(*function.arguments)
+        if isinstance(result, WideValue):
+            result = function.struct(result)
         function.line("ret void" if result is None else f"ret {result.type} {result.name}")
 
     def __str__(self) -> str:
@@ -304,8 +575,15 @@ class Function:
     """The text of a function while it is written."""
 
     def __init__(self, module: Module, name: str, returns: str, arguments: Sequence[str], attributes: str) -> None:
-        self.module, self.name, self.returns, self._attributes = module, name, returns, attributes
-        self.arguments = [Value(self, kind, f"%a{i}") for i, kind in enumerate(arguments)]
+        self.module, self.name, self._attributes = module, name, attributes
+        self.returns = _returned(returns)
+        names = (f"%a{i}" for i in itertools.count())
+        self.arguments = [
+            WideValue(*(Value(self, str(kind), next(names)) for _ in range(2)))
+            if isinstance(kind, Wide)
+            else Value(self, kind, next(names))
+            for kind in arguments
+        ]
         self._lines: list[str] = []
         self._count, self._block, self._cut = 0, "entry", False
 
@@ -320,13 +598,19 @@ class Function:
         return value
 
     def constant(self, kind: str, number: float) -> Value:
-        """Return a constant."""
-        return Value(self, kind, _number(kind, number))
+        """Return a constant, a double or a fraction."""
+        if isinstance(kind, Wide):
+            high = float(number)
+            low = float(Fraction(number) - Fraction(high)) if math.isfinite(high) else 0.0
+            return WideValue(*(self.constant(str(kind), part) for part in (high, low)))
+        return Value(self, kind, _number(kind, float(number)))
 
     def call(self, kind: str, name: str, *arguments: Value) -> Value:
         """Call a function that returns a value."""
-        self.module.called[name] = f"declare {kind} @{name}({', '.join(value.type for value in arguments)})"
-        return self.new(kind, f"call {kind} @{name}({_listed(arguments)})")
+        returns = _returned(kind)
+        self.module.called[name] = f"declare {returns} @{name}({', '.join(value.type for value in _parts(arguments))})"
+        found = self.new(returns, f"call {returns} @{name}({_listed(arguments)})")
+        return WideValue(found.part(0), found.part(1)) if isinstance(kind, Wide) else found
 
     def run(self, name: str, *arguments: Value) -> None:
         """Call a function that returns nothing."""
@@ -354,16 +638,20 @@ class Function:
         before = self._block
         with self.when(condition):
             values, end = body(), self._block
-        return [
+        chosen = [
             self.new(value.type, f"phi {value.type} [{value.name}, %{end}], [{other.name}, %{before}]")
-            for value, other in zip(values, otherwise, strict=True)
+            for value, other in zip(_parts(values), _parts(otherwise), strict=True)
         ]
+        return _of_parts(chosen, otherwise)
 
-    def pair(self, first: Value, second: Value) -> Value:
-        """Return two values as one."""
-        kind = f"{{{first.type}, {second.type}}}"
-        half = self.new(kind, f"insertvalue {kind} poison, {first.type} {first.name}, 0")
-        return self.new(kind, f"insertvalue {kind} {half.name}, {second.type} {second.name}, 1")
+    def struct(self, *values: Value) -> Value:
+        """Return values as one, whose parts `Value.part` returns."""
+        parts = _parts(values)
+        kind = f"{{{', '.join(part.type for part in parts)}}}"
+        whole = Value(self, kind, "poison")
+        for i, part in enumerate(parts):
+            whole = self.new(kind, f"insertvalue {kind} {whole.name}, {part.type} {part.name}, {i}")
+        return whole
 
     def repeat(
         self,
@@ -375,13 +663,14 @@ class Function:
         before, head, inside, after = self._block, self._label(), self._label(), self._label()
         self.line(f"br label %{head}")
         self._begin(head)
-        place, values = len(self._lines), [self._fresh(value.type) for value in carried]
+        place, fresh = len(self._lines), [self._fresh(part.type) for part in _parts(carried)]
+        values = _of_parts(fresh, carried)
         self.line(f"br i1 {going(*values).name}, label %{inside}, label %{after}")
         self._begin(inside)
         following = body(*values)
         self._lines[place:place] = [
             f"{value.name} = phi {value.type} [{first.name}, %{before}], [{later.name}, %{self._block}]"
-            for value, first, later in zip(values, carried, following, strict=True)
+            for value, first, later in zip(fresh, _parts(carried), _parts(following), strict=True)
         ]
         self.line(f"br label %{head}")
         self._begin(after)
@@ -421,7 +710,7 @@ class Function:
 
 
 def _listed(values: Sequence[Value]) -> str:
-    return ", ".join(f"{value.type} {value.name}" for value in values)
+    return ", ".join(f"{value.type} {value.name}" for value in _parts(values))
 
 
 @functools.cache

@@ -139,4 +139,4 @@ def first_change(coefficients: Value, h: Value, side: Value, at_once: Value, ord
 
     # The rates of the other branch may be no numbers.
     unseen = (~finite & start.is_("lt", 0.0)).choose(zero, finite.choose(unit, one))
-    return lines.pair(*lines.either(watched.any(), [unseen, zero], search))
+    return lines.struct(*lines.either(watched.any(), [unseen, zero], search))
