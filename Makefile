@@ -78,7 +78,7 @@ $(READY): pyproject.toml
 # numbalsoda is built from source where it has no wheel, which needs a Fortran compiler. `make bench ONLY="tops drifts"`
 # prints single sections; `make bench RESUME=1` goes on where a run stopped.
 BENCH := .venv-bench
-PEERS := numba numbalsoda diffrax mujoco bsk
+PEERS := heyoka numba numbalsoda diffrax mujoco bsk
 
 define INSTALL_PEERS
 @echo "== installing the peers"

@@ -37,6 +37,8 @@ SECTIONS = {
     "dense_output": "overheads",
     "gravity_fields": "fields",
     "first_calls": "first_calls",
+    "quadruple": "precisions",
+    "euler_angles": "precisions",
     "satellites": "ensembles",
     "tops": "ensembles",
     "on_a_device": "ensembles",

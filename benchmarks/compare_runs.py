@@ -221,7 +221,7 @@ def cases():
         yield f"{name}, events", lambda force=force: single(force, events=events())
     for name in ("no force", "weight", "ellipse", "table", "switched"):
         yield f"{name}, Euler angles", lambda name=name: single(FORCES[name], formulation="euler_angles", times=FEW)
-        yield f"{name}, extended", lambda name=name: single(FORCES[name], precision="extended", times=FEW)
+        yield f"{name}, quadruple", lambda name=name: single(FORCES[name], precision="quadruple", times=FEW)
         yield f"{name}, loose", lambda name=name: single(FORCES[name], tolerance=1e-8)
         yield f"{name}, down", lambda name=name: single(FORCES[name], times=TIMES[::-1])
         yield f"{name}, ensemble with events", lambda name=name: several(FORCES[name], events=events())
@@ -250,7 +250,7 @@ def edges():
         "both ways": {"times": TIMES},
         "down": {"times": TIMES[::-1]},
         "dense": {"times": FEW, "dense": True},
-        "extended": {"times": FEW, "precision": "extended"},
+        "quadruple": {"times": FEW, "precision": "quadruple"},
         "events": {"times": TIMES, "events": events()[:2]},
     }.items():
         yield f"edge, {name}", lambda options=options: stopped(Edge(4.55, -1.0), **options)

@@ -13,7 +13,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation_angle
 
 PERIOD = float(paper.ORBIT.period)
-WIDE = "extended" if np.finfo(np.longdouble).nmant == 63 else "quadruple"
+WIDE = "quadruple"
 PAPER_CASES = Path(__file__).parents[1] / "tests" / "oracles" / "paper_cases.json"
 
 

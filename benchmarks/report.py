@@ -91,6 +91,8 @@ def text(results):
         (_dense_output, "dense_output"),
         (_fields, "gravity_fields"),
         (_first_calls, "first_calls"),
+        (_quadruple, "quadruple"),
+        (_euler_angles, "euler_angles"),
         (_state_transition, "state_transition"),
         (_chaos, "chaos_maps"),
         (_two_bodies, "two_bodies"),
@@ -630,6 +632,32 @@ def _first_calls(found):
     )
     headings = ("system", "operations", "compiled", "its preparation", "from disk", "its preparation")
     return "\n".join(("## First calls\n", what, table(headings, rows)))
+
+
+def _quadruple(found):
+    rows = [
+        (
+            name,
+            milliseconds(one["poinsot"]),
+            milliseconds(one["heyoka"]),
+            f"{one['ratio']:.1f}",
+            *(f"{one[of]:.1e}" for of in ("attitude", "momentum")),
+        )
+        for name, one in found.items()
+    ]
+    what = prose(
+        "Motions in quadruple precision, without the first call: double-double arithmetic of poinsot next to",
+        "the type real128 of heyoka with the equations typed out, each at its default tolerance. The last columns are",
+        "the largest difference of a component of the quaternion, and of the angular momentum over its size.",
+    )
+    headings = ("problem", "poinsot", "heyoka by hand", "heyoka over poinsot", "attitude", "momentum")
+    return "\n".join(("## Quadruple precision\n", what, table(headings, rows)))
+
+
+def _euler_angles(found):
+    rows = [(key, *(milliseconds(one[name]) for name in ("lie_poisson", "euler_angles"))) for key, one in found.items()]
+    what = prose("A tenth of each problem in Euler angles and in the default variables, alternating, 101 output times.")
+    return "\n".join(("## Euler angles\n", what, table(("problem", "default", "Euler angles"), rows)))
 
 
 def _state_transition(found):

@@ -225,6 +225,31 @@ def of_second_calls(found):
     ]
 
 
+def of_quadruple(found):
+    """Return the targets of quadruple precision."""
+    what = "quadruple precision"
+    speed = [
+        Target(f"{name}, {what}, times faster than real128", one["ratio"], 30, False) for name, one in found.items()
+    ]
+    bounds = [1e-31 if name.endswith("t = 20") else 5e-30 for name in found]
+    errors = [
+        Target(f"{name}, {what}, largest error of the quaternion", one["attitude"], bound, True)
+        for (name, one), bound in zip(found.items(), bounds, strict=True)
+    ]
+    return [*speed, *errors]
+
+
+def of_first_calls(found):
+    """Return the targets of first calls."""
+    large, small = found.get("gravity of degree 8, second variations"), found["P2"]
+    targets = [Target("P2, kernel from disk", small["from disk, preparation"], 0.1, True, " s")]
+    if large:
+        what = "Gravity of degree 8 with second variations, processor time of the first call"
+        targets.append(Target(what, large["compiled"], 25, True, " s"))
+        targets.append(Target(f"{what}, from disk", large["from disk"], 8, True, " s"))
+    return targets
+
+
 def of_imports(found):
     """Return the target of the time to import."""
     return [Target("import poinsot over import heyoka", found["poinsot"] - found["heyoka"], 0.2, True, " s")]
@@ -314,6 +339,8 @@ GROUPS = (
     (of_closed_form, "closed_form", "closed_form_accuracy"),
     (of_second_calls, "second_propagate"),
     (of_imports, "imports"),
+    (of_first_calls, "first_calls"),
+    (of_quadruple, "quadruple"),
     (of_dense_output, "dense_output"),
     (of_state_transition, "state_transition"),
     (of_chaos, "chaos_maps"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.engine import kernels, looped_kernel
+from poinsot.engine import kernels
 from poinsot.mechanics.collection import answers_of
 
 pytest_plugins = ["default_share", "kept_code", "margins"]
@@ -27,17 +27,11 @@ def rng():
 
 
 @pytest.fixture
-def heyoka_alone(monkeypatch):
-    """Runs are heyoka's, also those that looped kernels do."""
-    monkeypatch.setattr(looped_kernel, "available", lambda: False)
-
-
-@pytest.fixture
 def forget_kernels(monkeypatch):
     """Makes a function that forgets all kernels, and what is known of structures."""
 
     def forget():
-        monkeypatch.setattr(kernels, "_pool", kernels._Pool())
+        monkeypatch.setattr(kernels, "known", kernels._Answers())
         answers_of.cache_clear()
 
     return forget

@@ -1,4 +1,4 @@
-"""Functions for formulas: one function for floats, arrays, heyoka and SymPy expressions and mpmath numbers.
+"""Functions for formulas: one function for floats, arrays, SymPy expressions and mpmath numbers.
 
 A formula receives scalars, each of one of these kinds, and vectors of three scalars. It consists of `+ - * / **` and
 the functions of this module. It must not branch on the values of scalars with `if`; `where` selects between two values.
@@ -52,7 +52,7 @@ __all__ = [
 pi = float(np.pi)
 
 Scalar = Any
-"""A float, an array of floats, a heyoka or SymPy expression, or an mpmath number."""
+"""A float, an array of floats, a SymPy expression or an mpmath number."""
 
 
 def _by_components(operation: Callable[[Scalar, Scalar], Scalar]) -> Callable[[Vector, Any], Vector]:
@@ -167,9 +167,8 @@ class NotComoving(Exception):  # noqa: N818
 
 def _engine(*scalars: Scalar) -> Any:
     for scalar in scalars:
-        kind = type(scalar)
-        name = kind.__module__.partition(".")[0]
-        if name in ("sympy", "mpmath") or (name == "heyoka" and kind.__name__ == "expression"):
+        name = type(scalar).__module__.partition(".")[0]
+        if name in ("sympy", "mpmath"):
             return sys.modules[name]
     return np
 
@@ -205,7 +204,7 @@ DESCRIPTION = """Return the {meaning}.
 Parameters
 ----------
 *scalars : {count}
-    Float, array, heyoka or SymPy expression, or mpmath number.
+    Float, array, SymPy expression or mpmath number.
 
 Returns
 -------
@@ -266,8 +265,7 @@ def less(a: Scalar, b: Scalar) -> Scalar:
     """
     if own := _own("less", (a, b)):
         return own[0]
-    engine = _engine(a, b)
-    return engine.lt(a, b) if engine.__name__ == "heyoka" else a < b
+    return a < b
 
 
 def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
@@ -293,8 +291,6 @@ def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
     if own := _own("where", (condition, a, b)):
         return own[0]
     engine = _engine(condition, a, b)
-    if engine.__name__ == "heyoka":
-        return engine.select(condition, a, b)
     if engine.__name__ == "sympy":
         return engine.Piecewise((a, condition), (b, True))
     if engine.__name__ == "mpmath":
@@ -373,7 +369,7 @@ def abs(x: Scalar) -> Scalar:  # noqa: A001
     Parameters
     ----------
     x : scalar
-        Float, array, heyoka or SymPy expression, or mpmath number.
+        Float, array, SymPy expression or mpmath number.
 
     Returns
     -------
@@ -394,7 +390,7 @@ def sign(x: Scalar) -> Scalar:
     Parameters
     ----------
     x : scalar
-        Float, array, heyoka or SymPy expression, or mpmath number.
+        Float, array, SymPy expression or mpmath number.
 
     Returns
     -------
@@ -569,8 +565,6 @@ def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
     if own := _own("eccentric_anomaly", (eccentricity, mean_anomaly)):
         return own[0]
     engine = _engine(eccentricity, mean_anomaly)
-    if engine.__name__ == "heyoka":
-        return engine.kepE(eccentricity, mean_anomaly)
     if engine.__name__ == "sympy":
         raise TypeError("eccentric_anomaly must have numbers, got a SymPy expression.")
     full_turns = 2 * engine.pi * engine.floor(mean_anomaly / (2 * engine.pi) + 0.5)
@@ -618,9 +612,7 @@ def _defect(engine: Any, angle: Scalar, sign: int, far: Scalar) -> Scalar:
     """
     is_near = less(angle * angle, 4)
     near = where(is_near, angle, 0 * angle)
-    # The engine folds divisors into factors, in the precision they have.
-    whole = np.longdouble if engine.__name__ == "heyoka" else int
     square, series = near * near, 1
     for k in range(40 if engine.__name__ == "mpmath" else 14, 0, -1):
-        series = 1 + sign * square / whole((2 * k + 2) * (2 * k + 3)) * series
-    return where(is_near, near * square * series / whole(6), far)
+        series = 1 + sign * square / ((2 * k + 2) * (2 * k + 3)) * series
+    return where(is_near, near * square * series / 6, far)

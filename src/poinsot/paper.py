@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.atomic_write import new_file
-from poinsot.engine import kernels
 from poinsot.engine.formulations import DEFAULT_FORMULATION, GENERAL
 from poinsot.errors import PropagationError
 from poinsot.files.netcdf import save
@@ -111,11 +110,10 @@ HEADINGS = ("case", "formulation", "steps", "order", "ms", "|q|-1", "q.Q/|Q|", "
 def solve(problem: Problem) -> tuple[Trajectory, list[Row]]:
     """Integrate a problem in every formulation; return the default motion and the table's rows.
 
-    The attitude error is the largest angle to a run of another formulation in the widest precision at hand.
+    The attitude error is the largest angle to a run of another formulation in quadruple precision.
     """
-    precision = "extended" if kernels.available("extended") else "quadruple"
     references = {
-        name: propagate(problem.system, problem.state, problem.times, formulation=name, precision=precision)
+        name: propagate(problem.system, problem.state, problem.times, formulation=name, precision="quadruple")
         for name in ("canonical", "lie_poisson")
     }
     motions, rows = {}, []

@@ -141,7 +141,7 @@ PAPER_ENDS = (
     ),
 )
 
-WIDE_BOUND = 1e-14  # in extended precision and in closed form, which leave the rounding of the start
+WIDE_BOUND = 1e-14  # in quadruple precision and in closed form, which leave the rounding of the start
 
 MEMBERS = 19  # neither a full batch nor a single one, however wide the processor
 
@@ -165,8 +165,7 @@ def _ways(system: System, time: float, bound: float) -> Iterator[tuple[str, floa
     if system is paper.KEPLER:
         return  # the ways below would compile for longer than all the rest
     yield "euler_angles", 4 * bound, propagate(system, start, [time], formulation="euler_angles")
-    if kernels.available("extended"):
-        yield "extended precision", WIDE_BOUND, propagate(system, start, [time], precision="extended")
+    yield "quadruple precision", WIDE_BOUND, propagate(system, start, [time], precision="quadruple")
     if not system.forces:
         yield CLOSED_FORM, WIDE_BOUND, free_motion(system.body, start, [time])
 

@@ -20,7 +20,6 @@ import forked
 import poinsot as pt
 from poinsot import paper, verify
 from poinsot.cli import app, terminal
-from poinsot.engine import looped_kernel
 
 TOP = """\
 title = "a top"
@@ -37,10 +36,6 @@ run.method = "closed form"
 """
 ENSEMBLE = '[ensemble]\nmembers = 40\nseed = 1\n[[ensemble.spread]]\nof = "state.omega_body"\nsize = 0.1\n'
 
-HEYOKA_ALONE = """
-from poinsot.engine import looped_kernel
-looped_kernel.available = lambda: False
-"""
 INTERRUPT = """
 import os, signal, sys
 from importlib import import_module
@@ -64,14 +59,11 @@ app()
 
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143}
 LOOPED = "poinsot.engine.looped_runs"
-HEYOKA = "poinsot.engine.integration"
-needs_looped = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
 
 
 def interrupted(module, name, at, *arguments, number=signal.SIGINT):
     """Run the command in a process of its own, which gets a signal at the n-th call of a function of the package."""
-    code = HEYOKA_ALONE * (module == HEYOKA) + INTERRUPT
-    done = forked.run(code, int(number), module, name, at, *arguments)
+    done = forked.run(INTERRUPT, int(number), module, name, at, *arguments)
     assert done.returncode == SIGNALS[number], done.stderr
     assert "Traceback" not in done.stderr
     return done
@@ -83,9 +75,8 @@ def interrupted(module, name, at, *arguments, number=signal.SIGINT):
 @pytest.mark.parametrize(
     ("number", "kernel", "name"),
     [
-        pytest.param(signal.SIGINT, LOOPED, "_Tasks._watch", marks=needs_looped),
-        pytest.param(signal.SIGTERM, LOOPED, "_Tasks._watch", marks=needs_looped),
-        (signal.SIGINT, HEYOKA, "Integration._advance"),
+        (signal.SIGINT, LOOPED, "_Tasks._watch"),
+        (signal.SIGTERM, LOOPED, "_Tasks._watch"),
     ],
 )
 def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
@@ -104,9 +95,8 @@ def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
 @pytest.mark.parametrize(
     ("number", "kernel", "name", "at"),
     [
-        pytest.param(signal.SIGINT, LOOPED, "_Tasks._watch", 5, marks=needs_looped),
-        pytest.param(signal.SIGTERM, LOOPED, "_Tasks._watch", 5, marks=needs_looped),
-        (signal.SIGTERM, HEYOKA, "Integration.chunks", 4),
+        (signal.SIGINT, LOOPED, "_Tasks._watch", 5),
+        (signal.SIGTERM, LOOPED, "_Tasks._watch", 5),
     ],
 )
 def test_ensemble_keeps_the_members_that_are_done(tmp_path, number, kernel, name, at):
@@ -147,8 +137,7 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, count = 11}\n" + ENSEMBLE)
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from poinsot.cli import app; app()"
-    own = ("looped_runs import _Tasks", "run"), ("integration import Integration", "chunks")
-    owner, name = own[not looped_kernel.available()]
+    owner, name = "looped_runs import _Tasks", "run"
     told = f"from poinsot.engine.{owner} as owner; right = owner.{name}\n"
     # One write for the word and its line end: threads tell it beside each other.
     told += f"owner.{name} = lambda *a: (print('begun\\n', end='', flush=True), right(*a))[1]\n"
@@ -250,9 +239,9 @@ def test_paper_keeps_the_cases_that_are_done(interrupting, monkeypatch, tmp_path
 
 SLOW = """
 import threading
-from poinsot.engine import driver, looped_runs, progress
+from poinsot.engine import looped_runs, progress
 progress.PATIENCE = 0.05
-for owner, name in ((looped_runs._Tasks, "run"), (driver._OneBody, "_integrate"), (driver._Members, "serve")):
+for owner, name in ((looped_runs._Tasks, "run"),):
     def slow(*arguments, right=getattr(owner, name)):
         for thread in threading.enumerate():
             if isinstance(thread, threading.Timer):
@@ -522,7 +511,7 @@ def hostile_files(folder):
     units = f"units = {{time = {text}, inertia = {text}}}\ntimes = {{stop = 1, count = 3}}\n"
     scenario.write_text(f"title = {text}\n{top}{units}")
     motion = pt.files.read_scenario(scenario).propagate(progress=False)
-    motion._complete(run=dataclasses.replace(motion.run, versions={"heyoka": HOSTILE, "poinsot": HOSTILE}))
+    motion._complete(run=dataclasses.replace(motion.run, versions={"llvmlite": HOSTILE, "poinsot": HOSTILE}))
     pt.save(motion, folder / "it.nc")
     pt.save(motion, folder / "it.zarr")
     (folder / "key.toml").write_text(f"{text} = 1\n")

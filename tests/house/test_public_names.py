@@ -45,12 +45,12 @@ def test_the_root_is_short_and_has_what_it_shares_with_a_namespace():
 @pytest.mark.parametrize(
     ("use", "more"),
     [
-        ("", {"numpy", "scipy", "heyoka"}),
+        ("", {"numpy", "scipy"}),
         ("poinsot.propagate, poinsot.System, poinsot.KeplerOrbit", set()),
         ("[getattr(poinsot.plot, name) for name in poinsot.plot.__all__]", set()),
         (
             "from poinsot import analysis, events, files, forces, orbits, plot, shapes",
-            {"numpy", "scipy", "heyoka"},
+            {"numpy", "scipy"},
         ),
     ],
 )

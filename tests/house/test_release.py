@@ -8,7 +8,7 @@ import poinsot as pt
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-ON_CONDA = {"heyoka": "heyoka.py", "matplotlib": "matplotlib-base", "netCDF4": "netcdf4"}
+ON_CONDA = {"matplotlib": "matplotlib-base", "netCDF4": "netcdf4"}
 """Names of the same packages on conda-forge."""
 
 

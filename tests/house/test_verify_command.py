@@ -50,7 +50,7 @@ def test_command_prints_every_comparison_without_escape_codes(monkeypatch):
         assert case.source in result.output
         assert all(row.quantity in result.output for row in verify.rows_of(case))
     assert "All 13 comparisons hold." in result.output
-    assert "heyoka" in result.output
+    assert "llvmlite" in result.output
     assert "FAILED" not in result.output
     assert "\x1b" not in result.output
 
@@ -62,7 +62,7 @@ def test_json_has_every_comparison(monkeypatch):
     compared = [one for case in told["cases"] for one in case["comparisons"]]
     assert len(compared) == 13
     assert all(one["holds"] and one["difference"] <= one["tolerance"] for one in compared)
-    assert "heyoka" in told["installation"]
+    assert "llvmlite" in told["installation"]
 
 
 @pytest.mark.parametrize(
@@ -83,11 +83,11 @@ def test_one_wrong_number_fails(monkeypatch, name, case, broken):
 
 def test_case_that_does_not_run_fails_and_says_why(monkeypatch):
     def broken():
-        raise OSError("libheyoka.so [x]: cannot open shared object file")
+        raise OSError("libllvm.so [x]: cannot open shared object file")
 
     result = run(monkeypatch, [verify.Case("Broken", "nowhere", broken), CASES["4179 Toutatis"]])
     assert result.exit_code == 1
-    assert "stopped by OSError: libheyoka.so [x]: cannot open shared object file" in result.output
+    assert "stopped by OSError: libllvm.so [x]: cannot open shared object file" in result.output
     assert "1 of 5 comparisons fail." in result.output
 
 

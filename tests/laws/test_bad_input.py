@@ -499,7 +499,7 @@ CHOICES = {
     ),
     "precision": (
         lambda: run(precision="half"),
-        "precision must be one of double, extended, quadruple, got 'half'.",
+        "precision must be 'double' or 'quadruple', got 'half'.",
     ),
     "zero_tolerance": (lambda: run(tolerance=0), "tolerance must be between 0 and 1, got 0.0."),
     "negative_tolerance": (lambda: run(tolerance=-1e-9), "tolerance must be between 0 and 1, got -1e-09."),

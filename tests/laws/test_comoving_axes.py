@@ -101,7 +101,7 @@ def test_comoving_or_not_the_motion_is_the_same(name, formulation):
     system = pt.System(BODY, *forces(orbit(epoch=0.3, true_anomaly=2.0)))
     assert comoving(system) == expected
     motion = pt.propagate(system, START, TIMES, formulation=formulation)
-    reference = pt.propagate(system, START, TIMES, formulation=formulation, precision="extended")
+    reference = pt.propagate(system, START, TIMES, formulation=formulation, precision="quadruple")
     # Here and below: at least three times the worst of shaken starts.
     np.testing.assert_allclose(motion.quaternion, reference.quaternion, rtol=0, atol=1e-14)
     np.testing.assert_allclose(motion.conjugate_momenta, reference.conjugate_momenta, rtol=0, atol=4e-14)
@@ -114,7 +114,7 @@ def test_the_choice_does_not_depend_on_numbers_seen_before(inclination):
         return pt.propagate(system, START, TIMES)
 
     run(inclination)
-    reference = pt.propagate(run(0.5).system, START, TIMES, precision="extended")
+    reference = pt.propagate(run(0.5).system, START, TIMES, precision="quadruple")
     np.testing.assert_allclose(run(0.5).quaternion, reference.quaternion, rtol=0, atol=3e-15)
 
 
@@ -126,5 +126,5 @@ def test_members_with_and_without_a_force_fixed_in_space():
 
     motion = pt.propagate(system(slice(None)), START, TIMES)
     for i in range(3):
-        alone = pt.propagate(system(i), START, TIMES, precision="extended")
+        alone = pt.propagate(system(i), START, TIMES, precision="quadruple")
         np.testing.assert_allclose(motion.quaternion[i], alone.quaternion, rtol=0, atol=8e-15)

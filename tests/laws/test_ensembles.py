@@ -9,7 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import driver, integration, kernels
+from poinsot.engine import kernels, looped_kernel, looped_runs
 
 MOST = 17
 BODY = pt.Body((1.0, 1.3, 1.7))
@@ -220,8 +220,9 @@ COUNTS, THREADS, CHUNKS = (1, 7, 8, 9, MOST), (1, 2), (5000, 50)
     covering(SWITCHES, ("none", "all"), STARTS, TIMES, COUNTS, THREADS, CHUNKS),
 )
 def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, threads, chunk, monkeypatch):
-    monkeypatch.setattr(integration, "BATCH_STEPS", chunk)
-    monkeypatch.setattr(driver, "SLAB_BYTES", 1)
+    advance = looped_kernel.Run.advance
+    monkeypatch.setattr(looped_kernel.Run, "advance", lambda run, budget=None: advance(run, budget or chunk))
+    monkeypatch.setattr(looped_runs, "SLAB_BYTES", 1)
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
 
 
@@ -339,7 +340,6 @@ def test_any_ensemble_is_its_members_alone(lanes, monkeypatch):
     monkeypatch.setattr(kernels, "LANES", lanes)
     wrong, tried = {}, 0
     for case in itertools.product(SWITCHES, EVENTS, STARTS, TIMES, (False, True), COUNTS, THREADS):
-        monkeypatch.setattr(integration, "BATCH_STEPS", CHUNKS[tried % 3 == 0])
         found = wrong_members(*case)
         tried += 1
         if found:
@@ -365,7 +365,7 @@ def both(system_of, starts, call):
 
 @pytest.mark.parametrize(("switch", "fails", "chunk"), [("table", True, 10), ("members' times", False, 700)])
 def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monkeypatch):
-    monkeypatch.setattr(kernels, "STEPS_AT_A_TIME", {1: chunk})
+    monkeypatch.setattr(looped_runs, "STEPS_AT_A_TIME", {1: chunk})
 
     def call(*given):
         return pt.analysis.state_transition(*given, TIMES["both ways"])
@@ -381,7 +381,7 @@ def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monk
 
 
 def test_second_derivatives_are_those_of_members_alone(monkeypatch):
-    monkeypatch.setattr(kernels, "STEPS_AT_A_TIME", {2: 20})
+    monkeypatch.setattr(looped_runs, "STEPS_AT_A_TIME", {2: 20})
 
     def call(*given):
         return pt.analysis.state_transition(*given, TIMES["both ways"], order=2)

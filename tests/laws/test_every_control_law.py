@@ -12,7 +12,7 @@ from laws.test_every_force import (
     ELLIPSE,
     MAGNETIC_FIELDS,
     compiled,
-    heyoka_torque,
+    compiled_torque,
     random_attitudes,
     sympy_numbers,
     turned_orbit,
@@ -51,9 +51,9 @@ def test_every_law_of_the_package_is_here():
 @each_law
 def test_torque_is_one_for_both_engines(law):
     system, omega, time = pt.System(BODY, law), np.array([0.4, -0.7, 0.2]), 0.9
-    from_heyoka = heyoka_torque(system)
+    from_kernel = compiled_torque(system)
     for q in random_attitudes():
-        torque = from_heyoka(q, omega, time)
+        torque = from_kernel(q, omega, time)
         assert np.max(np.abs(torque)) > 1e-3
         assert np.max(np.abs(torque - np.array(sympy_numbers(system, q, omega, time), dtype=float))) < 2e-14
 

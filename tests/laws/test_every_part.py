@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import parts
-from poinsot.engine import kernels
+from poinsot.engine import looped_kernel
 from poinsot.functions import Vector
 from poinsot.mechanics.part import Part
 from poinsot.parts import (
@@ -177,9 +177,9 @@ def test_all_formulations_give_one_motion(part):
         assert np.max(np.abs(values - usual.own[name])) < 1e-14
 
 
-def test_extended_precision_agrees():
+def test_quadruple_precision_agrees():
     system = pt.System(BODY, PARTS[1], PARTS[2])
-    usual, wide = (pt.propagate(system, started(system), TIMES, precision=p) for p in ("double", "extended"))
+    usual, wide = (pt.propagate(system, started(system), TIMES, precision=p) for p in ("double", "quadruple"))
     for name, values in wide.phase.items():
         np.testing.assert_allclose(usual.phase[name], values, rtol=0, atol=2e-13)
 
@@ -261,7 +261,7 @@ def test_other_values_of_the_variables_build_no_other_kernel(part, monkeypatch, 
     for start in starts:
         forget_kernels()
         built.append(pt.propagate(system, start, [0.01]))
-    monkeypatch.setattr(kernels, "_build", None)
+    monkeypatch.setattr(looped_kernel, "compiled", None)
     for start, expected in zip(starts, built, strict=True):
         motion = pt.propagate(system, start, [0.01])
         for name, values in expected.phase.items():
@@ -352,7 +352,7 @@ def test_an_action_may_name_no_part_that_is_not_there():
 # ---------------------------------------------------------------------- variational equations
 
 FIRST = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
-"""Central differences of order six: truncation h^6, rounding of starts 1e-16 / h, in extended precision."""
+"""Central differences of order six: truncation h^6, rounding of starts 1e-16 / h, in quadruple precision."""
 CIRCLE = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0, inclination=0.5, node=0.2, argument_of_periapsis=0.3)
 
 
@@ -388,7 +388,7 @@ def displacement(motion, reference):
 
 
 def end(system, state, x):
-    return pt.propagate(system, displaced(system, state, x), [1.7], precision="extended")
+    return pt.propagate(system, displaced(system, state, x), [1.7], precision="quadruple")
 
 
 @pytest.mark.samples

@@ -128,7 +128,7 @@ def test_every_formulation_gives_one_motion():
     forces = pt.GravityGradient(ORBIT), Read("attitude.matrix"), ReadByTorque("attitude.quaternion")
     system = pt.System(pt.Body((6, 8, 10)), *forces)
     start = system.state((0.1, 0.7, -0.1, 0.7), omega_body=(0.4, -0.9, 0.3))
-    wide = pt.propagate(system, start, TIMES, precision="extended")  # in space axes
+    wide = pt.propagate(system, start, TIMES, precision="quadruple")  # in space axes
     for formulation in ("lie_poisson", "canonical", "euler_angles"):
         motion = pt.propagate(system, start, TIMES, formulation=formulation)
         np.testing.assert_allclose(motion.quaternion, wide.quaternion, rtol=0, atol=1e-14)

@@ -7,11 +7,11 @@ import pytest
 
 import cuda_on_cpu
 import poinsot as pt
-from laws import test_both_kernels, test_every_mutual_gravity, test_pairs
-from laws.test_both_kernels import switches
+from laws import test_every_mutual_gravity, test_every_system, test_pairs
 from laws.test_every_force import FORCES, label
 from laws.test_every_orbit import ORBITS
 from laws.test_every_part import PARTS
+from laws.test_every_system import switches
 from poinsot.engine import looped_kernel
 
 pytestmark = [
@@ -26,7 +26,7 @@ SYSTEMS = (
     {label(force): (BODY, force) for force in FORCES}
     | {name: (BODY, pt.GravityGradient(orbit)) for name, orbit in ORBITS.items()}
     | {type(part).__name__: (PART_OF, part) for part in PARTS}
-    | {name: each for name, each in test_both_kernels.SYSTEMS.items() if ":" not in name and "table" not in name}
+    | {name: each for name, each in test_every_system.SYSTEMS.items() if ":" not in name and "table" not in name}
 )
 PAIRS = {name: test_pairs.system_of(name) for name in test_pairs.NAMES} | {
     label(force): pt.System(test_every_mutual_gravity.PAIR, force) for force in test_every_mutual_gravity.FORCES

@@ -11,7 +11,6 @@ from scipy.special import ive
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.engine import kernels
 
 EPS = np.finfo(float).eps
 INERTIA, RATE = 2.0, 0.1
@@ -148,8 +147,6 @@ def test_growth_with_dense_output_and_events(factor):
 @pytest.mark.parametrize("factor", FACTORS)
 @pytest.mark.parametrize("kind", ["orbit", "table", "wide"])
 def test_growth_in_carried_axes_between_knots_and_in_wide_precision(kind, factor):
-    if kind == "wide" and not kernels.available("extended"):
-        pytest.skip("no wider precision here")
     attitude, axis, rate = start("lie_poisson", factor)
     torque, time, angle = grown(factor, 1, rate)
     orbit = (
@@ -161,7 +158,7 @@ def test_growth_in_carried_axes_between_knots_and_in_wide_precision(kind, factor
     )
     system = pt.System(BALL, torque, pt.GravityGradient(orbit))  # which does not turn a ball
     one = BALL.state(attitude, omega_body=rate * axis)
-    options = {"precision": "extended"} if kind == "wide" else {}
+    options = {"precision": "quadruple"} if kind == "wide" else {}
     motion = pt.propagate(system, one, [time], **options)
     check(motion, attitude, angle * axis, factor * rate * axis)
     if kind != "wide":
@@ -179,9 +176,8 @@ def test_momenta_that_rise_and_fall_or_fall_and_rise_within_a_chunk_of_steps(for
     one = BALL.state(TILTED, omega_body=rate * AXIS)
     for state in (one, members(one, one)):
         check(pt.propagate(system, state, times, formulation=formulation), TILTED, angle * AXIS, rate * AXIS)
-    if kernels.available("extended"):
-        wide = pt.propagate(system, one, times, formulation=formulation, precision="extended")
-        check(wide, TILTED, angle * AXIS, rate * AXIS)
+    wide = pt.propagate(system, one, times, formulation=formulation, precision="quadruple")
+    check(wide, TILTED, angle * AXIS, rate * AXIS)
 
 
 def test_growth_until_a_switch():

@@ -13,7 +13,7 @@ import poinsot as pt
 from laws.test_results_travel import DESCRIPTIONS, RESULTS
 from public_calls import BODY, START, TIMES, TOP, ensemble, free, motion, pair_motion, public_calls
 
-COMPILED_LONG = {"both ways, in extended precision"}
+COMPILED_LONG = {"both ways, in quadruple precision"}
 """A trajectory like others, whose kernel takes seconds to compile."""
 
 

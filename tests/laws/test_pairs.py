@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from poinsot.engine import looped_kernel
 
 TURNS = [np.array([0.8, 0.0, 0.6, 0.0]), np.array([0.5, 0.5, -0.5, 0.5])]
 SPINS = [np.array([0.1, 0.2, 1.0]), np.array([0.05, 0.1, 0.4])]
@@ -133,12 +132,9 @@ def test_a_motion_runs_back_to_its_start(name):
 # ---------------------------------------------------------------------- kernels and ensembles
 
 
-@pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
 @each_system
-def test_both_kernels_give_one_motion(name, monkeypatch):
-    looped = propagated(name)
-    monkeypatch.setattr(looped_kernel, "available", lambda: False)
-    assert np.max(np.abs(rows(looped) - rows(propagated(name)))) < 1e-13
+def test_both_precisions_give_one_motion(name):
+    assert np.max(np.abs(rows(propagated(name)) - rows(propagated(name, precision="quadruple")))) < 1e-13
 
 
 @each_system

@@ -133,8 +133,8 @@ RESULTS = {
     "closed form": lambda _: free(),
     "ensemble": lambda _: pt.propagate(SATELLITE, members(), TIMES),
     "along an ellipse": lambda _: pt.propagate(pt.System(BODY, pt.GravityGradient(ELLIPSE)), START, TIMES, dense=True),
-    "both ways, in extended precision": lambda _: pt.propagate(
-        TOP, START, TIMES - 1, dense=True, precision="extended", events=[pt.events.SpinFlip((1, 0, 0))]
+    "both ways, in quadruple precision": lambda _: pt.propagate(
+        TOP, START, TIMES - 1, dense=True, precision="quadruple", events=[pt.events.SpinFlip((1, 0, 0))]
     ),
     "own force": lambda _: pt.propagate(pt.System(BODY, Drag(0.1)), START, TIMES, dense=True),
     "relative to a frame": lambda _: along_orbit().relative_to(CIRCLE.frame),
@@ -203,7 +203,7 @@ def test_what_comes_back_is_equal(tmp_path, name, way):
     assert isinstance(back == thing, bool)  # not an error of numpy about the truth of arrays
 
 
-@pytest.mark.parametrize("name", ["Trajectory", "closed form", "along an ellipse", "both ways, in extended precision"])
+@pytest.mark.parametrize("name", ["Trajectory", "closed form", "along an ellipse", "both ways, in quadruple precision"])
 def test_dense_output_comes_back_with_its_polynomials(tmp_path, name):
     thing = RESULTS[name](tmp_path)
     times = np.linspace(thing.times[0], thing.times[-1], 101)

@@ -13,8 +13,6 @@ from poinsot.functions import Vector
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.parts import ReactionWheels
 
-needs_looped_kernels = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
-
 BODY = pt.Body.from_inertia([(1.3, 0.05, -0.02), (0.05, 1.0, 0.03), (-0.02, 0.03, 0.7)])
 ORBIT = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, true_anomaly=0.3)
 TABLE = Ephemeris.from_function(1.1, position=lambda t: np.stack([*ORBIT.position_at(t)], -1), start=-1.0, stop=5.0)
@@ -106,18 +104,6 @@ SYSTEMS = {
 each_system = pytest.mark.parametrize("forces", SYSTEMS.values(), ids=SYSTEMS)
 
 
-@pytest.fixture
-def on_heyoka(monkeypatch):
-    """Return a function that calls another one without looped kernels."""
-
-    def called(function, *arguments, **options):
-        with monkeypatch.context() as without:
-            without.setattr(looped_kernel, "available", lambda: False)
-            return function(*arguments, **options)
-
-    return called
-
-
 def values(motion):
     """All variables of a motion."""
     own = [motion.quaternion, motion.angular_momentum_body, *motion.own.values()]
@@ -130,19 +116,18 @@ def difference(motion, other):
     return np.max(np.abs(values(motion) - values(other)) / size)
 
 
-@needs_looped_kernels
 @each_system
-def test_both_kernels_give_one_motion(forces, on_heyoka):
+def test_double_and_quadruple_precision_give_one_motion(forces):
     system = pt.System(BODY, *forces)
     start = system.state(**START)
-    looped = pt.propagate(system, start, TIMES, dense=True)
-    heyoka = on_heyoka(pt.propagate, system, start, TIMES, dense=True)
-    assert (looped.run.kernel, heyoka.run.kernel) == ("looped", "heyoka")
-    # Both round some 30 steps; samples of tables and saturated laws hand an error on by a factor of ten.
-    assert difference(looped, heyoka) < 1e-13
-    for motion in (looped, heyoka):
-        assert difference(motion(TIMES), motion) < 1e-14  # at samples it has what is behind them
-    assert np.array_equal(values(pt.propagate(system, start, TIMES[::-1]))[::-1], values(looped))
+    double, quadruple = (
+        pt.propagate(system, start, TIMES, dense=True, precision=precision) for precision in ("double", "quadruple")
+    )
+    # Both round some 30 steps; samples of tables and saturated laws multiply an error by ten.
+    assert difference(double, quadruple) < 1e-13
+    for motion in (double, quadruple):
+        assert difference(motion(TIMES), motion) < 1e-14  # at samples it has the variables after them
+    assert np.array_equal(values(pt.propagate(system, start, TIMES[::-1]))[::-1], values(double))
 
 
 @each_system
@@ -161,7 +146,6 @@ def test_at_a_sample_the_variables_are_those_of_the_update(forces):
         assert np.array_equal(motion.own[part.name][1], motion.own[part.name][0])
 
 
-@needs_looped_kernels
 @each_system
 def test_members_are_as_alone_in_all_lanes(forces, monkeypatch):
     count = 11
@@ -182,7 +166,6 @@ def test_members_are_as_alone_in_all_lanes(forces, monkeypatch):
             assert np.array_equal(values(pt.propagate(system, start, times, threads=threads)), values(together))
 
 
-@needs_looped_kernels
 def test_members_have_samples_of_their_own(monkeypatch):
     periods, phases = np.array([0.2, 0.3, 0.07, 1.1, 5.0]), np.array([0.0, 0.1, 0.02, -0.3, 0.7])
     system = pt.System(BODY, Sampled(FEEDBACK, periods, phases))
@@ -219,7 +202,6 @@ def test_a_motion_goes_on_from_any_of_its_states(forces):
         assert np.max(np.abs(values(rest) - values(whole)[k:]) / size) < 1e-13
 
 
-@needs_looped_kernels
 @pytest.mark.parametrize("name", ["feedback", "pointing along a table, two controllers", "two controllers"])
 def test_chunks_of_steps_change_nothing(name, monkeypatch):
     system = pt.System(BODY, *SYSTEMS[name])
@@ -237,8 +219,7 @@ def test_chunks_of_steps_change_nothing(name, monkeypatch):
 NOISY = NoisySensors(rate_noise=0.02, attitude_noise=0.03, rate_quantum=0.004, attitude_quantum=0.01, seed=11)
 
 
-@needs_looped_kernels
-def test_noise_is_the_same_on_all_kernels_and_in_all_lanes(on_heyoka, monkeypatch):
+def test_noise_is_the_same_in_all_precisions_and_lanes(monkeypatch):
     seeds = np.array([11.0, 11.0, 5.0, 11.0, 0.0, 2.0, 3.0])
     sensors = NoisySensors(0.02, 0.03, 0.004, 0.01, seeds)
     for law in (FEEDBACK, OrbitPointing(2.0, 3.0, 0.7, ORBIT)):
@@ -246,8 +227,8 @@ def test_noise_is_the_same_on_all_kernels_and_in_all_lanes(on_heyoka, monkeypatc
         together = pt.propagate(system, system.state(**START), TIMES)
         own = values(together)
         assert np.min(np.ptp(own[:2, -1, -3:], axis=0)) > 1e-4  # of one seed, but two members
-        heyoka = on_heyoka(pt.propagate, system, system.state(**START), TIMES)
-        assert np.max(np.abs(values(heyoka) - own)) < 1e-13
+        quadruple = pt.propagate(system, system.state(**START), TIMES, precision="quadruple")
+        assert np.max(np.abs(values(quadruple) - own)) < 1e-13
         for lanes in (1, 2, 4, 8):
             monkeypatch.setattr(kernels, "LANES", lanes)
             for threads in (1, 2):
@@ -330,15 +311,15 @@ class Kick(pt.events.AtTime):
         return body.locked.state(state.quaternion, angular_momentum_body=changed, time=state.time)
 
 
-def test_events_see_the_held_torque_and_do_not_move_samples(on_heyoka):
+def test_events_see_the_held_torque_and_do_not_move_samples():
     law = Sampled(FEEDBACK, 0.3, 0.1)
     system = pt.System(BODY, law)
     start = system.state(**START)
     plain = pt.propagate(system, start, TIMES)
     rate = float(np.mean(plain.omega_body[3:5, 2]))
     events = [pt.events.RateCrossing((0, 0, 1), rate=rate), pt.events.AtTime(0.7), pt.events.AtTime(1.15)]
-    for run in (lambda f, *a, **k: f(*a, **k), on_heyoka):
-        watched = run(pt.propagate, system, start, TIMES, events=events)
+    for precision in ("double", "quadruple"):
+        watched = pt.propagate(system, start, TIMES, events=events, precision=precision)
         assert difference(watched, plain) < 1e-13
         crossing, at_sample, between = watched.events
         assert crossing.times.size > 0
@@ -347,23 +328,24 @@ def test_events_see_the_held_torque_and_do_not_move_samples(on_heyoka):
         assert np.max(np.abs(between.times - 1.15)) < 1e-15
 
 
-def test_an_action_between_samples_leaves_the_torque_that_is_held(on_heyoka):
+def test_an_action_between_samples_leaves_the_torque_that_is_held():
     system = pt.System(BODY, Sampled(FEEDBACK, 0.3, 0.1))
     times, kick = np.array([0.5, 0.55, 0.6, 0.8, 1.5]), np.array((0.1, -0.2, 0.05))
     before = pt.propagate(system, system.state(**START), times[:2]).isel(time=1)
     g, own = before.angular_momentum_body + kick, before.own
     after = system.state(before.quaternion, angular_momentum_body=g, time=0.55, **own)
     expected = values(pt.propagate(system, after, times[2:]))
-    for run in (lambda f, *a, **k: f(*a, **k), on_heyoka):
-        kicked = run(pt.propagate, system, system.state(**START), times, events=[Kick(0.55, kick)])
+    for precision in ("double", "quadruple"):
+        kicked = pt.propagate(system, system.state(**START), times, events=[Kick(0.55, kick)], precision=precision)
         assert np.max(np.abs(values(kicked)[2:] - expected)) < 1e-14
         assert np.max(np.abs(kicked.own["sampled"][2] - before.own["sampled"])) < 2e-15  # roundings of a torque near 1
 
 
-def test_a_motion_ends_at_a_terminal_event_between_samples(on_heyoka):
+def test_a_motion_ends_at_a_terminal_event_between_samples():
     system = pt.System(BODY, Sampled(FEEDBACK, 0.3, 0.1))
-    for run in (lambda f, *a, **k: f(*a, **k), on_heyoka):
-        ended = run(pt.propagate, system, system.state(**START), TIMES, events=[pt.events.AtTime(0.5, terminal=True)])
+    for precision in ("double", "quadruple"):
+        events = [pt.events.AtTime(0.5, terminal=True)]
+        ended = pt.propagate(system, system.state(**START), TIMES, events=events, precision=precision)
         assert ended.times.tolist() == TIMES[TIMES < 0.5].tolist()
 
 
@@ -396,9 +378,8 @@ def test_two_bodies_have_no_sampled_laws():
         pt.System(pair, pt.forces.MutualGravity(), Sampled(FEEDBACK, 0.3).on("primary"))
 
 
-@needs_looped_kernels
 @pytest.mark.parametrize("name", [*SYSTEMS, "noise"])
-def test_tangent_vectors_jump_as_differences_of_motions_do(name, monkeypatch):
+def test_tangent_vectors_jump_as_differences_of_motions_do(name):
     """Central differences for a step of 1e-4 are good to 1e-9, by rounding; longer steps reach saturation."""
     noisy = Sampled(FEEDBACK, 0.3, 0.1, NoisySensors(1e-3, 1e-3, seed=5))
     system = pt.System(BODY, *({"noise": (noisy,)} | SYSTEMS)[name])
@@ -426,9 +407,6 @@ def test_tangent_vectors_jump_as_differences_of_motions_do(name, monkeypatch):
             for sign in (1, -1)
         )
         np.testing.assert_allclose(found @ step, change, rtol=0, atol=1e-9 * np.max(np.abs(change)))
-    monkeypatch.setattr(looped_kernel, "available", lambda: False)
-    other = pt.analysis.state_transition(system, first, times).matrix
-    np.testing.assert_allclose(other, found, rtol=0, atol=1e-13 * np.max(np.abs(found)))
 
 
 def test_derivatives_by_gains_and_not_by_the_times_of_samples():

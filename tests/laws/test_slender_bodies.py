@@ -140,7 +140,7 @@ KINDS = {
     "backwards": lambda body, _: pt.propagate(free(body), start(body), TIMES[::-1]).omega_body[::-1],
     "dense": lambda body, _: run(free(body), dense=True).omega_body,
     "called": lambda body, _: rates(body, run(free(body), dense=True)(TIMES)),
-    "extended": lambda body, _: run(free(body), precision="extended").omega_body,
+    "quadruple": lambda body, _: run(free(body), precision="quadruple").omega_body,
     "ensemble": lambda body, _: pt.propagate(free(body), members(body), TIMES).omega_body,
     "ensemble of bodies": many,
     "along an orbit": lambda body, _: run(along(body)).omega_body,

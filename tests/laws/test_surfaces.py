@@ -30,8 +30,8 @@ def start(shift=0.0):
     return SYSTEM.state((0.5, 0.5, -0.5, 0.5), omega_body=omega + np.multiply.outer(shift, (1e-5, 0, 0)))
 
 
-def test_both_kernels_agree_through_edges_and_an_eclipse():
-    double, wide = (pt.propagate(SYSTEM, start(), TIMES, precision=name) for name in ("double", "extended"))
+def test_both_precisions_agree_through_edges_and_an_eclipse():
+    double, wide = (pt.propagate(SYSTEM, start(), TIMES, precision=name) for name in ("double", "quadruple"))
     assert np.max(np.abs(wide.quaternion - double.quaternion)) < 5e-14
     without = pt.System(BODY, SYSTEM.forces[0], RadiationPressure(SUN, BOX))
     lit = pt.propagate(without, start(), TIMES)

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import looped_kernel
 from poinsot.functions import Vector
 from poinsot.mechanics.state import changed, state_of
 
@@ -156,20 +155,6 @@ def test_back_and_forth_is_the_identity(kind, system):
     own[:, -1:] += back.sensitivity[0]
     k, size = len(own), np.linalg.norm(back.matrix[0], 2) * np.linalg.norm(columns(there)[0], 2)
     np.testing.assert_allclose(own, np.eye(k, k + 1), rtol=0, atol=3e-15 * size)
-
-
-@pytest.mark.parametrize("system", ["one", "part", pytest.param("pair", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("kind", KINDS)
-def test_both_kernels_agree(kind, system, monkeypatch):
-    """The bound is rounding, which the motion amplifies; members on one kernel and the other are alike too."""
-    size, level = SIZES[system] * np.array([1.0, 0.9, 1.05]), LEVELS[kind] * np.array([1.0, 1.02, 0.97])
-    given = [(None, None), (size, level)] if system == "one" else [(None, None)]
-    looped = [columns(transition(kind, system, *each)) for each in given]
-    monkeypatch.setattr(looped_kernel, "available", lambda: False)
-    for each, own in zip(given, looped, strict=True):
-        found = transition(kind, system, *each)
-        assert found.motion.run.kernel == "heyoka"
-        np.testing.assert_allclose(columns(found), own, rtol=0, atol=1e-14 * np.max(np.abs(own)))
 
 
 @pytest.mark.parametrize("system", SYSTEMS)

@@ -76,7 +76,7 @@ def test_growth_in_space_against_neighbours_in_wide_precision():
                 SPIN_ORBIT,
                 HYPERION.state(q0 * Rotation.from_rotvec(sign * u[:3]), angular_momentum_body=g0 + sign * u[3:] * unit),
                 times,
-                precision="extended",
+                precision="quadruple",
             )
             for unit in [found.momentum_unit]
             for sign in (1, -1)

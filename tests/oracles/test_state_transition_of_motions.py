@@ -69,7 +69,7 @@ def displacement(motion, reference):
 
 
 def ends(system, x, reference=None):
-    motion = pt.propagate(system, state(system, x), T, precision="extended")
+    motion = pt.propagate(system, state(system, x), T, precision="quadruple")
     return motion if reference is None else displacement(motion, reference)
 
 

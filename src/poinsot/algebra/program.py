@@ -8,8 +8,10 @@ on a symbol varies.
 from __future__ import annotations
 
 import itertools
+import math
 import operator
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -201,7 +203,7 @@ class Node(Comparable):
         return _newest(arguments).applied(name, *arguments)
 
 
-NUMBERS = (int, float, np.integer, np.floating)
+NUMBERS = (int, float, Fraction, np.integer, np.floating)
 PLAIN = (int, float)
 SCALARS = (Node, int, float, np.float64)
 REPLAYED: Mapping[str, Callable[..., Any]] = {**OPERATORS, "ruled": lambda value, *_: value}
@@ -298,14 +300,19 @@ SIMPLER: Mapping[str, Callable[..., Any]] = {
 # ---------------------------------------------------------------------- derivatives
 
 
+def _exact(scalar: Any) -> Any:
+    """Return a number as a fraction, so that sums and products with other numbers have all digits."""
+    return Fraction(scalar) if isinstance(scalar, float) and math.isfinite(scalar) else scalar
+
+
 def _by_atan2(_: Any, y: Any, x: Any) -> tuple[Any, Any]:
-    square = x * x + y * y
+    square = _exact(x) * _exact(x) + _exact(y) * _exact(y)
     return x / square, -y / square
 
 
 def _by_anomaly(E: Any, e: Any, _: Any) -> tuple[Any, Any]:
     sine = functions.sin(0.5 * E)
-    slope = 1 / ((1 - e) + 2 * e * (sine * sine))
+    slope = 1 / ((1 - _exact(e)) + 2 * e * (sine * sine))
     return slope * functions.sin(E), slope
 
 
@@ -463,7 +470,8 @@ def number(scalar: Any) -> Any:
 
 def replayed(node: Node, known: Mapping[int, Any]) -> Any:
     """Return the value of a node from those of its operands, by their places."""
-    return operation_of(node)(*[known[x.place] if x.__class__ is Node else x for x in node.operands])
+    operands = [known[x.place] if x.__class__ is Node else x for x in node.operands]
+    return operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
 
 
 def operation_of(node: Node) -> Callable[..., Any]:

@@ -1,6 +1,6 @@
 """Quaternion algebra (paper, Sec. 2): Hamilton product, scalar first, no switch.
 
-Every function takes arrays of shape (..., 4) (vectors: (..., 3)) of floats, of heyoka or SymPy expressions
+Every function takes arrays of shape (..., 4) (vectors: (..., 3)) of floats, of SymPy expressions
 or of mpmath numbers, and, inside formulas, one quaternion of four such scalars.
 """
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
+from fractions import Fraction
 from operator import or_
 from typing import Any
 
@@ -78,6 +79,8 @@ class Replay:
         self._order, self._last = range(max(self._given, default=-1) + 1), NOTHING
 
     def _new(self, value: Any = 0.0) -> int:
+        if isinstance(value, Fraction):
+            value = np.longdouble(value.numerator) / np.longdouble(value.denominator)
         self._numbers.append(value)
         return len(self._numbers) - 1
 

@@ -46,16 +46,16 @@ class CudaRun(LoopedRun):
                     left = left[most:]
 
 
-def check_device(job: Job, members: bool, constants: Constants | None) -> None:
+def check_device(job: Job, members: bool, constants: Constants) -> None:
     """Refuse jobs that a GPU does not do, and computers without one."""
     refused = {
         "one motion": not members,
+        "precision='quadruple'": job.precision != "double",
         "events": bool(job.problem.events),
         "a table": bool(job.problem.knots.size),
         "a sampled law": bool(job.problem.system.jumping),
         "a formulation with singularities": type(job.variables.formulation).nearness is not Formulation.nearness,
-        f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants is None
-        or constants.switches
+        f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants.switches
         or constants.size > MAX_OPERATIONS,
     }
     for what in [what for what, found in refused.items() if found]:

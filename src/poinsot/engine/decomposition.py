@@ -16,6 +16,7 @@ Slopes w_i may come after their function: order n of the function needs order n 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import NamedTuple
 
 __all__ = [
@@ -36,9 +37,9 @@ __all__ = [
 
 
 class Coefficient(NamedTuple):
-    """A number times a parameter of the run, or a number alone."""
+    """A number, a double or an exact fraction, times a parameter of the run, or a number alone."""
 
-    number: float = 1.0
+    number: float | Fraction = 1.0
     parameter: int | None = None
 
 

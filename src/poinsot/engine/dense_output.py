@@ -46,6 +46,7 @@ class KeptSteps:
     def __init__(self, blocks: Sequence[NDArray[Any]]) -> None:
         self._blocks = [block for block in blocks if block.size] or list(blocks[:1])
         self._starts, self._low = np.concatenate([block["start"] for block in self._blocks]).T.copy()
+        self._per_unit = np.concatenate([block["per_unit"] for block in self._blocks])
 
     def __reduce__(self) -> Any:  # a copy has addresses of its own
         return type(self), (self._blocks,)
@@ -69,11 +70,12 @@ class KeptSteps:
             ends = np.nextafter(ends, -np.inf)
         _, orders, size = self._blocks[0]["coefficients"].shape
         if looped_kernel.available():
-            arrays = ends, self._starts, self._low, self._addresses, np.ascontiguousarray(times)
+            arrays = ends, self._starts, self._low, self._per_unit, self._addresses, np.ascontiguousarray(times)
             return _compiled(orders, size)(sign, *arrays)
         which = np.searchsorted(ends[1:-1], sign * times)
         coefficients = np.concatenate([block["coefficients"] for block in self._blocks])
-        return _evaluated(coefficients, which, (times - self._starts[which]) - self._low[which])
+        ahead = ((times - self._starts[which]) - self._low[which]) * self._per_unit[which]
+        return _evaluated(coefficients, which, ahead)
 
 
 def _evaluated(coefficients: Array, which: Array, ahead: Array) -> Array:
@@ -90,8 +92,8 @@ def _compiled(orders: int, size: int) -> Callable[..., Array]:
 
     def body(count: Value, steps: Value, sign: Value, *arrays: Value) -> None:
         lines = count.function
-        ends, starts, low, _, times, _ = (Memory(array, DOUBLE) for array in arrays)
-        addresses, out = Memory(arrays[3], POINTER), Memory(arrays[5], DOUBLE)
+        ends, starts, low, per_unit, _, times, _ = (Memory(array, DOUBLE) for array in arrays)
+        addresses, out = Memory(arrays[4], POINTER), Memory(arrays[6], DOUBLE)
 
         def halve(time: Value, first: Value, behind: Value) -> list[Value]:
             middle = (first + behind) >> 1
@@ -106,12 +108,13 @@ def _compiled(orders: int, size: int) -> Callable[..., Array]:
             time = times[place] * sign
             within = ends[which].is_("lt", time) & time.is_("le", ends[which + 1])
             (which,) = lines.either(~within, [which], lambda: found(time))  # as a rule it is that of the time before
-            _horner(addresses[which], (times[place] - starts[which]) - low[which], (orders, size), out.at(place * size))
+            ahead = ((times[place] - starts[which]) - low[which]) * per_unit[which]
+            _horner(addresses[which], ahead, (orders, size), out.at(place * size))
             return [place + 1, which]
 
         lines.repeat([lines.constant(INTEGER, 0)] * 2, lambda place, _: place.is_("lt", count), one)
 
-    module, pointers = Module(), 6
+    module, pointers = Module(), 7
     module.function("evaluate", "void", [INTEGER, INTEGER, DOUBLE, *[POINTER] * pointers], body)
     engine = machine_code(str(module), ())
     types: list[Any] = [ctypes.c_int64, ctypes.c_int64, ctypes.c_double, *[ctypes.c_void_p] * pointers]

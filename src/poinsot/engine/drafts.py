@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import itertools
 import math
+import operator
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
 from numbers import Real
 from typing import Any, NamedTuple
 
@@ -294,17 +296,31 @@ def _times(a: Any, b: Any) -> Any:
     if a is None or b is None:
         return b if a is None else a
     for number, constant in ((a, b), (b, a)):
-        if isinstance(constant, Node) and isinstance(number, np.longdouble):
-            exact = float(number)
-            return exact * constant if exact == number else constant / float(1 / number)
-    return a * b
+        if isinstance(constant, Node) and isinstance(number, Fraction):
+            divisor = _number(1 / number)
+            return constant / divisor if isinstance(divisor, float) else number * constant
+    return _combined(operator.mul, a, b)
 
 
 def _reciprocal(scalar: Any) -> Any:
     if isinstance(scalar, Node):
         return 1.0 / scalar
-    wide = np.longdouble(1) / scalar
-    return float(wide) if float(wide) == wide else wide
+    if not scalar or not math.isfinite(scalar):
+        return float(np.divide(1.0, scalar))
+    return _number(1 / Fraction(scalar))
+
+
+def _combined(operation: Callable[[Any, Any], Any], a: Any, b: Any) -> Any:
+    """Return the sum or the product of two coefficients, exact if one of them is a fraction and both are numbers."""
+    exact = isinstance(a, Fraction) or isinstance(b, Fraction)
+    if not exact or isinstance(a, Node) or isinstance(b, Node) or not (math.isfinite(a) and math.isfinite(b)):
+        return operation(a, b)
+    return _number(operation(Fraction(a), Fraction(b)))
+
+
+def _number(exact: Fraction) -> float | Fraction:
+    """Return a number as a float if that is exact."""
+    return float(exact) if float(exact) == exact else exact
 
 
 def _scaled(form: Linear, factor: Any) -> Linear:
@@ -316,8 +332,8 @@ def _scaled(form: Linear, factor: Any) -> Linear:
 def _sum(a: Linear, b: Linear) -> Linear:
     terms = dict(a.terms)
     for x, c in b.terms.items():
-        terms[x] = terms[x] + c if x in terms else c
-    return Linear({x: c for x, c in terms.items() if not _is_zero(c)}, a.constant + b.constant)
+        terms[x] = _combined(operator.add, terms[x], c) if x in terms else c
+    return Linear({x: c for x, c in terms.items() if not _is_zero(c)}, _combined(operator.add, a.constant, b.constant))
 
 
 def _times_form(form: Linear, other: Linear) -> Linear:

@@ -54,7 +54,7 @@ def _slope(number: int, rate: Any, drafts: Sequence[Any]) -> Mapping[Any, float]
     return total
 
 
-def _written_out(value: Any, drafts: Sequence[Any]) -> list[tuple[float, list[int], Any]]:
+def _written_out(value: Any, drafts: Sequence[Any]) -> list[tuple[Any, list[int], Any]]:
     """Return a value as a sum: numbers, each with parameters and a monomial that it multiplies."""
     if isinstance(value, Coefficient):
         return [(value.number, [] if value.parameter is None else [value.parameter], ())]

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.draws import key_of, uniforms
+from poinsot.algebra.draws import key_of
 from poinsot.algebra.program import Node
-from poinsot.algebra.replay import Replay
 from poinsot.mechanics.part import Jump, Part
 
-__all__ = ["Clock", "Jumps", "Update", "Updates"]
+__all__ = ["Clock", "Jumps", "Update"]
 
 Array = NDArray[Any]
 
@@ -86,31 +85,3 @@ class Clock:
         """Let tasks of members that start at times begin with their first samples."""
         tasks["numbers"], tasks["keys"] = self.first(times, members), self.keys[members].view(np.int64)
         tasks["periods"], tasks["phases"] = self.periods[members], self.phases[members]
-
-
-class Updates:
-    """The new values of variables, computed on numbers.
-
-    Parameters
-    ----------
-    jumps : list of (list of int, Replay, int)
-        For each part that jumps, where its variables are, what gives their new values from variables, time, uniform
-        numbers and the inputs of the formulas, and how many uniform numbers.
-    inputs : callable
-        A time and a member to the values of the inputs.
-    clock : Clock
-    """
-
-    def __init__(
-        self, jumps: list[tuple[list[int], Replay, int]], inputs: Callable[[float, int], list[Any]], clock: Clock
-    ) -> None:
-        self._jumps, self._inputs, self._clock = jumps, inputs, clock
-
-    def __call__(self, j: int, row: Array, time: float, number: float, member: int) -> Array:
-        """Return variables with those of a part that jumps, at one of its samples."""
-        places, replay, count = self._jumps[j]
-        drawn = [x.item() for x in uniforms(self._clock.keys[member, j : j + 1], number, count)]
-        with np.errstate(all="ignore"):  # a branch that is not taken may divide by zero
-            values, row = replay([*row, time, *drawn, *self._inputs(time, member)]), row.copy()
-        row[places] = [float(value) for value in values]
-        return row

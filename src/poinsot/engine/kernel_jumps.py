@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 from poinsot.algebra.draws import UNUSED, uniform, words
-from poinsot.algebra.program import OPERATORS, Node, needed
-from poinsot.engine import llvm_functions
-from poinsot.engine.decomposition import Coefficient, Function
+from poinsot.engine.formula_writer import written
 from poinsot.engine.jumps import Jumps, Update
-from poinsot.engine.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Module, Record, Value
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Record, Value, Wide
 from poinsot.engine.llvm_ir import Function as Lines
 
 __all__ = ["Sampling"]
@@ -94,16 +91,19 @@ class Sampling:
     def _update(self, work: Record, lane: Value, update: Update, place: Value) -> None:
         """Give some variables of a lane their new values."""
         jumps, size = self._jumps, self._kernel.variables
-        states, below = self._kernel.layout.states(work.address, 0).of(DOUBLE), work.array("below")
-        parameters = work.array("parameters")
+        states = self._kernel.layout.states(work.address, 0).of(DOUBLE)
+        below = work.array("below")
+        number = Wide(DOUBLE) if self._kernel.wide else DOUBLE
+        parameters = work.array("parameters", self._kernel.number).of(DOUBLE)
         known = {
             node.place: parameters[lane + (jumps.first + i) * self._lanes] for i, node in enumerate(jumps.constants)
         }
         known |= {node.place: states[lane + k * self._lanes] for k, node in enumerate(jumps.own[:size])}
-        known[jumps.own[size].place] = work.array("time")[lane]
+        known[jumps.own[size].place] = work.array("time", self._kernel.number).of(DOUBLE)[lane]
         drawn = self._drawn(work, place, len(update.draws))
-        known |= {node.place: number for node, number in zip(update.draws, drawn, strict=True)}
-        for k, value in zip(update.places, written(lane.function, known, update.values), strict=True):
+        zero = lane.function.constant(number, 0.0)
+        known |= {node.place: zero.like(each) for node, each in zip(update.draws, drawn, strict=True)}
+        for k, value in zip(update.places, written(lane.function, known, update.values, number), strict=True):
             states[lane + k * self._lanes] = value
             below[lane + k * self._lanes] = 0.0
 
@@ -113,35 +113,3 @@ class Sampling:
         key, number = work.array("keys", INTEGER)[place], work.array("numbers")[place].to_integer()
         found = words(key, number, count) if count else []
         return [uniform((word >> UNUSED).to_double()) for word in found]
-
-
-def written(lines: Lines, known: Mapping[int, Value], outputs: Sequence[Any]) -> list[Value]:
-    """Write formulas of values that are known by the places of their nodes."""
-    values = dict(known)
-
-    def value(operand: Any) -> Value:
-        return values[operand.place] if isinstance(operand, Node) else lines.constant(DOUBLE, operand)
-
-    for node in needed([x for x in outputs if isinstance(x, Node)], known):
-        values[node.place] = _result(node, [value(x) for x in node.arguments])
-    return [value(output) for output in outputs]
-
-
-def _result(node: Node, operands: list[Value]) -> Value:
-    """Write an operation of scalars; conditions are masks, those that are parameters 0 or 1."""
-    match node.name:
-        case "less":
-            return operands[0].is_("lt", operands[1])
-        case "where":
-            condition, first, second = operands
-            return (condition if condition.type == BOOL else condition.is_("ne", 0.0)).choose(first, second)
-        case "ruled":
-            return operands[0]
-        case "rint":
-            return operands[0].intrinsic("rint")
-        case name if name in OPERATORS and name != "pow":
-            result: Value = OPERATORS[name](*operands)
-            return result
-        case name:
-            given = tuple(0 if isinstance(x, Node) else Coefficient(float(x)) for x in node.operands)
-            return llvm_functions.elementary(Function(name, given, ()), operands, 1)

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 from typing_extensions import override
 
-from poinsot.engine.llvm_ir import DOUBLE, Array, Value, host_features, vector
+from poinsot.engine.llvm_ir import DOUBLE, Array, Value, Wide, WideArray, host_features, vector
 from poinsot.engine.taylor_schedule import Row, Schedule
 
 __all__ = ["ROLLED_FROM", "Batch", "Layout", "Rolled", "Single"]
@@ -27,22 +27,50 @@ ROLLED_FROM = 200
 Layout = Literal["batch", "single"]
 
 
+class Memory:
+    """The memory of coefficients: double precision, or all high parts and behind them all low parts.
+
+    Attributes
+    ----------
+    size : int
+        Count of doubles.
+    """
+
+    def __init__(self, size: int, wide: bool) -> None:
+        self._distance = -(-size // 8) * 8  # a multiple of the longest vector
+        self._wide, self.size = wide, self._distance * (1 + wide)
+
+    def kind(self, lanes: int) -> str:
+        """Return the type of vectors."""
+        return Wide(vector(DOUBLE, lanes)) if self._wide else vector(DOUBLE, lanes)
+
+    def array(self, address: Value, lanes: int) -> Array:
+        """Return memory as numbers or vectors of numbers."""
+        kind = vector(DOUBLE, lanes)
+        return WideArray(address, kind, self._distance // lanes) if self._wide else Array(address, kind)
+
+    def at_once(self, lanes: int) -> int:
+        """Return how many vectors may be summed up at a time."""
+        return max(_registers(lanes) // (6 if self._wide else 1), 1)
+
+
 class Batch:
     """Vectors hold members: coefficients of the states and of what inner sums read, order by order."""
 
-    def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int) -> None:
+    def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int, wide: bool) -> None:
         states = {row: schedule.state_of(row) for row in schedule.rows}
         stored = [row for row, place in states.items() if place is None]
         self._kept = {row: variables + i for i, row in enumerate(stored)}
         self._places = self._kept | {row: place for row, place in states.items() if place is not None}
         self._stride = variables + len(stored)
-        self.lanes, self.size = lanes, (order + 1) * self._stride * lanes
-        self._kind = vector(DOUBLE, lanes)
-        self._groups = _parts(schedule.groups, _registers(lanes))
+        self.lanes, self._memory = lanes, Memory((order + 1) * self._stride * lanes, wide)
+        self.size = self._memory.size
+        self._groups = _parts(schedule.groups, self._memory.at_once(lanes))
 
     def states(self, memory: Value, n: Value | int) -> Array:
         """Return the coefficients of the states of some order."""
-        return Array(Array(memory, self._kind).at(n * self._stride), self._kind)
+        whole = self._memory.array(memory, self.lanes)
+        return whole.from_(whole.at(n * self._stride))
 
     def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
         """Store what inner sums of higher orders read."""
@@ -64,7 +92,7 @@ class Single:
 
     lanes = 1
 
-    def __init__(self, schedule: Schedule, variables: int, order: int, unit: int = WIDTH) -> None:
+    def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool, unit: int = WIDTH) -> None:
         inner = [inner for group in schedule.groups for inner in group]
         self._count = -(-len(inner) // unit) * unit
         self._index = {one.place: i for i, one in enumerate(inner)}
@@ -79,21 +107,26 @@ class Single:
         self._sums = (order + 1) * self._stride
         self._ahead = (order + (len(schedule.outputs) > variables)) & 1
         self._states = self._sums + 2 * self._count
-        self.size = self._states + (order + 1) * variables
+        self._memory = Memory(self._states + (order + 1) * variables, wide)
+        self.size, self._most = self._memory.size, self._memory.at_once(WIDTH)
+
+    def _at(self, memory: Value, place: Value | int, lanes: int = 1) -> Array:
+        """Return memory from a place on, counted in numbers."""
+        return self._memory.array(self._memory.array(memory, 1).at(place), lanes)
 
     def states(self, memory: Value, n: Value | int) -> Array:
         """Return the coefficients of the states of some order."""
-        return Array(Array(memory, DOUBLE).at(n * self._variables + self._states), DOUBLE)
+        return self._at(memory, n * self._variables + self._states)
 
     def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
         """Store what inner sums of higher orders read, vectors as soon as they are complete."""
         for place in self._places.get(row, ()):
             block = place // WIDTH
-            vector_of = self._open.setdefault(block, n.function.constant(vector(DOUBLE, WIDTH), 0.0))
+            vector_of = self._open.setdefault(block, n.function.constant(self._memory.kind(WIDTH), 0.0))
             self._open[block] = vector_of.with_lane(place % WIDTH, value)
             self._left[block] = self._left.get(block, self._filled[block]) - 1
             if not self._left[block]:
-                Array(Array(memory, DOUBLE).at(n * self._stride), vector(DOUBLE, WIDTH))[block] = self._open.pop(block)
+                self._at(memory, n * self._stride, WIDTH)[block] = self._open.pop(block)
                 del self._left[block]
 
     def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
@@ -101,15 +134,15 @@ class Single:
 
         These are such that the last order needs nothing ahead of it; nor does the second need anything of the first.
         """
-        lines, whole, kind = n.function, Array(memory, DOUBLE), vector(DOUBLE, WIDTH)
-        found, ahead = (Array(whole.at(self._sums + i * self._count), kind) for i in range(2))
+        lines = n.function
+        found, ahead = (self._at(memory, self._sums + i * self._count, WIDTH) for i in range(2))
         blocks, first_of_two = list(range(self._count // WIDTH)), self._first_of_two(n)
 
         def rows(j: Value | int) -> Array:
-            return Array(whole.at(j * self._stride), kind)
+            return self._at(memory, j * self._stride, WIDTH)
 
         with lines.when(first_of_two):
-            for part in _parts([blocks], _registers(WIDTH) // 3):
+            for part in _parts([blocks], max(self._most // 3, 1)):
                 pairs = [(block, block + len(blocks)) for block in part]
                 own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
                 for block, total, later in zip(part, own, next_ones, strict=True):
@@ -126,7 +159,7 @@ class Single:
 
     def _found(self, memory: Value) -> Callable[[int], Value]:
         """Return the inner sums of an order by their places in the schedule."""
-        found = Array(Array(memory, DOUBLE).at(self._sums), DOUBLE)
+        found = self._at(memory, self._sums)
         return lambda place: found[self._index[place]]
 
 
@@ -137,26 +170,26 @@ class Rolled(Single):
     registers that these need.
     """
 
-    def __init__(self, schedule: Schedule, variables: int, order: int) -> None:
-        self._part = range(_registers(WIDTH) // 3)
-        super().__init__(schedule, variables, order, len(self._part) * WIDTH)
+    def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool) -> None:
+        self._part = range(1 if wide else _registers(WIDTH) // 3)
+        super().__init__(schedule, variables, order, wide, len(self._part) * WIDTH)
 
     @override
     def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
         """Store what inner sums of higher orders read."""
         for place in self._places.get(row, ()):
-            Array(Array(memory, DOUBLE).at(n * self._stride), DOUBLE)[place] = value
+            self._at(memory, n * self._stride)[place] = value
 
     @override
     def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
         """Write the inner sums of an order, in the order of additions of `Single`."""
-        lines, whole, kind = n.function, Array(memory, DOUBLE), vector(DOUBLE, WIDTH)
+        lines, whole = n.function, self._at(memory, 0)
         unit, far, first_of_two = len(self._part) * WIDTH, self._count // WIDTH, self._first_of_two(n)
 
         def arrays(part: Value) -> tuple[Callable[[Value | int], Array], Array, Array]:
-            own = Array(whole.at(part * unit), DOUBLE)
-            found, ahead = (Array(own.at(self._sums + i * self._count), kind) for i in range(2))
-            return lambda j: Array(own.at(j * self._stride), kind), found, ahead
+            own = whole.at(part * unit)
+            found, ahead = (self._at(own, self._sums + i * self._count, WIDTH) for i in range(2))
+            return lambda j: self._at(own, j * self._stride, WIDTH), found, ahead
 
         def two(part: Value) -> None:
             rows, found, ahead = arrays(part)
@@ -186,48 +219,50 @@ def _newest(n: Value) -> Value:
 def _rest(n: Value, rows: Callable[[Value | int], Array], newest: Value, pair: tuple[int, int], ahead: Value) -> Value:
     """Write the sum of an order of which all terms but j = n - 1 and, at last, j = 1 were added ahead."""
     first, second = pair
-    total = rows(newest)[first].fma(rows(newest.smaller(1))[second], ahead)
-    return rows(1)[first].fma(rows(n - 1)[second], total)
+    total = rows(newest)[first].product_added(rows(newest.smaller(1))[second], ahead)
+    return rows(1)[first].product_added(rows(n - 1)[second], total).normalized()
 
 
 def _two_multiplied(
     n: Value, rows: Callable[[Value | int], Array], stride: int, pairs: Sequence[tuple[int, int]]
 ) -> tuple[list[Value], list[Value]]:
     """Write the sums of `_multiplied`, and those of the next order without j = n and, at last, j = 1."""
-    count, kind = len(pairs), rows(1).type
+    count, ones = len(pairs), rows(1)
 
     def body(j: Value, up: Value, down: Value, *carried: Value) -> list[Value]:
         before, totals = carried[:count], carried[count:]
-        firsts = [Array(up, kind)[a] for a, _ in pairs]
-        seconds = [Array(down, kind)[b] for _, b in pairs]
+        first, second = ones.from_(up), ones.from_(down)
+        firsts = [first[a] for a, _ in pairs]
+        seconds = [second[b] for _, b in pairs]
         products = zip(firsts * 2, [*seconds, *before], totals, strict=True)
-        sums = [a.fma(b, total) for a, b, total in products]
-        return [j + 1, Array(up, kind).at(stride), Array(down, kind).at(-stride), *seconds, *sums]
+        sums = [a.product_added(b, total) for a, b, total in products]
+        return [j + 1, first.at(stride), second.at(-stride), *seconds, *sums]
 
-    newest, nothing = rows(n - 1), [n.function.constant(kind, 0.0)] * (2 * count)
+    newest, nothing = rows(n - 1), [n.function.constant(ones.type, 0.0)] * (2 * count)
     start = [n.like(2), rows(2).address, rows(n - 2).address, *(newest[b] for _, b in pairs), *nothing]
     sums = n.function.repeat(start, lambda j, *_: j.is_("lt", n), body)[3 + count :]
     oldest = rows((n - 1).smaller(1))  # of order 1 there are no terms
-    own = [oldest[a].fma(newest[b], total) for (a, b), total in zip(pairs, sums[:count], strict=True)]
-    return own, sums[count:]
+    own = [oldest[a].product_added(newest[b], total) for (a, b), total in zip(pairs, sums[:count], strict=True)]
+    return [total.normalized() for total in own], sums[count:]
 
 
 def _multiplied(
     n: Value, rows: Callable[[Value | int], Array], stride: int, pairs: Sequence[tuple[int, int]]
 ) -> list[Value]:
     """Write sum_{j=1..n-1} a_j b_{n-j} for pairs of places in an order, in one loop over j from 2 on; 1 comes last."""
-    kind, oldest, newest = rows(1).type, rows(1).address, rows(n - 1).address
+    ones, oldest, newest = rows(1), rows(1).address, rows(n - 1).address
 
     def body(j: Value, up: Value, down: Value, *totals: Value) -> list[Value]:
-        first, second = Array(up, kind), Array(down, kind)
+        first, second = ones.from_(up), ones.from_(down)
         firsts, seconds = functools.cache(first.__getitem__), functools.cache(second.__getitem__)
-        sums = [firsts(a).fma(seconds(b), total) for (a, b), total in zip(pairs, totals, strict=True)]
+        sums = [firsts(a).product_added(seconds(b), total) for (a, b), total in zip(pairs, totals, strict=True)]
         last = (j + 1).is_("eq", n)
         return [j + 1, last.choose(oldest, first.at(stride)), last.choose(newest, second.at(-stride)), *sums]
 
-    nothing, alone = [n.function.constant(kind, 0.0)] * len(pairs), n.is_("eq", 2)
+    nothing, alone = [n.function.constant(ones.type, 0.0)] * len(pairs), n.is_("eq", 2)
     starts = [alone.choose(oldest, rows(2).address), alone.choose(newest, rows(n - 2).address)]
-    return n.function.repeat([n.like(2), *starts, *nothing], lambda j, *_: j.is_("le", n), body)[3:]
+    found = n.function.repeat([n.like(2), *starts, *nothing], lambda j, *_: j.is_("le", n), body)[3:]
+    return [total.normalized() for total in found]
 
 
 def _parts(groups: Sequence[Sequence[Any]], most: int) -> list[Sequence[Any]]:

@@ -62,13 +62,13 @@ class Rescaling:
 
     def outwards(self, work: Record, k: int, value: Value, place: Value | int = 0) -> Value:
         """Return a variable, or a derivative of it, in the scale of the start."""
-        return value * work.array("outward", value.type)[place] if k in self.scaled else value
+        return value.times_power_of_two(work.array("outward", str(value.type))[place]) if k in self.scaled else value
 
     def misfit(self, work: Record, states: Sequence[Value]) -> Value:
         """Return where the norm of the momenta is out of the band."""
         if not self._momenta.places:
             return states[0].is_("lt", -math.inf)
-        return self._is_outside(work, [states[k] for k in self._momenta.places], 0)
+        return self._is_outside(work, [states[k].high for k in self._momenta.places], 0)
 
     @staticmethod
     def _is_outside(work: Record, momenta: Sequence[Value], place: Value | int) -> Value:
@@ -78,10 +78,10 @@ class Rescaling:
 
     def _scale_states(self, work: Record, lane: Value, bits: Value) -> None:
         """Multiply what goes with the scale of momenta by a power of two."""
-        states, factor = self._kernel.layout.states(work.address, 0).of(DOUBLE), _power_of_two(bits)
-        for array in (states, work.array("below")):
+        factor = _power_of_two(bits)
+        for array in (self._kernel.layout.states(work.address, 0).of(DOUBLE), work.array("below")):
             for k in self.scaled:
-                array[lane + k * self._lanes] = array[lane + k * self._lanes] * factor
+                array[lane + k * self._lanes] = array[lane + k * self._lanes].times_power_of_two(factor)
 
     def _scale_parameters(self, work: Record, task: Record, lane: Value) -> None:
         """Set the parameters and the limits of the band for the scale of a lane."""
@@ -98,6 +98,8 @@ class Rescaling:
 
             if power:
                 lane.function.count(count, scale)
+                if self._kernel.wide:
+                    lane.function.count(count, functools.partial(scale, first=first + self._kernel.parameters))
         work.array("outward")[lane] = _power_of_two(0 - bits)
         # No other scale is better at the ends of its range, or where forces give a body at rest as much.
         pushed = (task.array("push")[0] * _power_of_two(bits)).is_("ge", LEAST)
@@ -110,7 +112,7 @@ class Rescaling:
         """Choose the scale of a lane anew if its momenta are out of the band."""
         work, lines = Record(address, self._kernel.work), address.function
         states = self._kernel.layout.states(address, 0).of(DOUBLE)
-        momenta = [states[lane + k * self._lanes] for k in self._momenta.places]
+        momenta = [states[lane + k * self._lanes].high for k in self._momenta.places]
         task, bits = self._kernel.tasks.of(work, lane), work.array("bits", INTEGER)[lane]
         pushed = task.array("push")[0] * _power_of_two(bits)
         size = functools.reduce(Value.larger, [*map(abs, momenta), pushed])

@@ -17,7 +17,19 @@ from poinsot.engine.kernel_layouts import ROLLED_FROM, Batch, Layout, Rolled, Si
 from poinsot.engine.kernel_momenta import Rescaling
 from poinsot.engine.kernel_tasks import QUEUE, Status, Tasks
 from poinsot.engine.kernel_watch import Watch
-from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
+from poinsot.engine.llvm_ir import (
+    DOUBLE,
+    INTEGER,
+    POINTER,
+    Array,
+    Module,
+    Record,
+    Value,
+    Wide,
+    WideArray,
+    WideValue,
+    vector,
+)
 from poinsot.engine.llvm_ir import Function as Lines
 from poinsot.engine.taylor_recurrences import HigherOrder, ZerothOrder
 from poinsot.engine.taylor_schedule import Schedule
@@ -26,6 +38,16 @@ __all__ = ["QUEUE", "KernelProgram", "Status"]
 
 AT_ONCE = 8
 """Polynomials that are evaluated side by side: their sums stay in registers."""
+
+WIDE_ORDERS = 24
+"""Orders that are summed in double-double arithmetic: terms of order n are e^(-2 n) of the variables at the end of a
+step, so that rounding errors of higher orders are below 2^-120."""
+
+SHORTEST_UNIT, SHORTER = 2.0**-400, 2.0**-20
+"""Of the unit of time of Taylor coefficients: a step whose coefficients overflow is repeated in a shorter unit."""
+
+STALLED = 2.0**-100
+"""The shortest step over the time in quadruple precision, some rounding errors: shorter steps lead to a singularity."""
 
 IN_REGISTERS = 12
 """States of one body of which the last coefficients stay in registers from order to order."""
@@ -40,18 +62,21 @@ class KernelProgram:
         order: int,
         lanes: int,
         layout: Layout,
+        wide: bool = False,
         jumps: Jumps | None = None,
     ) -> None:
-        self.schedule, self.order = Schedule(decomposition), order
+        self.schedule, self.order, self.wide = Schedule(decomposition), order, wide
         self.variables, self.parameters = len(decomposition.rates), decomposition.parameters
         self.layout: Batch | Single
         if layout == "batch":
-            self.layout = Batch(self.schedule, self.variables, order, lanes)
+            self.layout = Batch(self.schedule, self.variables, order, lanes, wide)
         else:
             kind = Rolled if self.schedule.sums >= ROLLED_FROM else Single
-            self.layout = kind(self.schedule, self.variables, order)
+            self.layout = kind(self.schedule, self.variables, order, wide)
         lanes = self.lanes = self.layout.lanes
         self.kind, self.whole = vector(DOUBLE, lanes), vector(INTEGER, lanes)
+        self.number = Wide(self.kind) if wide else self.kind
+        self.words = 1 + wide
         self.momenta = Rescaling(self, decomposition.momenta)
         self.watch, self.sampling = Watch(self, decomposition), Sampling(self, jumps)
         # What happens at the end is seen in one step more.
@@ -61,7 +86,7 @@ class KernelProgram:
         self.module = Module()
         for part in (self.tasks, self.momenta, self.watch, self.sampling):
             part.define(self.module)
-        self.module.function("evaluate", "void", [POINTER, POINTER, self.kind], self._evaluate)
+        self.module.function("evaluate", "void", [POINTER, POINTER, self.number], self._evaluate)
         self.module.function("advance", INTEGER, [POINTER, INTEGER], self._advance)
 
     def _work_type(self) -> np.dtype[Any]:
@@ -69,11 +94,11 @@ class KernelProgram:
         lanes = self.lanes
         sizes = {
             "coefficients": (-(-self.layout.size // 8) * 8,),
-            "following": (2 * self.variables, lanes),
-            "row": (2 * self.variables, lanes),
-            "zeros": (len(self.schedule.zeros), lanes),
-            "reciprocals": (len(self.schedule.reciprocals), lanes),
-            "watched": (self.watch.count, self.order + 1, lanes),
+            "following": ((self.words + 1) * self.variables, lanes),
+            "row": ((self.words + 1) * self.variables, lanes),
+            "zeros": (self.words * len(self.schedule.zeros), lanes),
+            "reciprocals": (self.words * len(self.schedule.reciprocals), lanes),
+            **self.watch.polynomials,
         }
         doubles = ("output_time", "least", "most", "outward", "shift", "sample")
         integers = ("active", "flags", "task", "switched")
@@ -90,18 +115,47 @@ class KernelProgram:
             ]
         )
 
+    def in_unit(self, work: Record, value: Value) -> Value:
+        """Return a rate, per unit of time of the Taylor coefficients.
+
+        In quadruple precision the unit is about the radius of convergence, so that powers of it neither overflow nor
+        lose digits at order 38. Rates have the unit 1 in double precision.
+        """
+        return value.times_power_of_two(work.array("unit", self.kind)[0]) if self.wide else value
+
+    def per_unit(self, work: Record, value: Value) -> Value:
+        """Return a time in that unit, or a rate from one in that unit."""
+        return value.times_power_of_two(1.0 / work.array("unit", self.kind)[0]) if self.wide else value
+
     def over_order(self, work: Record, n: Value) -> Callable[[Value], Value]:
         """Return the division by n, by 1/n in two parts: the rounding of one would have the same sign at every step."""
         parts = ("reciprocals_of_orders", "reciprocals_below")
         high, low = (work.array(name)[n].spread(self.lanes) for name in parts)
+        if self.wide:
+            return lambda value: value * WideValue(high, low)
         return lambda value: value.fma(high, value * low)
 
-    def _evaluate(self, address: Value, out: Value, h: Value) -> None:
-        """Write the polynomials of the states at a time after the start of the step, and what their sums round off.
+    def _moved(self, address: Value) -> tuple[Array, Array]:
+        """Return the states in the memory that `evaluate` has written, and the rounding errors of their sums."""
+        rounded = Array(Array(address, self.kind).at(self.words * self.variables), self.kind)
+        return WideArray(address, self.kind, self.variables) if self.wide else Array(address, self.kind), rounded
 
-        What was rounded off before is added (Kahan): errors of many steps do not add up in what changes slowly.
+    def ahead(self, work: Record, target: Value) -> Value:
+        """Return the time from the start of the step to a time."""
+        time = work.array("time", self.kind)
+        if self.wide:
+            return WideValue(target, target.like(0.0)) - WideValue(time[0], time[1])
+        return (target - time[0]) - time[1]
+
+    def _evaluate(self, address: Value, out: Value, h: Value) -> None:
+        """Write the polynomials of the states at a time after the start of the step, and rounding errors of their sums.
+
+        The rounding errors of the step before are added (Kahan), so that errors of many steps do not add up in
+        variables that change slowly.
         """
-        result, below = Array(out, self.kind), Record(address, self.work).array("below", self.kind)
+        result, rounded = self._moved(out)
+        work = Record(address, self.work)
+        h, below = self.per_unit(work, h), work.array("below", self.kind)
         for first in range(0, self.variables, AT_ONCE):
             places = range(first, min(first + AT_ONCE, self.variables))
 
@@ -109,8 +163,16 @@ class KernelProgram:
                 states = self.layout.states(address, n)
                 return [n - 1, *(total.fma(h, states[k]) for k, total in zip(places, sums, strict=True))]
 
+            def small(n: Value, *sums: Value, places: range = places) -> list[Value]:
+                states = self.layout.states(address, n)
+                return [n - 1, *(total.fma(h.high, states[k].high) for k, total in zip(places, sums, strict=True))]
+
             highest = self.layout.states(address, self.order)
             start = [h.function.constant(INTEGER, self.order - 1), *(highest[k] for k in places)]
+            if self.wide:
+                rough = [start[0], *(value.high for value in start[1:])]
+                n, *sums = h.function.repeat(rough, lambda n, *_: n.is_("ge", WIDE_ORDERS), small)
+                start = [n, *map(h.like, sums)]
             _, *sums = h.function.repeat(start, lambda n, *_: n.is_("ge", 1), body)
             lowest = self.layout.states(address, 0)
             for k, total in zip(places, sums, strict=True):
@@ -118,20 +180,20 @@ class KernelProgram:
                 after = before + change
                 gained = after - before
                 result[k] = after
-                result[self.variables + k] = (before - (after - gained)) + (change - gained)
+                rounded[k] = ((before - (after - gained)) + (change - gained)).high
 
     def _coefficients(self, lines: Lines, work: Record) -> None:
         """Write the Taylor coefficients of the states."""
         outputs, first = ZerothOrder(self, work).outputs(), self.layout.states(work.address, 1)
         for i, rate in enumerate(outputs[: self.variables]):
-            first[i] = rate
+            first[i] = self.in_unit(work, rate)
         self.watch.store(work, lines.constant(INTEGER, 0), outputs[self.variables :])
 
         def order(n: Value, *states: Value) -> list[Value]:
             outputs = HigherOrder(self, work, n, states).outputs()
             with lines.when(n.is_("lt", self.order)) if self.watch.count else nullcontext():
                 following, over = self.layout.states(work.address, n + 1), self.over_order(work, n + 1)
-                found = [over(rate) for rate in outputs[: self.variables]]
+                found = [self.in_unit(work, over(rate)) for rate in outputs[: self.variables]]
                 for i, value in enumerate(found):
                     following[i] = value
             self.watch.store(work, n, outputs[self.variables :])
@@ -139,7 +201,7 @@ class KernelProgram:
 
         orders = self.order + bool(self.watch.count)
         in_registers = isinstance(self.layout, Single) and self.variables <= IN_REGISTERS and not self.watch.count
-        carried = outputs[: self.variables] if in_registers else []
+        carried = [self.in_unit(work, rate) for rate in outputs[: self.variables]] if in_registers else []
         lines.repeat([lines.constant(INTEGER, 1), *carried], lambda n, *_: n.is_("lt", orders), order)
 
     def _length(self, work: Record) -> Value:
@@ -148,48 +210,51 @@ class KernelProgram:
         largest = []
         for order, least in zip(orders, (1.0, 1e-300, 1e-300), strict=True):
             states = self.layout.states(work.address, order)
-            sizes = [abs(states[k]) for k in range(self.variables)]
+            sizes = [abs(states[k].high) for k in range(self.variables)]
             largest.append(llvm_functions.rough_log2(_in_pairs(sizes, Value.larger).larger(least)))
         radius = [(largest[0] - high) * (1 / n) for n, high in zip(orders[1:], largest[1:], strict=True)]
-        return llvm_functions.rough_exp2(
+        length = llvm_functions.rough_exp2(
             radius[0].smaller(radius[1]) + (-0.7 / (self.order - 1) - 2.0) / math.log(2.0)
-        ).smaller(work.array("limit", self.kind)[0])
+        )
+        return self.in_unit(work, length).smaller(work.array("limit", self.kind)[0])
 
     def _step(self, lines: Lines, work: Record) -> None:
         """Write a step of all lanes."""
         self.sampling.step(lines, work)
         self._coefficients(lines, work)
-        time, active = work.array("time", self.kind), work.array("active", self.whole)[0].is_("ne", 0)
-        target = self.sampling.target(work)
-        left = (target - time[0]) - time[1]
-        length = self._length(work)
-        last = length.is_("ge", abs(left))
+        active, target = work.array("active", self.whole)[0].is_("ne", 0), self.sampling.target(work)
+        left, length = self.ahead(work, target), self._length(work)
+        last = length.is_("ge", abs(left.high))
         h, cut, waits, stops = self.watch.look(
-            lines, work, last.choose(left, length.intrinsic("copysign", left)), active
+            lines, work, last.choose(left, length.intrinsic("copysign", left.high)), active
         )
         at_sample = cut & h.is_("eq", left) if self.sampling.count else lines.constant(last.type, 0)
         last, arrived = (last & ~cut) | at_sample, ~waits & left.is_("eq", 0.0)
-        following, states = work.array("following", self.kind), self.layout.states(work.address, 0)
-        lines.run("evaluate", work.address, following.address, h)
+        address, states = work.array("following").address, self.layout.states(work.address, 0)
+        following, rounded = self._moved(address)
+        lines.run("evaluate", work.address, address, h)
         moved = [following[k] for k in range(self.variables)]
-        finite = _in_pairs([value * 0.0 for value in moved], Value.__add__).is_("eq", 0.0)
+        finite = _in_pairs([value.high * 0.0 for value in moved], Value.__add__).is_("eq", 0.0)
         finite = self.watch.defined(work, finite) | waits
         goes = active & finite & ~waits & ~arrived
         seen = active & finite if self.sampling.count else goes
         if self.lanes == 1:
             with lines.when(work.array("kept", INTEGER)[0].is_("ne", 0) & goes):
-                lines.run("keep_step", work.address, h)
+                lines.run("keep_step", work.address, h.high)
         self._rows(lines, work, seen, h, last & goes, target)
         below = work.array("below", self.kind)
         for k, value in enumerate(moved):
             states[k] = goes.choose(value, states[k])
-            below[k] = goes.choose(following[self.variables + k], below[k])
+            below[k] = goes.choose(rounded[k], below[k])
         stalled = self._move(work, goes, last, h, target)
+        done = arrived if self._arrives else last
+        if self.wide:
+            again = self._overflows(work, length, goes, finite)
+            finite, done = finite | again, done & ~again
         steps = work.array("steps", self.whole)
         steps[0] = steps[0] + goes.to_integer()
         paused = steps[0].is_("ge", work.array("pause", self.whole)[0])
         held = self.watch.held(work, waits)
-        done = arrived if self._arrives else last
         going = finite & ~done & ~stalled & ~paused & ~held & ~stops
         status = work.array("status", self.whole)
         status[0] = _chosen(
@@ -203,10 +268,22 @@ class KernelProgram:
         )
         self.for_each(lines, work, active & (~going | self.momenta.misfit(work, moved)), "leave")
 
+    def _overflows(self, work: Record, length: Value, goes: Value, finite: Value) -> Value:
+        """Choose the unit of time of the next step; return where coefficients may have overflowed in a long unit."""
+        unit = work.array("unit", self.kind)
+        again = ~finite & unit[0].is_("gt", SHORTEST_UNIT)
+        unit[0] = goes.choose(_power_of_two_near(length * math.e**2), again.choose(unit[0] * SHORTER, unit[0]))
+        return again
+
     def _move(self, work: Record, goes: Value, last: Value, h: Value, target: Value) -> Value:
         """Write the time after a step, in two parts; return where it did not move."""
         time = work.array("time", self.kind)
         high, low = time[0], time[1]
+        if self.wide:
+            before = WideValue(high, low)
+            reached = before + h
+            work.array("time", self.number)[0] = goes.choose(last.choose(reached.like(target), reached), before)
+            return goes & ~last & abs(h.high).is_("le", STALLED * abs(high))
         total = high + h
         part = total - high
         rest = ((high - (total - part)) + (h - part)) + low
@@ -220,10 +297,10 @@ class KernelProgram:
 
         Times are compared, and not their distances from the start of the step, which may be equal after rounding.
         """
-        time, row = work.array("time", self.kind), work.array("row", self.kind)
+        row, _ = self._moved(work.array("row").address)
 
         def due() -> list[Value]:
-            ahead = (work.array("output_time", self.kind)[0] - time[0]) - time[1]
+            ahead = self.ahead(work, work.array("output_time", self.kind)[0])
             within = abs(ahead).is_("le", abs(h))
             if self.sampling.count:
                 within = within & ~(last & work.array("output_time", self.kind)[0].is_("ge", target))
@@ -272,6 +349,12 @@ class KernelProgram:
 
         lines.repeat([budget], going, body)
         return work.array("active", self.whole)[0].is_("ne", 0).any().to_integer()
+
+
+def _power_of_two_near(value: Value) -> Value:
+    """Return the power of two below a positive number, within 2^-500 to 2^500."""
+    bits = value.larger(2.0**-500).smaller(2.0**500).as_bits() >> 52
+    return (bits << 52).as_double()
 
 
 def _in_pairs(values: Sequence[Value], operation: Callable[[Value, Value], Value]) -> Value:

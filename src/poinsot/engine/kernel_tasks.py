@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value
+from poinsot.engine.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value, WideValue
 
 __all__ = ["QUEUE", "Status", "Tasks"]
 
@@ -44,10 +44,11 @@ class Tasks:
     def __init__(self, kernel: Any) -> None:
         self._kernel = kernel
         self.fields = [
-            ("parameters", "f8", (kernel.parameters,)),
+            ("parameters", "f8", (kernel.words * kernel.parameters,)),
             ("pause", "i8", ()),
             ("below", "f8", (kernel.variables,)),
             ("time", "f8", (2,)),
+            ("unit", "f8", (kernel.words - 1,)),
             *kernel.watch.of_tasks,
             *kernel.sampling.of_tasks,
             *((name, "f8", ()) for name in ("end", "limit", "way", "near")),
@@ -56,7 +57,7 @@ class Tasks:
             ("status", "i8", ()),
         ]
         self._taken = np.dtype(self.fields).itemsize // 8
-        self._given_back = self._taken - kernel.parameters - 1
+        self._given_back = self._taken - kernel.words * kernel.parameters - 1
         self.type = np.dtype(
             [
                 ("state", "f8", (kernel.variables,)),
@@ -67,7 +68,9 @@ class Tasks:
             ]
         )
         coefficients = "coefficients", "f8", (kernel.order + 1, kernel.variables)
-        self.step = np.dtype([("task", "i8"), ("start", "f8", (2,)), ("length", "f8"), coefficients])
+        below = "below", "f8", (kernel.wide * (kernel.order + 1), kernel.variables)
+        numbers = [("start", "f8", (2,)), ("length", "f8"), ("per_unit", "f8")]
+        self.step = np.dtype([("task", "i8"), *numbers, coefficients, below])
 
     def define(self, module: Module) -> None:
         """Write the functions that it needs."""
@@ -105,9 +108,8 @@ class Tasks:
         (following,) = lines.either(index.is_("lt", task.array("count", INTEGER)[0]), none, ahead)
         work.array("output_time")[lane] = following
 
-    def _states(self, work: Record) -> Array:
-        states: Array = self._kernel.layout.states(work.address, 0)
-        return states.of(DOUBLE)
+    def _states(self, work: Record) -> Any:
+        return self._kernel.layout.states(work.address, 0).of(DOUBLE)
 
     def _copy(self, count: int, source: Array, lane: Value, out: Array) -> None:
         """Copy the numbers of a lane to memory without gaps."""
@@ -136,8 +138,12 @@ class Tasks:
             work.array("switched", INTEGER)[lane] = 0
             work.array("task", INTEGER)[lane] = Array(queue.array("members", POINTER)[0], INTEGER)[place]
             task = self.of(work, lane)
-            self._spread(self._kernel.variables, task.array("state"), lane, self._states(work))
+            self._spread(self._kernel.variables, task.array("state"), lane, self._states(work).high)
             self._spread(self._taken, task.array("parameters", INTEGER), lane, work.array("parameters", INTEGER))
+            if self._kernel.wide:
+                self._spread(self._kernel.variables, task.array("below"), lane, self._states(work).low)
+                below = work.array("below")
+                lines.count(self._kernel.variables, lambda k: below.__setitem__(k * self._kernel.lanes + lane, 0.0))
             self._look_ahead(work, task, lane)
             self._kernel.sampling.take(work, lane)
             self._kernel.momenta.take(work, task, lane)
@@ -149,8 +155,10 @@ class Tasks:
         with lines.when(status.is_("ne", 0)):
             task = self.of(work, lane)
             self._kernel.momenta.leave(work, lane)
-            self._copy(self._kernel.variables, self._states(work), lane, task.array("state"))
+            self._copy(self._kernel.variables, self._states(work).high, lane, task.array("state"))
             self._copy(self._given_back, work.array("below", INTEGER), lane, task.array("below", INTEGER))
+            if self._kernel.wide:
+                self._copy(self._kernel.variables, self._states(work).low, lane, task.array("below"))
             for i, place in enumerate(self._kernel.watch.conditions):
                 task.array("behind")[i] = work.array("parameters")[lane + place * self._kernel.lanes]
             lines.run("take", address, lane)
@@ -166,14 +174,20 @@ class Tasks:
         count[0] = count[0] + 1
         step.array("task", INTEGER)[0] = work.array("task", INTEGER)[0]
         step.array("length")[0] = h
+        step.array("per_unit")[0] = self._kernel.per_unit(work, h.like(1.0))
         for part in (0, 1):
             step.array("start")[part] = work.array("time")[part]
 
         def order(n: Value) -> None:
             states = self._kernel.layout.states(address, n)
-            out = Array(step.array("coefficients").at(n * self._kernel.variables), DOUBLE)
+            out, low = (
+                Array(step.array(name).at(n * self._kernel.variables), DOUBLE) for name in ("coefficients", "below")
+            )
             for k in range(self._kernel.variables):
-                out[k] = self._kernel.momenta.outwards(work, k, states[k])
+                value = self._kernel.momenta.outwards(work, k, states[k])
+                out[k] = value.high
+                if isinstance(value, WideValue):
+                    low[k] = value.low
 
         lines.count(self._kernel.order + 1, order)
 

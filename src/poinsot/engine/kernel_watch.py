@@ -27,6 +27,11 @@ coincide. A time in which the attitude changes is that of the run at most."""
 AT_TARGET = 0.125
 """The part of the time of coincident events within which an event is at an output time, a sample or the end."""
 
+NEARBY = 0.25
+"""The part of a step within which a zero has 32 digits. Coefficients of a watched function may fall more slowly than
+those of the variables; the rest of its series is smaller by this to the power of the order. A step to a zero farther
+away ends half-way."""
+
 LINEAR = 2.0**-26
 """The part of a step in which variables are linear."""
 
@@ -63,9 +68,13 @@ class Watch:
         self.words = max(-(-self.events // BITS), 1)
         self.conditions, self._crossings = decomposition.conditions, decomposition.events
         self._stops, self._attitude = decomposition.stops, decomposition.attitude
+        self._at_target = AT_TARGET * (2.0**-52 if kernel.wide else 1.0)
         sizes = {"span": min(self.count, 1), "branches": len(self.conditions)}
         sizes |= dict.fromkeys(("sides", "uncertain"), self.events)
         self.of_tasks = [(name, "f8", (size,)) for name, size in sizes.items()]
+        self.polynomials = {"watched": (self.count, self._orders, self._lanes)}
+        if kernel.wide:
+            self.polynomials["polynomials"] = (2 * self.count, self._orders, self._lanes)
         self.marks = [(name, "i8", (self.words,)) for name in ("which", "rising")]
         times = [(name, "f8") for name in ("time", "near")]
         self.note = np.dtype([("task", "i8"), *self.marks, *times, ("state", "f8", (kernel.variables,))])
@@ -82,7 +91,9 @@ class Watch:
     def store(self, work: Record, n: Value, outputs: Sequence[Value]) -> None:
         """Store an order of what is watched."""
         for i, value in enumerate(outputs):
-            work.array("watched", self._kernel.kind)[n + i * self._orders] = value
+            work.array("watched", self._kernel.kind)[n + i * self._orders] = value.high
+            if self._kernel.wide:
+                work.array("polynomials", self._kernel.number)[n + i * self._orders] = value
 
     def look(self, lines: Lines, work: Record, h: Value, active: Value) -> tuple[Value, ...]:
         """Cut a step at the first sign change, and note the events at its start.
@@ -96,14 +107,14 @@ class Watch:
         # Behind a zero it is no shorter than before it: an action may let the body turn much faster.
         kept = work.array("near", kind)
         near = self._near(work).larger(kept[0])
-        chosen, cut, waits = lines.constant(self._kernel.whole, -1), nowhere, nowhere
-        linear = near.larger(LINEAR * abs(h))
+        chosen, cut, waits, whole = lines.constant(self._kernel.whole, -1), nowhere, nowhere, h
+        linear = near.larger(LINEAR * abs(h.high))
         sides, passed, shifts, waiting = self._starts(work, near, linear)
         wrong = list[Value]()
         for i, side in enumerate(sides):
-            reach = (abs(h).larger(passed[i])).intrinsic("copysign", way)
+            reach = (abs(h.high).larger(passed[i])).intrinsic("copysign", way)
             coefficients = work.array("watched", kind).at(i * self._orders)
-            given = coefficients, reach, side, passed[i] / abs(reach)
+            given = coefficients, self._kernel.per_unit(work, reach), side, passed[i] / abs(reach)
             found = lines.call(f"{{{kind}, {kind}}}", "first_change", *given)
             share, changes = found.part(0), found.part(1).is_("gt", 0.0)
             if i - len(self.conditions) in waiting:
@@ -111,15 +122,19 @@ class Watch:
             wrong.append(share.is_("eq", 0.0))
             earlier = share.is_("lt", 1.0) & ~wrong[-1]
             chosen = earlier.choose(changes.choose(chosen.like(i), -1), chosen)
-            h, cut, waits = earlier.choose(share * reach, h), cut | earlier, waits | wrong[-1]
+            end = self._polished(lines, work, i, share * reach, earlier & changes, near)
+            h, cut, waits = earlier.choose(end, h), cut | earlier, waits | wrong[-1]
         kept[0] = near
+        if self._kernel.wide:
+            far = chosen.is_("ge", 0) & abs(h.high).is_("gt", NEARBY * abs(whole.high))
+            h, chosen = far.choose(h.times_power_of_two(0.5), h), far.choose(chosen.like(-1), chosen)
         is_event, found = chosen.is_("ge", len(self.conditions)), h
         for target in ("end", "output_time") if self.events else ():  # an event two roundings beside these is there
             ahead = self._ahead(work, target)
-            h = (is_event & abs(ahead - h).is_("le", AT_TARGET * near)).choose(ahead, h)
+            h = (is_event & abs(ahead - h).is_("le", self._at_target * near)).choose(ahead, h)
         for target in self._kernel.sampling.targets if self.events else ():  # a sample comes before its events
             ahead = self._ahead(work, target)
-            h = (is_event & abs(ahead - found).is_("le", AT_TARGET * near)).choose(ahead, h)
+            h = (is_event & abs(ahead - found).is_("le", self._at_target * near)).choose(ahead, h)
         stops = self._note_all(lines, work, sides, shifts, wrong, active) | (self._switched(lines, work) & ~waits)
         waits = waits | stops
         for i, place in enumerate(self.conditions):
@@ -132,8 +147,30 @@ class Watch:
 
     def _ahead(self, work: Record, target: str) -> Value:
         """Return the time from the start of the step to an output time, a sample or the end."""
-        time = work.array("time", self._kernel.kind)
-        return (work.array(target, self._kernel.kind)[0] - time[0]) - time[1]
+        ahead: Value = self._kernel.ahead(work, work.array(target, self._kernel.kind)[0])
+        return ahead
+
+    def _polished(self, lines: Lines, work: Record, i: int, end: Value, changes: Value, near: Value) -> Value:
+        """Return the time of a zero, improved by two steps of Newton in double-double arithmetic."""
+        if not self._kernel.wide:
+            return end
+        terms = work.array("polynomials", self._kernel.number)
+
+        def newton(h: Value) -> Value:
+            def lower(n: Value, value: Value, slope: Value) -> list[Value]:
+                return [n - 1, value.fma(h, terms[n + i * self._orders]), slope.fma(h.high, value.high)]
+
+            start = [lines.constant(INTEGER, self._orders - 1), h.like(0.0), h.high.like(0.0)]
+            _, value, slope = lines.repeat(start, lambda n, *_: n.is_("ge", 0), lower)
+            return h - value / slope
+
+        def improved() -> list[Value]:
+            start = self._kernel.per_unit(work, lines.constant(self._kernel.number, 0.0).like(end))
+            found = self._kernel.in_unit(work, newton(newton(start)))
+            return [(abs((found - end).high)).is_("le", near).choose(found, end)]
+
+        (found,) = lines.either(changes.any(), [lines.constant(self._kernel.number, 0.0).like(end)], improved)
+        return changes.choose(found, end)
 
     def defined(self, work: Record, finite: Value) -> Value:
         """Return where the values of all events are numbers too."""
@@ -155,7 +192,8 @@ class Watch:
         kind, turning = self._kernel.kind, self._kernel.layout.states(work.address, 1)
         scale = work.array("span", kind)[0]
         if self._attitude:
-            fastest = functools.reduce(Value.larger, [abs(turning[place]) for place in self._attitude])
+            fastest = functools.reduce(Value.larger, [abs(turning[place].high) for place in self._attitude])
+            fastest = self._kernel.per_unit(work, fastest)
             scale = (1.0 / fastest).smaller(scale)
         return scale.larger(abs(work.array("time", kind)[0])) * AT_ONCE
 
@@ -176,13 +214,14 @@ class Watch:
         passed, shifts, waiting = [near] * len(sides), list[Value](), dict[int, Value]()
         for i in range(self.events):
             value, slope = (work.array("watched", kind)[len(sides) * self._orders + n] for n in (0, 1))
+            slope = self._kernel.per_unit(work, slope)
             side, uncertain, shift = work.array("sides", kind)[i], work.array("uncertain", kind), -value / slope
             left = side.is_("eq", 0.0) & abs(value).is_("le", uncertain[i])
             present = left.choose(slope * way, value)
             sides.append(side.is_("eq", 0.0).choose(side.like(1.0).intrinsic("copysign", present), side))
             passed.append(left.choose(near.larger((2.0 * abs(shift)).smaller(linear)), near))
             for target in self._kernel.sampling.targets:
-                ahead = self._ahead(work, target)
+                ahead = self._ahead(work, target).high
                 new = side.is_("eq", 0.0) & ~left & shift.is_("le", near)
                 waiting[i] = new & ahead.is_("gt", 0.0) & shift.is_("ge", ahead - AT_TARGET * near)
             shifts.append(abs(shift).is_("le", linear).choose(shift, 0.0))
@@ -267,11 +306,13 @@ class Watch:
         for name in ("which", "rising"):
             for word in range(self.words):
                 note.array(name, INTEGER)[word] = work.array(name, INTEGER)[lane + word * self._lanes]
-        shift = work.array("shift")[lane]
+        shift = ahead = work.array("shift")[lane]
+        if kernel.wide:
+            ahead = shift / work.array("unit")[lane]
         note.array("time")[0] = work.array("time")[lane] + shift
         note.array("near")[0] = work.array("near")[lane]
         states, rates = (kernel.layout.states(address, n).of(DOUBLE) for n in (0, 1))
         out = note.array("state")
         for k in range(kernel.variables):
-            value = rates[lane + k * self._lanes].fma(shift, states[lane + k * self._lanes])
+            value = rates[lane + k * self._lanes].high.fma(ahead, states[lane + k * self._lanes].high)
             out[k] = kernel.momenta.outwards(work, k, value, lane)

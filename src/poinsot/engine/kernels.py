@@ -1,21 +1,18 @@
-"""Compiled kernels: the only place that builds an integrator.
+"""Equations of motion of a problem as programs of kernels.
 
-A kernel belongs to the structure of a system; every real number is a runtime parameter, so that new values
-compile nothing. Idle integrators wait in one bounded, thread-safe pool, the package's only global state.
+A kernel belongs to the structure of a system; every real number is a runtime parameter, so that new values compile
+nothing.
 """
 
 from __future__ import annotations
 
-import functools
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,140 +21,65 @@ from poinsot.algebra.draws import normals
 from poinsot.algebra.program import Graph, Node, ordered, tangents
 from poinsot.algebra.replay import Replay
 from poinsot.engine.decomposition import Crossing, Momenta
-from poinsot.engine.discontinuities import Discontinuities, Pieces, event_class, lane_of
-from poinsot.engine.event_detection import EventDetection, refuse_constant_events
 from poinsot.engine.formulations import Formulation
-from poinsot.engine.heyoka_expressions import Expressions
 from poinsot.engine.jumps import Update
 from poinsot.engine.kernel_momenta import SMALL
-from poinsot.engine.lowering import TIME, Constants, Events, Program, conditions_of, lowered, simplified
+from poinsot.engine.llvm_ir import host_features
+from poinsot.engine.lowering import TIME, Constants, Events, Program, conditions_of, simplified
 from poinsot.engine.planar_motion import refuse_spatial_motion
 from poinsot.engine.problem import Problem
-from poinsot.engine.roots import Roots
-from poinsot.engine.saltation import Jump, NoDerivative, Saltation
-from poinsot.engine.scales import Scales
+from poinsot.engine.saltation import Saltation
 from poinsot.engine.state_vector import StateVector, factors_of_parts
-from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME, Variations
-from poinsot.engine.termination import LONGEST
+from poinsot.engine.tangent_vectors import Variations
 from poinsot.engine.variational import TurningBody, VariationalEquations
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
+from poinsot.mechanics.event import Event
 from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import State
-
-PRECISIONS: dict[str, Any] = {
-    "double": np.float64,
-    "extended": np.longdouble,
-    "quadruple": getattr(hy, "real128", None),
-}
-
-
-def _fastest_lanes(features: Collection[str], recommended: int) -> int:
-    """Return how many lanes a batch has on a processor, of the engine's recommendation where it runs no 512-bit code.
-
-    On some that do the engine recommends 4, and 8 are faster all the same at every order: 1.1 to 1.5 times on an AMD
-    Zen 4, 1.4 to 1.8 times on an Intel Xeon. The engine has no batches of one.
-    """
-    return 8 if {"AVX512F", "AVX512_SKX", "X86_V4"} & set(features) else max(2, recommended)
-
-
-def _features() -> list[str]:
-    """Return the names of the processor's instructions that NumPy knows."""
-    config: Any = np.show_config(mode="dicts")
-    known = config.get("SIMD Extensions", {})
-    return [*known.get("baseline", ()), *known.get("found", ())]
-
-
-LANES = _fastest_lanes(_features(), hy.recommended_simd_size())
-IDLE_INTEGRATORS = 64
-DECISIONS = 256
-LARGE = {"double": 350, "extended": 80, "quadruple": 80}
-"""Operations of a step above which the compiler would take many seconds: a system this large runs in the
-engine's compact mode, which compiles in one or two and takes two or three times as long a step; with many tangent
-vectors it takes a quarter longer."""
-
-SHARE, SHORTER = 0.0437, 0.618
-"""The longest step over the time of a run with events, and what it is times that where a zero was lost.
-
-Where a zero lies on a point of bisection of a step, the engine loses others. Shares that are no round numbers keep
-round times off these points.
-"""
-
-SAMPLES = 32
-"""How many rows of a chunk of steps are looked at."""
+from poinsot.printable import quoted
 
 FIRST = np.zeros(1, dtype=int)
 
-OUTCOMES = {
-    int(getattr(hy.taylor_outcome, name)): name for name in ("success", "step_limit", "time_limit", "err_nf_state")
-}
-TIME_LIMIT, NOT_FINITE = int(hy.taylor_outcome.time_limit), int(hy.taylor_outcome.err_nf_state)
+PRECISIONS = ("double", "quadruple")
 
-hy.set_logger_level_error()  # it warns of each event at each step of each member that fails; `failures` says it once
+LANES = 8 if host_features().get("avx512f") else 4 if host_features().get("avx") else 2
+"""Members in a vector. On processors that run 512-bit code 8 are faster than 4 at every order: 1.1 to 1.5 times on an
+AMD Zen 4, 1.4 to 1.8 times on an Intel Xeon."""
 
-
-@dataclass(frozen=True)
-class _Compiled:
-    """An integrator, the arithmetic of its parameters, and what changes them on the way, if anything does."""
-
-    engine: Any
-    values: Replay
-    powers: NDArray[np.int_]
-    roots: Roots
-    discontinuities: Discontinuities | None
-    detection: EventDetection | None
+DECISIONS = 256
+"""Answers about equations that are kept."""
 
 
-class _Pool:
-    """Idle integrators by what they are built for, the least recently used dropped first."""
+class _Answers:
+    """Answers about equations by questions, the least recently used dropped first; threads may share it."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._idle: OrderedDict[Any, list[_Compiled]] = OrderedDict()
-        self._decided: OrderedDict[Any, Any] = OrderedDict()
+        self._known: OrderedDict[Any, Any] = OrderedDict()
 
-    def take(self, key: Any) -> _Compiled | None:
-        with self._lock:
-            idle = self._idle.get(key)
-            return idle.pop() if idle else None
-
-    def give(self, key: Any, built: _Compiled) -> None:
-        with self._lock:
-            self._idle.setdefault(key, []).append(built)
-            self._idle.move_to_end(key)
-            while sum(map(len, self._idle.values())) > IDLE_INTEGRATORS:
-                oldest = next(iter(self._idle))
-                self._idle[oldest].pop()
-                if not self._idle[oldest]:
-                    del self._idle[oldest]
-
-    def known(self, key: Any, question: Callable[[], Any]) -> Any:
+    def __call__(self, key: Any, question: Callable[[], Any]) -> Any:
         """Return the answer to a question about equations, asked once."""
         with self._lock:
-            if key in self._decided:
-                self._decided.move_to_end(key)
-                return self._decided[key]
+            if key in self._known:
+                self._known.move_to_end(key)
+                return self._known[key]
         answer = question()
         with self._lock:
-            self._decided[key] = answer
-            while len(self._decided) > DECISIONS:
-                self._decided.popitem(last=False)
+            self._known[key] = answer
+            while len(self._known) > DECISIONS:
+                self._known.popitem(last=False)
         return answer
 
 
-_pool = _Pool()
-
-
-def known(key: Any, question: Callable[[], Any]) -> Any:
-    """Return the answer to a question about equations, asked once."""
-    return _pool.known(key, question)
+known = _Answers()
 
 
 def state_vector(problem: Problem, state: State, formulation: Formulation, precision: str) -> StateVector:
     """Return the variables in which a system is integrated: in comoving axes where all its forces allow.
 
-    Extended precision stays in the space axes, as an independent check of the comoving ones.
+    Quadruple precision stays in the space axes, as an independent check of the comoving ones.
     """
     smooth, system = problem.between_knots(), problem.system
     if formulation.planar:
@@ -173,233 +95,12 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.known(_by_variables))
 
 
-class Kernel:
-    """A compiled integrator with its parameters, for one problem in given variables.
-
-    Attributes
-    ----------
-    engine : the engine's integrator
-        Its state and its time are set from outside.
-    detection : EventDetection or None
-        The user's events.
-    variables : StateVector
-    scales : Scales
-        Those of the momenta: what the engine's state is in.
-    limits : dict
-        Arguments for the engine.
-    watches : bool
-        Whether there are zeros to look for.
-    """
-
-    def __init__(self, built: _Compiled, problem: Problem, variables: StateVector, precision: str, lanes: int) -> None:
-        self.engine, self._discontinuities, self.detection = built.engine, built.discontinuities, built.detection
-        self._roots = built.roots
-        self._variations, self._first = variables.variations, variables.tangent_vectors.start
-
-        def values(smooth: Problem) -> tuple[Any, ...]:
-            with np.errstate(all="ignore"):  # a constant that is not finite stops the run with a sentence
-                return built.values((variables.scale, *variables.factors, *smooth.numbers))
-
-        self._values, self._problem, self.variables = values, problem, variables
-        self.scales = Scales(problem.system, variables, built.powers, lanes, self.engine.order)
-        self._monitors = [part for part in (self.detection, self._discontinuities) if part is not None]
-        for part in self._monitors:
-            part.scales = self.scales
-        self._refused, saltation = dict[int, str](), saltation_of(problem, variables)
-        if self._discontinuities is not None:
-            self._discontinuities.jump = functools.partial(self._jump, saltation) if saltation else None
-        self.limits: dict[str, Any] = {}
-        self.watches, self._kind = bool(self._monitors), PRECISIONS[precision]
-        self._limited = precision == "double" or self.watches
-        self.limit_steps(np.zeros(lanes))
-
-    def begin(self, forwards: bool, members: NDArray[np.int_] = FIRST) -> None:
-        """Set the parameters for the time and the state that the engine has, and for members in its lanes.
-
-        The state is in the scale of the variables.
-        """
-        pars, self._members = self.engine.pars, np.array(members)  # the only record of who is in which lane
-        self._refused.clear()
-        self.scales.begin(self.engine.state, self._members)
-        if self._discontinuities is not None:
-            self._discontinuities.begin(self.engine, self._pieces, forwards, self._members)
-        else:
-            table = self._table[:, members] if pars.ndim > 1 else self._values(self._problem)[: len(pars)]
-            pars[: len(table)] = table
-            for lane in np.flatnonzero(self.scales.bits).tolist() if self.scales.bits.any() else ():
-                own = lane_of(pars, lane)[: len(table)]
-                own[:] = self.scales.parameters(own, lane)
-        self._roots.begin(self.engine)
-        if self.detection is not None:
-            self.detection.begin(self.engine, self._problem, self.variables, forwards, self._members)
-        if self.engine.with_events:
-            self.engine.reset_cooldowns()
-
-    @functools.cached_property
-    def _table(self) -> NDArray[np.float64]:
-        """The values of the parameters of all members, one column each."""
-        values = self._values(self._problem)[: len(self.engine.pars)]
-        members = np.broadcast_shapes(self._problem.members, np.shape(self.variables.scale))
-        return np.reshape([np.broadcast_to(value, members) for value in values], (len(values), *members))
-
-    @functools.cached_property
-    def _pieces(self) -> Pieces:
-        return Pieces(self._problem, self._values)
-
-    def limit_steps(self, spans: NDArray[Any], tries: int = 0) -> None:
-        """Let no step be too long for the time that a run takes in each lane, the shorter the more tries there were."""
-        for part in self._monitors:
-            part.spans = spans
-        self._longest = np.full(spans.size, LONGEST)
-        if self._monitors:
-            share = np.maximum(SHARE * SHORTER**tries * spans, np.finfo(float).tiny)  # no step is of length 0
-            self._longest = np.minimum(self._longest, np.where(spans > 0, share, LONGEST))
-        if self._limited:
-            longest = list(self._longest)
-            self.limits["max_delta_t"] = longest if len(longest) > 1 else self._kind(longest[0])
-
-    def overlooked(self, lanes: list[int]) -> list[int]:
-        """Return the lanes in which a zero of an event or of a condition was lost since this was asked last."""
-        if not self._monitors:
-            return []
-        return [lane for lane in lanes if any(part.overlooked(self.engine, lane) for part in self._monitors)]
-
-    def settle(self, lane: int = 0) -> None:
-        """Set the conditions as their functions say: one of them jumped over zero."""
-        if self._discontinuities is not None:
-            self._discontinuities.switch(self.engine, lane)
-
-    def _jump(
-        self, saltation: Saltation, engine: Any, lane: int, near: float, before: NDArray[Any], behind: NDArray[Any]
-    ) -> bool:
-        """Let tangent vectors jump where conditions have switched, and return whether the motion goes on."""
-        if not np.any((before != behind)[saltation.stops]):
-            return True
-        time, scales = np.ravel(engine.time)[lane : lane + 1], self.scales
-        inputs = numbers_around(self._problem, self.variables, self._numbers, time, self._members[lane : lane + 1])
-        row = scales.outward(np.array(lane_of(engine.state, lane)), lane)
-        numbers = [float(np.ravel(number)[0]) for number in inputs]
-        try:
-            row[self._first :] = Jump(saltation, row, time[0], numbers, near).across(before, behind)
-        except NoDerivative as error:
-            self._refused[lane] = str(error)
-            return False
-        lane_of(engine.state, lane)[:] = scales.inward(row, lane)
-        return True
-
-    @functools.cached_property
-    def _numbers(self) -> tuple[Any, ...]:
-        return numbers_of(self._problem.between_knots(), self.variables)
-
-    def outcome(self, engines: Any, lane: int = 0) -> str:
-        """Return how steps ended: the engine's name for it, what the detection says, "switch" or "angles"."""
-        if lane in self._refused:
-            return self._refused[lane]
-        name = OUTCOMES.get(int(engines), "")
-        if name == "step_limit" and self.detection is not None and self.detection.stopped[lane]:
-            return self.detection.stopped[lane]  # in the last step the engine says nothing of an event
-        if name:
-            return name
-        if int(engines) >= 0:  # an event after which the lane goes on, in the step in which another lane stopped
-            return "success"
-        if self.detection is not None and self.detection.stopped[lane]:
-            return self.detection.stopped[lane]
-        discontinuities = len(self._discontinuities.events) if self._discontinuities else 0
-        return "switch" if -int(engines) <= discontinuities else "angles"
-
-    def steps_at_a_time(self, most: int, first: bool = False) -> int:
-        """Return after how many steps `rescale` is due."""
-        if self._variations is None:
-            return most
-        return STEPS_AT_A_TIME[self._variations.order] // (10 if first else 1)
-
-    def failing(self, lanes: list[int], results: list[Any]) -> bool:
-        """Whether a chunk of steps has ended with a state that is not finite in one of some lanes."""
-        return NOT_FINITE in [int(results[lane][0]) for lane in lanes]
-
-    def doubtful(self, lanes: list[int], results: list[Any], rows: NDArray[Any]) -> bool:
-        """Whether a chunk of steps in some lanes may have begun one with momenta out of the band of their scale.
-
-        `results` are the engine's: how each lane ended, its shortest and its longest step; `rows` are variables on the
-        way, shape (n, size, lanes). A chunk that ends with a state that is not finite is taken again up to there.
-        """
-        if self.failing(lanes, results):
-            return True
-        looked_at = rows[: -1 : max(len(rows) // SAMPLES, 1)]
-        if self.scales.all_fit(self.engine.state, looked_at):
-            return False
-        return any(self._doubtful(lane, results[lane], looked_at[:, :, lane]) for lane in lanes)
-
-    def _doubtful(self, lane: int, result: Any, rows: NDArray[Any]) -> bool:
-        if self.detection is not None and self.detection.stopped[lane] == "act":  # they were within before
-            return False
-        return (
-            not self.scales.fits(self.engine.state, lane)
-            or not self.scales.fit(rows, lane)
-            or self.scales.doubtful(lane, float(result[1]), float(result[2]))
-        )
-
-    def sound_steps(self, ends: NDArray[Any], most: int) -> int:
-        """Take steps, up to the one in which momenta leave the band of their scale, and return how many.
-
-        Actions are not taken. The engine is to be brought back by `begin`.
-        """
-        if self.detection is not None:
-            self.detection.rehearsing = True
-        count = 0
-        while count < most and np.any(ends != self.engine.time):
-            outcomes = self._step_towards(ends)
-            if NOT_FINITE in map(int, outcomes):
-                return max(count, 1)
-            count += 1
-            if any(map(_stops, outcomes)):
-                return count + 1  # at the limit of steps the engine says nothing of an event
-            if not all(self.scales.fits(self.engine.state, lane) for lane in range(len(outcomes))):
-                return count
-        return most
-
-    def _step_towards(self, ends: NDArray[Any]) -> list[Any]:
-        """Take one step in each lane, and return how they ended."""
-        ahead = ends - self.engine.time
-        if self._limited:
-            longest = self._longest if np.ndim(ahead) else self.limits["max_delta_t"]
-            ahead = np.clip(ahead, -longest, longest)
-        if np.ndim(ahead):
-            self.engine.step(list(ahead))
-            return [result[0] for result in self.engine.step_res]
-        return [self.engine.step(ahead)[0]]
-
-    def certain(self, certain: bool) -> None:
-        """Say whether the steps to come begin with momenta in the band of their scale: actions wait for that."""
-        if self.detection is not None:
-            self.detection.certain = certain
-
-    def rescale(self) -> None:
-        """Choose the scales anew of momenta that left their band, and those of tangent vectors."""
-        self.scales.rescale(self.engine.state, self.engine.pars)
-        if self.detection is not None:
-            self.detection.go_on()
-        if self._variations is not None:
-            self._variations.rescale(self.engine.state[self._first :].T)
-
-    def repeat(self, busy: int, idle: NDArray[np.int_]) -> None:
-        """Let lanes follow another one."""
-        self.engine.pars[:, idle] = self.engine.pars[:, [busy]]
-        self._members[idle] = self._members[busy]
-        if self._limited:
-            self._longest[idle] = self._longest[busy]
-            self.limits["max_delta_t"] = list(self._longest)
-        self.scales.bits[idle] = self.scales.bits[busy]
-        for part in self._monitors:
-            part.repeat(busy, idle)
-
-
-def looped_constants(problem: Problem, variables: StateVector) -> Constants | None:
-    """Return the constants of a looped kernel; None if its variables have a singularity."""
+def looped_constants(problem: Problem, variables: StateVector) -> Constants:
+    """Return the constants of a kernel."""
     known, key = problem.known(_by_variables), ("constants", variables.structure)
     if key not in known:
         known[key] = _looped_constants(problem, variables)
-    constants: Constants | None = known[key]
+    constants: Constants = known[key]
     return constants
 
 
@@ -408,7 +109,7 @@ def _by_variables(_: Problem) -> dict[Any, Any]:
     return {}
 
 
-def _looped_constants(problem: Problem, variables: StateVector) -> Constants | None:
+def _looped_constants(problem: Problem, variables: StateVector) -> Constants:
     field = _traced(problem, variables)
     refuse_constant_events(problem.events, field.events, variables.formulation.name)
     program = _program(problem, variables, field, ())
@@ -471,28 +172,6 @@ def counting(problem: Problem, variables: StateVector) -> Replay:
     """Return what gives, of variables, time and numbers, what is positive where zeros of events count."""
     field = _traced(problem, variables)
     return Replay(field.counting, np.float64, field.own)
-
-
-def updates(problem: Problem, variables: StateVector) -> list[tuple[list[int], Replay, int]]:
-    """Return where variables jump, and what gives their new values of variables, time, uniform numbers and inputs."""
-    field = _traced(problem, variables)
-    return [
-        (each.places, Replay(each.values, np.longdouble, [*field.own, *each.draws]), len(each.draws))
-        for each in field.updates
-    ]
-
-
-@contextmanager
-def kernel_of(
-    problem: Problem, variables: StateVector, precision: str, tolerance: float, lanes: int = 1
-) -> Iterator[Kernel]:
-    """Provide a kernel, which goes back to the pool when it is not needed any more."""
-    smooth = problem.between_knots()
-    asked = precision, tolerance, lanes, smooth is not problem
-    key = smooth.structure, variables.structure, asked  # without any real number of the system
-    built = _pool.take(key) or _build(smooth, variables, *asked)
-    yield Kernel(built, problem, variables, precision, lanes)
-    _pool.give(key, built)
 
 
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
@@ -636,70 +315,11 @@ def _environment(twin: Problem, variables: StateVector, own: list[Any], time: An
     return Environment(time, blocks, numbers, variables.comoving)
 
 
-def _stops(outcome: Any) -> bool:
-    """Whether a step ended at an event that stops the engine."""
-    return OUTCOMES.get(int(outcome)) not in ("success", "time_limit") and int(outcome) < 0
-
-
-def available(precision: str) -> bool:
-    """Whether this machine's engine has that precision, wider than double unless it is double."""
-    kind = PRECISIONS[precision]
-    if precision == "extended":
-        return bool(np.finfo(np.longdouble).eps < np.finfo(np.float64).eps)
-    return kind is not None
-
-
-def _build(
-    problem: Problem, variables: StateVector, precision: str, tolerance: float, lanes: int, with_knots: bool
-) -> _Compiled:
-    field, kind = _traced(problem, variables), PRECISIONS[precision]
-    refuse_constant_events(problem.events, field.events, variables.formulation.name)
-    conditions = field.conditions
-    watched = [[*conditions.values()], field.events]
-    others = [[*functions, *field.along(functions)] for functions in watched]
-    near = variables.formulation.nearness(field.own)
-    others += [field.counting, [] if near is None else [near]]
-    program = lowered(field.rates, [value for each in others for value in each])
-    made = Expressions(program.decomposition)
-    values = iter(made.of(program.others))
-    of_conditions, of_events, counting, nearness = ([next(values) for _ in each] for each in others)
-    attitude = [made.rates[place] for place in variables.attitude]
-    discontinuities, detection, stops = None, None, {}
-    first = len(program.parameters)
-    if with_knots or conditions:
-        places = [program.conditions[node.place] for node in conditions]
-        look = made.compiled([*of_conditions, *attitude], kind)
-        discontinuities = Discontinuities(of_conditions[: len(places)], places, look, first, lanes, kind)
-        stops["t_events"], first = discontinuities.events, discontinuities.parameters
-    if field.events:
-        look = made.compiled([*of_events, *counting, *attitude], kind)
-        detection = EventDetection(problem.events, of_events[: len(counting)], look, first, lanes, kind)
-        stops = {"t_events": [*stops.get("t_events", []), *detection.stops], "nt_events": detection.passed}
-        if discontinuities:
-            discontinuities.look, detection.settle = detection.look, discontinuities.settle
-    if nearness:
-        stops["t_events"] = [*stops.get("t_events", []), event_class(lanes, kind)(*nearness)]
-    build = hy.taylor_adaptive if lanes == 1 else hy.taylor_adaptive_batch
-    many_vectors = variables.variations is not None and variables.variations.total > 1
-    engine = build(
-        list(zip(made.symbols, made.rates, strict=True)),
-        np.full((variables.size, *(lanes,) * (lanes > 1)), kind(0.0)),
-        tol=kind(tolerance),
-        fp_type=kind,
-        compact_mode=many_vectors or program.decomposition.size > LARGE[precision],
-        **stops,
-    )
-    used = [root for root in program.roots if root.parameter < len(engine.pars)]  # the engine needs none of slopes
-    roots = Roots([(made.of([root.value])[0], root.parameter) for root in used], made, variables.momenta, kind)
-    replay = program.values(_type_of_numbers(precision, lanes, with_knots))
-    return _Compiled(engine, replay, program.powers, roots, discontinuities, detection)
-
-
-def _type_of_numbers(precision: str, lanes: int, with_knots: bool) -> Callable[[Any], Any]:
-    """Return what makes the numbers of a run wide enough to compute its parameters."""
-    kind: Any = np.longdouble if precision == "double" else PRECISIONS[precision]
-    if precision == "quadruple" and with_knots:  # no array of these takes part in sums with other numbers
-        one_by_one: Callable[[Any], Any] = np.frompyfunc(kind, 1, 1)
-        return one_by_one
-    scalar: Callable[[Any], Any] = kind
-    return scalar if lanes == 1 and not with_knots else functools.partial(np.asarray, dtype=kind)
+def refuse_constant_events(events: Sequence[Event], values: Sequence[Any], formulation: str) -> None:
+    """Raise a ValueError if the value of an event, a scalar of a kernel, is the same all the way."""
+    for event, value in zip(events, values, strict=True):
+        if not (isinstance(value, Node) and value.varies):
+            raise ValueError(
+                f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
+                f"of {quoted(formulation)}."
+            )

@@ -12,7 +12,16 @@ from collections.abc import Sequence
 from poinsot.engine.decomposition import Coefficient, Function
 from poinsot.engine.llvm_ir import DOUBLE, Value, vector
 
-__all__ = ["LIBRARY", "elementary", "rough_exp2", "rough_log2"]
+__all__ = [
+    "LIBRARY",
+    "MOST_HALVES",
+    "each",
+    "elementary",
+    "power_of_root",
+    "rough_exp2",
+    "rough_log2",
+    "written_eccentric_anomaly",
+]
 
 LIBRARY = ("acos", "asin", "asinh", "atan", "atan2", "cos", "exp", "log", "log2", "pow", "sin", "tan", "tanh")
 """The functions of the C library that kernels may call."""
@@ -51,25 +60,30 @@ def elementary(function: Function, arguments: Sequence[Value], lanes: int) -> Va
     lines, name = arguments[0].function, function.name
     match name:
         case "sqrt":
-            return arguments[0].intrinsic("sqrt")
+            return arguments[0].sqrt()
         case "sin" | "cos":
             return _sine_and_cosine(arguments[0], lanes).part(int(name == "cos"))
         case "eccentric_anomaly":
             kind, own = vector(DOUBLE, lanes), f"{name}_{lanes}"
-            lines.module.function(own, kind, [kind, kind], lambda e, m: _eccentric_anomaly(e, m, lanes))
+            lines.module.function(own, kind, [kind, kind], lambda e, m: written_eccentric_anomaly(e, m, lanes))
             return lines.call(kind, own, *arguments)
         case "sine_defect" | "asinh_defect":
             return _defect(name, arguments[0], lanes)
         case "pow":
-            exponent = function.arguments[1]
-            if isinstance(exponent, Coefficient) and exponent.parameter is None:
-                halves = 2 * exponent.number
-                if halves == int(halves) and 0 < abs(halves) <= MOST_HALVES:
-                    return _power_of_root(arguments[0], int(halves))
-    return _each(name, arguments, lanes)
+            return _power(function, arguments, lanes)
+    return each(name, arguments, lanes)
 
 
-def _each(name: str, arguments: Sequence[Value], lanes: int) -> Value:
+def _power(function: Function, arguments: Sequence[Value], lanes: int) -> Value:
+    exponent = function.arguments[1]
+    if isinstance(exponent, Coefficient) and exponent.parameter is None:
+        halves = 2 * exponent.number
+        if halves == int(halves) and 0 < abs(halves) <= MOST_HALVES:
+            return power_of_root(arguments[0], int(halves))
+    return each("pow", arguments, lanes)
+
+
+def each(name: str, arguments: Sequence[Value], lanes: int) -> Value:
     """Call the C library for each number."""
     if lanes == 1:
         return arguments[0].function.call(DOUBLE, name, *arguments)
@@ -87,9 +101,9 @@ def _each(name: str, arguments: Sequence[Value], lanes: int) -> Value:
     return lines.call(kind, own, *arguments)
 
 
-def _power_of_root(x: Value, halves: int) -> Value:
+def power_of_root(x: Value, halves: int) -> Value:
     """Return x^(halves / 2)."""
-    whole, factors = abs(halves) // 2, [x.intrinsic("sqrt")] if halves % 2 else []
+    whole, factors = abs(halves) // 2, [x.sqrt()] if halves % 2 else []
     while whole:
         factors += [x] if whole % 2 else []
         whole //= 2
@@ -137,12 +151,12 @@ def _written_sine_and_cosine(x: Value, lanes: int) -> Value:
     far = abs(x).is_("gt", FAR)
 
     def exact() -> list[Value]:
-        return [far.choose(_each(name, [x], lanes), value) for name, value in zip(("sin", "cos"), near, strict=True)]
+        return [far.choose(each(name, [x], lanes), value) for name, value in zip(("sin", "cos"), near, strict=True)]
 
     return lines.struct(*lines.either(far.any(), near, exact))
 
 
-def _eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> Value:
+def written_eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> Value:
     """Solve E - e sin E = M by Danby's method of order four, for E between -pi and pi."""
     lines = mean_anomaly.function
     reduced, _ = _reduced(mean_anomaly, [4.0 * part for part in HALF_PI])
@@ -150,7 +164,7 @@ def _eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> 
 
     def exact() -> list[Value]:
         both = _sine_and_cosine(mean_anomaly, lanes)
-        return [far.choose(_each("atan2", [both.part(0), both.part(1)], lanes), reduced)]
+        return [far.choose(each("atan2", [both.part(0), both.part(1)], lanes), reduced)]
 
     (reduced,) = lines.either(far.any(), [reduced], exact)
     size, rest = abs(reduced), 1.0 - eccentricity
@@ -184,7 +198,7 @@ def _eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> 
 def _defect(name: str, x: Value, lanes: int) -> Value:
     """Return x - sin x, or x - asinh x, which is the like of the angle whose hyperbolic sine is x."""
     of_sine = name == "sine_defect"
-    angle = x if of_sine else _each("asinh", [x], lanes)
+    angle = x if of_sine else each("asinh", [x], lanes)
     square = angle * angle
     near = angle * square * _polynomial(square, [c if of_sine else abs(c) for c in SINE_DEFECT])
     return square.is_("lt", 4.0).choose(near, x - (_sine_and_cosine(x, lanes).part(0) if of_sine else angle))

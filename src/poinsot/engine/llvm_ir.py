@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import importlib.util
 import itertools
 import math
 import platform
@@ -126,7 +125,7 @@ class Value:
         """Return a number of this kind from the next ones of some values of LLVM."""
         return next(parts)
 
-    def like(self, other: Value | float) -> Value:
+    def like(self, other: Value | float | Fraction) -> Value:
         """Return a value, or a number as a constant of this one's type."""
         return other if isinstance(other, Value) else self.function.constant(self.type, other)
 
@@ -216,6 +215,10 @@ class Value:
         """Return the square root."""
         return self.intrinsic("sqrt")
 
+    def rint(self) -> Value:
+        """Return the nearest integer."""
+        return self.intrinsic("rint")
+
     def times_power_of_two(self, power: Value | float) -> Value:
         """Return the product with a power of two, which is exact."""
         return self * power
@@ -303,7 +306,7 @@ class WideValue(Value):
         return WideValue(next(parts), next(parts))
 
     @override
-    def like(self, other: Value | float) -> WideValue:
+    def like(self, other: Value | float | Fraction) -> WideValue:
         if isinstance(other, WideValue):
             return other
         if isinstance(other, Value):
@@ -387,6 +390,14 @@ class WideValue(Value):
         high, low = exact_product(root, root)
         more = (((self.high - high) - low) + self.low) / (2.0 * root)
         return WideValue(*_ordered_sum(root, root.is_("gt", 0.0).choose(more, 0.0)))
+
+    @override
+    def rint(self) -> WideValue:
+        whole = self.high.rint()
+        rest = self.high - whole  # low decides halves
+        beyond = (abs(rest).is_("eq", 0.5) & (rest * self.low).is_("gt", 0.0)).choose(2.0 * rest, 0.0)
+        low = rest.is_("eq", 0.0).choose(self.low.rint(), beyond)
+        return WideValue(*_ordered_sum(whole, low))
 
     @override
     def times_power_of_two(self, power: Value | float) -> WideValue:
@@ -597,7 +608,7 @@ class Function:
         self.line(f"{value.name} = {text}")
         return value
 
-    def constant(self, kind: str, number: float) -> Value:
+    def constant(self, kind: str, number: float | Fraction) -> Value:
         """Return a constant, a double or a fraction."""
         if isinstance(kind, Wide):
             high = float(number)
@@ -715,9 +726,7 @@ def _listed(values: Sequence[Value]) -> str:
 
 @functools.cache
 def host_features() -> dict[str, bool]:
-    """Return the instructions that this processor has, by LLVM's names; none without llvmlite."""
-    if importlib.util.find_spec("llvmlite") is None:
-        return {}
+    """Return the instructions of this processor by LLVM's names."""
     import llvmlite.binding as llvm
 
     return dict(llvm.get_host_cpu_features())

@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import importlib.util
 import math
 import platform
 import struct
-import warnings
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -57,6 +55,8 @@ class Code:
     Attributes
     ----------
     order, lanes : int
+    wide : bool
+        Whether numbers are double-double.
     variables, parameters : int
         How many a member has.
     conditions : tuple of int
@@ -68,12 +68,12 @@ class Code:
     """
 
     def __init__(self, kernel: KernelProgram) -> None:
-        self.order, self.lanes = kernel.order, kernel.lanes
+        self.order, self.lanes, self.wide = kernel.order, kernel.lanes, kernel.wide
         self.variables, self.parameters = kernel.variables, kernel.parameters
         self.work, self.task, self.step, self.note = kernel.work, kernel.task, kernel.step, kernel.watch.note
         self.events, self.conditions = kernel.watch.events, kernel.watch.conditions
         blank = np.zeros(1, self.task)
-        blank["limit"], blank["pause"], blank["branches"] = LONGEST, FOREVER, np.nan
+        blank["limit"], blank["pause"], blank["branches"], blank["unit"] = LONGEST, FOREVER, np.nan, 1.0
         fields: Any = self.task.fields
         first = fields["count"][1] // 8
         self.blank, self.places = blank.tobytes(), slice(first, first + 4)
@@ -157,7 +157,7 @@ class Queue:
     def __init__(self, code: Code, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
         count, size = len(output.tasks), len(code.blank)
         self._first = first = -(-(QUEUE.itemsize + 8 * count) // size) * size  # what waits lies in front: one address
-        self._blank, self._memory = code.blank, bytearray(first + count * size)
+        self._blank, self._memory, self.wide = code.blank, bytearray(first + count * size), code.wide
         tasks = self.tasks = np.ndarray(count, code.task, self._memory, first)
         self._states, self._parameters, self._times = tasks["state"], tasks["parameters"], tasks["time"][:, 0]
         self._ways, self._ends, self._spans = tasks["way"], tasks["end"], tasks["span"]
@@ -313,24 +313,22 @@ def _address(array: Any) -> int:
 
 @functools.cache
 def available() -> bool:
-    """Whether there are looped kernels here: llvmlite, on a processor that multiplies and adds in one instruction."""
-    if importlib.util.find_spec("llvmlite") is None:
-        warnings.warn(
-            "llvmlite is not installed: all runs take heyoka's kernels, 1.5 to 3 times the time and more. "
-            "Install it with pip install llvmlite.",
-            stacklevel=2,
-        )
-        return False
+    """Return whether kernels run here: on processors that multiply and add in one instruction."""
     return platform.machine().lower() in ("arm64", "aarch64") or host_features().get("fma", False)
 
 
 @functools.lru_cache(CACHED)
-def order_of(tolerance: float) -> int:
-    """Return the order of the Taylor polynomials for a tolerance (Jorba, Zou), as heyoka's."""
-    return max(2, math.ceil(1.0 - 0.5 * math.log(tolerance)))
+def order_of(tolerance: float, wide: bool = False) -> int:
+    """Return the order of the Taylor polynomials for a tolerance (Jorba and Zou 2005), in quadruple precision 4 more.
+
+    At order 38, of the smallest tolerance there, truncation errors of a free body are three times its rounding errors.
+    """
+    return max(2, math.ceil(1.0 - 0.5 * math.log(tolerance))) + 4 * wide
 
 
 @functools.lru_cache(CACHED)
-def compiled(decomposition: Decomposition, order: int, lanes: int, layout: Layout = "batch") -> Code:
+def compiled(
+    decomposition: Decomposition, order: int, lanes: int, layout: Layout = "batch", wide: bool = False
+) -> Code:
     """Return the kernel of a decomposition with polynomials of an order; lanes, of the layout "batch", 1, 2, 4 or 8."""
-    return Code(KernelProgram(decomposition, order, lanes, layout))
+    return Code(KernelProgram(decomposition, order, lanes, layout, wide))

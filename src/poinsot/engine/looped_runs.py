@@ -1,8 +1,9 @@
-"""Runs on looped kernels: double precision, one body or many."""
+"""Runs on kernels: one body or many, in double or quadruple precision."""
 
 from __future__ import annotations
 
 import contextvars
+import platform
 import time as clock
 import weakref
 from bisect import bisect_left
@@ -29,6 +30,7 @@ from poinsot.engine.runs import BOTH_WAYS, Job, Rows, Run, Stop
 from poinsot.engine.saltation import Jump, NoDerivative
 from poinsot.engine.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.engine.termination import INTERRUPTED, REASONS, reason
+from poinsot.engine.wide_numbers import WideReplay, low_parts, unit_of_time
 
 __all__ = ["LoopedRun", "constants_of"]
 
@@ -41,9 +43,13 @@ SLAB_OF_EVENTS = 4096
 HANDED_BYTES = 1_000_000
 """What of it is handed over at a time: what is computed of it then stays in the cache, in memory that is there."""
 
+NEGLIGIBLE = {"double": 1e-9, "quadruple": 1e-18}
+"""The part of the size of a square root that counts for nothing when squared, by precision."""
+
 NONE, NO_TASKS = np.empty(0, dtype=int), np.empty((0, 4), dtype=int)
 
-EPSILON = float(np.finfo(float).eps)
+ROUNDING = {"double": 2.0**-52, "quadruple": 2.0**-104}
+"""The distance from 1 to the next number, by precision: the smallest tolerance."""
 
 NEVER: Any = (lambda: None), ()
 """The kernel of the last run and which constants were zero in it, where there was none."""
@@ -61,7 +67,7 @@ UNDER_WAY, DONE, PAUSED, EVENT, ENDED = map(
 )
 
 WHY = {
-    Status.NOT_FINITE: REASONS["err_nf_state"],
+    Status.NOT_FINITE: REASONS["not_finite"],
     Status.STALLED: REASONS["rounding"],
     Status.HELD: REASONS["switch"],
 }
@@ -69,12 +75,13 @@ WHY = {
 Array = NDArray[Any]
 
 
-def constants_of(job: Job) -> Constants | None:
-    """Return the constants of a job that a looped kernel can do; None if heyoka must do it, as in wide precision."""
-    if job.precision != "double":
-        return None
+def constants_of(job: Job) -> Constants:
+    """Return the constants of a job; raise a RuntimeError where no kernel can run."""
     if job.device == "cpu" and not looped_kernel.available():
-        return None
+        raise RuntimeError(
+            f"the processor must multiply and add in one instruction (FMA), got {platform.machine()} without it. "
+            "Closed forms run here, as pt.free_motion does."
+        )
     return kernels.looped_constants(job.problem.between_knots(), job.variables)
 
 
@@ -83,7 +90,7 @@ def _zeros(job: Job, constants: Constants, numbers: Sequence[Any], values: Seque
     return () if constants.jumps or job.problem.knots.size else constants.zeros(values, numbers)
 
 
-def _values(replay: Replay, numbers: Sequence[Any]) -> Sequence[Any]:
+def _values(replay: Replay | WideReplay, numbers: Sequence[Any]) -> Sequence[Any]:
     """Return what a replay gives for numbers: a list of floats if all are scalars, else a tuple that has arrays."""
     values = replay(numbers)
     return values if np.ndarray in map(type, numbers) else [*map(float, values)]
@@ -97,7 +104,7 @@ class Ready:
     """
 
     code: Code
-    values: Replay
+    values: Replay | WideReplay
     roots: StartRoots
 
 
@@ -120,6 +127,9 @@ class LoopedRun(Run):
     def __init__(self, constants: Constants, *given: Any) -> None:
         super().__init__(*given)
         job, self._constants, self.jumps = self.job, constants, constants.jumps
+        self.wide = job.precision == "quadruple"
+        self.starts_below = low_parts(job.variables, self.state, self.starts) if self.wide else None
+        self.units = unit_of_time(self.speeds)[:, None] if self.wide else None
         self.one = not self.state.time.ndim
         self._numbers = kernels.numbers_of(job.problem.between_knots(), job.variables)
         self.ready, self.parameters = self._with_parameters()
@@ -132,8 +142,8 @@ class LoopedRun(Run):
         """Return the kernel, which depends on which constants are zero, and the parameters of members."""
         job, constants = self.job, self._constants
         layout: tuple[Layout, int] = ("single", 1) if self.origins.size == 1 else ("batch", kernels.LANES)
-        order = looped_kernel.order_of(job.tolerance or EPSILON)
-        kind = job.device, order, layout
+        order = looped_kernel.order_of(job.tolerance or ROUNDING[job.precision], self.wide)
+        kind = job.device, order, layout, self.wide
         last, zeros = constants.latest.get(kind, NEVER)
         ready = last()
         found, parameters = QUIET.copy().run(self._found, ready)
@@ -154,16 +164,24 @@ class LoopedRun(Run):
         smooth, variables, whole = self.job.problem.between_knots(), self.job.variables, self._constants.whole_program()
         program = whole if whole and not zeros else kernels.looped_program(smooth, variables, zeros)
         code = self.compiled(program, order, layout, lanes)
-        return Ready(code, program.values(wide), StartRoots(program, variables.size))
+        values = program.wide_values() if self.wide else program.values(wide)
+        return Ready(code, values, StartRoots(program, variables.size))
 
     def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
         """Return the kernel of a program."""
         given = program.decomposition, order, lanes, layout
-        return Code(KernelProgram(*given, program.jumps)) if program.jumps else looped_kernel.compiled(*given)
+        if program.jumps:
+            return Code(KernelProgram(*given, self.wide, program.jumps))
+        return looped_kernel.compiled(*given, self.wide)
 
     def _table(self, ready: Ready, values: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
         """Return the parameters of members at their start, shape (n, parameters), from what the replay gives."""
         origins, columns = self.origins[members], values[self._constants.count :]
+        if self.wide:  # behind the high parts of all values are the low parts
+            count = len(values) // 2
+            columns = [*values[self._constants.count : count], *values[count + self._constants.count :]]
+            if any(isinstance(column, np.ndarray) for column in columns):
+                columns = tuple(columns)
         table = np.empty((origins.size, len(columns)))
         if isinstance(columns, list):
             table[:] = columns
@@ -171,7 +189,14 @@ class LoopedRun(Run):
             for place, column in enumerate(columns):
                 table[:, place] = column
         if ready.roots.places:
-            ready.roots.set(table, numbers, self.starts[members], origins, self.job.variables.momenta)
+            ready.roots.set(
+                table,
+                numbers,
+                self.starts[members],
+                origins,
+                self.job.variables.momenta,
+                NEGLIGIBLE[self.job.precision],
+            )
         return table
 
     def numbers_around(self, times: Array, members: NDArray[np.int_]) -> list[Any]:
@@ -310,6 +335,9 @@ class _Tasks:
         output = self._of_one() if run.one else self._of_many()
         chosen = slice(None) if run.one else members[self.own]
         self.queue = kernel.queue(run.starts[chosen], run.origins[chosen], run.parameters[chosen], output)
+        if run.starts_below is not None and run.units is not None:
+            self.queue.tasks["below"] = run.starts_below[chosen]
+            self.queue.tasks["unit"] = run.units[chosen]
         self.queue.tasks["push"] = run.push if run.push.ndim == 0 else run.push[chosen]
         if run.clock is not None:
             run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
@@ -447,7 +475,7 @@ class _Tasks:
             task, steps = tasks[k], int(tasks["steps"][k] - counts[k])
             time = float(task["time"][0])
             left, advance = abs(float(task["end"]) - time), abs(time - float(times[k]))
-            if why := reason("step_limit", advance, time, left, steps):
+            if why := reason(advance, time, left, steps):
                 self._hopeless[k] = why
                 hopeless.append(k)
         times[due], counts[due] = tasks["time"][due, 0], tasks["steps"][due]

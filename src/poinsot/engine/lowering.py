@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from poinsot.algebra.program import Node, ordered, replaced
 from poinsot.algebra.replay import Replay, wide
-from poinsot.engine.decomposition import Coefficient, Crossing, Decomposition
+from poinsot.engine.decomposition import Crossing, Decomposition
 from poinsot.engine.drafts import TIME, Drafts
 from poinsot.engine.integrals import without_squares
 from poinsot.engine.jumps import Jumps, Update
 from poinsot.engine.products import Assembly
+from poinsot.engine.wide_numbers import WideReplay
 
-__all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "lowered", "simplified"]
+__all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "simplified"]
 
 POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
     "add": lambda a, b, _: a or b,
@@ -33,10 +34,9 @@ POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
 
 
 class Root(NamedTuple):
-    """What is under a square root, a node and its value, and the parameter that is added to it."""
+    """The argument of a square root, and the parameter that is added to it."""
 
     argument: Node
-    value: Coefficient | int
     parameter: int
 
 
@@ -54,11 +54,7 @@ class Program:
     Attributes
     ----------
     decomposition : Decomposition
-    others : list of Coefficient or int
-        Values of other functions than the rates.
     parameters : list of Node
-    conditions : dict
-        The place of a condition in the graph to the parameter that holds it.
     roots : list of Root
     given : sequence of Node
         The `Constants` of runs in which none of them is zero, if some may be.
@@ -67,9 +63,7 @@ class Program:
     """
 
     decomposition: Decomposition
-    others: list[Coefficient | int]
     parameters: list[Node]
-    conditions: dict[int, int]
     roots: list[Root]
     given: Sequence[Node] = ()
     jumps: Jumps | None = None
@@ -86,6 +80,10 @@ class Program:
     def values(self, typed: Callable[[Any], Any]) -> Replay:
         """Return what gives the values of `given` and of the parameters for the inputs of a run, 0 for those held."""
         return Replay([*self.given, *self.parameters], typed)
+
+    def wide_values(self) -> WideReplay:
+        """Return the computation of the same in double-double arithmetic: high parts of all, then low parts."""
+        return WideReplay([*self.given, *self.parameters])
 
     @functools.cached_property
     def powers(self) -> NDArray[np.int_]:
@@ -183,26 +181,16 @@ def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
     return {node: node.operands[0] - node.operands[1] for node in found}
 
 
-def lowered(rates: Sequence[Any], others: Sequence[Any] = ()) -> Program:
-    """Return the program of the time derivatives of the state variables, and of other functions behind them.
-
-    It has all squares: the engine's own kernels would compute an integral of the motion as often as these.
-    """
-    return _program(rates, others, Events(), lambda drafts, _: drafts)
-
-
-def _program(
-    rates: Sequence[Any], others: Sequence[Any], events: Events, reduced: Callable[..., Sequence[Any]]
-) -> Program:
-    """Return a program of drafts that are reduced, given the rates, to those with fewer products."""
+def _program(rates: Sequence[Any], events: Events) -> Program:
+    """Return the program of rates and events."""
     conditions = conditions_of([*rates, *events.values])
-    made = Drafts((rates, others, [*conditions.values(), *events.values]))
-    final = Assembly(reduced(made.drafts, made.outputs[0]), made.slopes)
-    own, functions, watched = ([final.value(x) for x in group] for group in made.outputs)
-    roots = [Root(argument, final.value(value), parameter) for argument, value, parameter in made.roots]
+    made = Drafts((rates, [*conditions.values(), *events.values]))
+    final = Assembly(without_squares(made.drafts, made.outputs[0]), made.slopes)
+    own, watched = ([final.value(x) for x in group] for group in made.outputs)
+    roots = [Root(argument, parameter) for argument, _, parameter in made.roots]
     places = tuple(made.conditions[node.place] for node in conditions)
     whole = tuple(own), len(made.constants), tuple(watched), places, events.crossings
-    return Program(Decomposition(final.operations(), *whole), functions, made.constants, made.conditions, roots)
+    return Program(Decomposition(final.operations(), *whole), made.constants, roots)
 
 
 def simplified(rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:
@@ -211,5 +199,5 @@ def simplified(rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Pr
     constants = _constants_met(formulas)
     left = replaced(formulas, {constants[number]: 0.0 for number in zeros})
     events = events._replace(values=left[count:])
-    program = _program(left[:count], (), events, without_squares)
+    program = _program(left[:count], events)
     return replace(program, given=constants)

@@ -10,14 +10,26 @@ from numpy.typing import NDArray
 
 from poinsot.algebra.replay import Replay
 from poinsot.engine.dense_output import Action
-from poinsot.engine.event_detection import ZENO, Recorded, acted, told
 from poinsot.engine.kernel_watch import bit_of
 from poinsot.engine.looped_kernel import Queue, Status
 from poinsot.engine.problem import Problem
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import REASONS
+from poinsot.mechanics.event import Event
+from poinsot.mechanics.parameters import kinds_of, of_each
+from poinsot.mechanics.state import State, changed, state_of
+from poinsot.printable import described, message_of, quoted
 
-__all__ = ["NotedEvents"]
+__all__ = ["NotedEvents", "Recorded"]
+
+ZENO = 1e-5
+"""Actions are without end where the time between them shrinks from one to the next, by this at last."""
+
+LARGEST = float(np.sqrt(np.finfo(float).max))
+"""Momenta above this have rates that overflow."""
+
+Recorded = tuple[int, float, int, NDArray[Any]]
+"""Number of the event, time, sign of the rate in time, variables."""
 
 Array = NDArray[Any]
 
@@ -128,12 +140,18 @@ class NotedEvents:
         acted = False
         for number, direction in new:
             event = self._problem.events[number]
-            self.records[task].append((number, 0, time, direction, row.copy()))
+            self.records[task].append((number, time, direction, row.copy()))
             if event.acts and not self._stopped():
                 acted |= self._act(task, number, time, row)
             if event.terminal:
                 self._queue.tasks["status"][task] = Status.ENDED
         return acted
+
+    def _change(self, own: Any, before: Array, after: Array) -> None:
+        """Give a task the variables after an action; unchanged ones have their low parts in quadruple precision."""
+        low = own["below"][: after.size]
+        own["state"][: after.size], own["sides"] = after, 0.0
+        low[:] = np.where(after == before, low, 0.0) if self._queue.wide else 0.0
 
     def _put_rows(self, task: int, action: Action) -> None:
         """Put the variables after an action into the rows at its time, which the kernel writes before the action."""
@@ -155,13 +173,55 @@ class NotedEvents:
         """Give a task the state that an event returns, or note why not; return True if there is one."""
         own, member = self._queue.tasks[task], int(self._members[task])
         try:
-            after = acted(self._problem, self._variables, number, member, time, row)
+            after = _acted(self._problem, self._variables, number, member, time, row)
         except KeyboardInterrupt:
             self._interrupt()
         except Exception as error:
-            self.failed[task], self.causes[task] = told(self._problem.events[number], error), error
+            self.failed[task], self.causes[task] = _why_failed(self._problem.events[number], error), error
         else:
+            self._change(own, row[: after.size], after)
             row[: after.size] = after
-            own["state"][: after.size], own["below"][: after.size], own["sides"] = after, 0.0, 0.0
             return True
         return False
+
+
+def _acted(
+    problem: Problem, variables: StateVector, number: int, member: int, time: float, row: NDArray[Any]
+) -> NDArray[Any]:
+    """Return the variables of the state that an event of a member returns; those of parts that it leaves out stay."""
+    variables = variables.of_members(member)
+    phase = variables.to_phase(np.array([time]), row[None])
+    state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.system
+    event, *records = (_of_member(record, member) for record in (problem.events[number], *system.records))
+    body = system.with_records(records).at(state).acted_on
+    after = event.act(body, state)
+    if type(after) is not type(state) or after.shape:
+        what = described(after) if type(after) is not type(state) else "one of several members"
+        kind = "State of one body" if type(state) is State else "PairState"
+        raise TypeError(f"an action must return a {kind}, got {what}.")
+    if other := sorted(set(after.own) - set(state.own)):
+        raise ValueError(f"an action must return variables of parts of the system, got some of {quoted(other[0])}.")
+    after = state_of({**state.own, **after.phase}, after.time)
+    largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
+    if largest > LARGEST:
+        raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
+    new: NDArray[Any] = variables.with_state(row, after, np.array(time))
+    return new
+
+
+def _of_member(record: Any, member: int) -> Any:
+    """Return a record with the numbers of one member."""
+    fields = {}
+    for name, kind in kinds_of(type(record)).items():
+        value = getattr(record, name)
+        if isinstance(kind, tuple):
+            fields[name] = value[member] if np.ndim(value) > len(kind) else value
+        else:
+            fields[name] = of_each(value, lambda inner: _of_member(inner, member))
+    return type(record).unchecked(**fields)
+
+
+def _why_failed(event: Event, error: Exception) -> str:
+    """Return the sentence about an action that failed."""
+    text = f"{type(event).__name__}.act failed with {type(error).__name__}: {message_of(error)}"
+    return text.rstrip(": .") + "."

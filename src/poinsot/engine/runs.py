@@ -14,17 +14,15 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.engine import kernels
-from poinsot.engine.event_detection import Recorded
 from poinsot.engine.jumps import Clock
+from poinsot.engine.noted_events import Recorded
 from poinsot.engine.problem import Problem
 from poinsot.engine.progress import Progress
 from poinsot.engine.state_vector import StateVector
 from poinsot.engine.termination import INTERRUPTED, reason_of_speed
 from poinsot.errors import PropagationError, PropagationInterrupted
-from poinsot.functions import Vector
 from poinsot.lazy import cached_property
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import Phase, State
 from poinsot.printable import quoted
 
 __all__ = ["BOTH_WAYS", "Job", "Memory", "OneMotion", "Report", "Rows", "Run", "Sink", "Stop", "allowed_threads"]
@@ -162,7 +160,7 @@ class Report:
     order: int = 0
     tolerance: float = 0.0
     wall_time: float = 0.0
-    kernel: str = "heyoka"
+    kernel: str = "looped"
     lanes: int = 1
     interrupted: bool = False
     dense: Any = None
@@ -239,7 +237,7 @@ class Run(ABC):
         self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
         self.rising, self.origins = times[self.turn].copy(), state.time.reshape(-1)
         self.report, self.stop, self.lock = Report(np.zeros(self.origins.size, dtype=int)), False, Lock()
-        start = job.variables.from_state(state if job.precision == "double" else _in_precision(state, job.precision))
+        start = job.variables.from_state(state)
         self.starts = start.reshape(-1, start.shape[-1])
         jumping = job.problem.system.jumping
         self.clock = Clock(jumping, job.problem.system.numbered(self.origins.size), state.jumped) if jumping else None
@@ -256,7 +254,8 @@ class Run(ABC):
 
     def reason(self, member: int, why: str) -> str:
         """Return why a member stopped, by what a kernel says and how fast it turned at its start."""
-        return reason_of_speed(why, float(self.speeds[member]))
+        power = self.report.order if self.job.precision == "double" else 2  # which has a unit of time of its own
+        return reason_of_speed(why, float(self.speeds[member]), power)
 
     @functools.cached_property
     def speeds(self) -> Array:
@@ -299,11 +298,6 @@ class Run(ABC):
     @abstractmethod
     def go(self) -> None:
         """Integrate."""
-
-
-def _in_precision(state: State, precision: str) -> State:
-    kind = kernels.PRECISIONS[precision]
-    return state_of(changed(state.phase, lambda array: Vector(map(kind, array))), state.time, state.jumped)
 
 
 def allowed_threads() -> int:

@@ -2,33 +2,41 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-import heyoka as hy
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.algebra.double_double import DoubleDouble
 from poinsot.algebra.program import Graph
-from poinsot.engine.heyoka_expressions import Expressions
-from poinsot.engine.kernels import PRECISIONS, available
-from poinsot.engine.lowering import TIME, Program, lowered
+from poinsot.engine import looped_kernel
+from poinsot.engine.kernels import known
+from poinsot.engine.looped_kernel import Code, Output, Queue
+from poinsot.engine.looped_runs import ROUNDING
+from poinsot.engine.lowering import TIME, Events, simplified
+from poinsot.engine.wide_numbers import WideReplay
 from poinsot.mechanics.environment import OrbitBlock
 
 __all__ = ["path"]
 
 Array = NDArray[Any]
 
-WIDEST: Any = PRECISIONS["extended" if available("extended") else "double"]
+WIDE_ORDERS = 8
+"""Orders that are summed in double-double arithmetic. Terms of order n are e^(-2 n) of the variables at the end of a
+step, so that rounding errors of higher orders are below 1e-22."""
+
+
+COLLISION = 2.0**-53
+"""Steps shorter than this part of the time lead so close to an attractor that rounding errors change the energy."""
 
 
 class Path:
-    """The variables of the block of an orbit from a start, of one body or of members, integrated as far as was asked.
+    """The variables of the block of an orbit from a start, of one body or of members, in quadruple precision.
 
-    A time has the same result whatever was asked before: steps are those of the engine from the start on.
+    A time has the same result in any order of calls: the steps begin at the start.
 
     Parameters
     ----------
@@ -54,76 +62,103 @@ class Path:
         for direction, chosen in ((1, ~(time <= 0)), (-1, time < 0)):
             if np.any(chosen):
                 far = np.max(np.abs(time[chosen]), where=np.isfinite(time[chosen]), initial=0)
-                out[:, chosen] = self._branch(direction, WIDEST(far)).at(member[chosen], time[chosen])
+                found = self._branch(direction, float(far)).at(member[chosen], time[chosen])
+                out[:, chosen] = found.hi.astype(kind) + found.lo
         return out
 
-    def _branch(self, direction: int, far: Any) -> _Branch:
-        known = self._branches.get(direction)
-        if known is None or known.far < far:
-            far = far if known is None else 2 * far  # so that a loop over times integrates but a few times
-            self._branches[direction] = known = self._integrated(direction, far)
-        return known
+    def _branch(self, direction: int, far: float) -> _Branch:
+        reached = self._branches.get(direction)
+        if reached is None or reached.far < far:
+            far = far if reached is None else 2 * far  # so that a loop over times integrates few times
+            self._branches[direction] = reached = self._integrated(direction, far)
+        return reached
 
-    def _integrated(self, direction: int, far: Any) -> _Branch:
-        engine, program = _integrator(self._block)
-        numbers = program.values(functools.partial(np.asarray, dtype=WIDEST))(self._block.numbers)
-        table = np.array(np.broadcast_arrays(*numbers, *self._start), dtype=WIDEST).reshape(-1, self._members.size)
-        pieces = [
-            _pieces(engine, column[: len(numbers)], column[len(numbers) :], direction * far) for column in table.T
-        ]
-        lengths = [len(times) for times, _ in pieces]
-        times, series = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
-        return _Branch(far, np.cumsum([0, *lengths]), times, series.T)
+    def _integrated(self, direction: int, far: float) -> _Branch:
+        members = self._members.size
+        kernel = known(("path", self._block.structure), lambda: _kernel(self._block))
+        parameters = np.array(np.broadcast_arrays(*kernel.values(self._block.numbers), self._start[0].ravel())[:-1])
+        parameters = parameters.T.reshape(members, -1)
+        start = self._start.reshape(len(self._start), -1).T
+        states = start.astype(float)
+        first, counts, stride = np.zeros(members, int), np.ones(members, int), np.full(members, direction)
+        rows = np.empty((members, 1, len(self._start)))
+        output = Output.of(np.array([direction * far]), rows, np.arange(members), first, counts, stride)
+        queue = Queue(kernel.code, states, np.zeros(1), parameters, output)
+        queue.tasks["below"] = start - states
+        run = looped_kernel.Run(kernel.code, keeps_steps=True)
+        run.start(queue)
+        while run.advance():
+            pass
+        return _Branch.of(far, np.concatenate(run.kept), queue.tasks["time"])
 
 
 path = Path
 """As orbits know it."""
 
 
+class _Kernel(NamedTuple):
+    """The kernel of a block, and the computation of its parameters from the numbers of the block."""
+
+    code: Code
+    values: WideReplay
+
+
+def _kernel(block: OrbitBlock) -> _Kernel:
+    graph = Graph()
+    twin, variables = block.with_numbers(map(graph.input, itertools.count())), [*map(graph.symbol, range(block.size))]
+    program = simplified(list(twin.rates_at(graph.symbol(TIME), variables)), (), Events())
+    order = looped_kernel.order_of(ROUNDING["quadruple"], True)
+    code = looped_kernel.compiled(program.decomposition, order, 1, "single", True)
+    return _Kernel(code, WideReplay(program.parameters))
+
+
 @dataclass(frozen=True)
 class _Branch:
-    """Taylor series forwards or backwards, those of one member after another's.
+    """Taylor series forwards or backwards, ordered by member.
 
     The last one of each member is NaN, for times after the last that the integration reached.
     """
 
-    far: Any
+    far: float
     firsts: NDArray[np.int_]
-    begins: Array
-    series: Array
+    begins: DoubleDouble
+    per_unit: NDArray[np.float64]
+    series: list[DoubleDouble]
 
-    def at(self, member: NDArray[np.int_], time: Array) -> Array:
-        """Return the variables of members at times."""
+    @classmethod
+    def of(cls, far: float, steps: Array, ends: Array) -> _Branch:
+        """Return the branch from the steps of all members, and the times that these reached, (members, 2)."""
+        collided = np.abs(steps["length"]) <= COLLISION * np.abs(steps["start"][:, 0])
+        ends = ends.copy()
+        for step in steps[collided][::-1]:  # the first one of each member last
+            ends[step["task"]] = step["start"]
+        steps = steps[np.abs(steps["start"][:, 0]) < np.abs(ends[steps["task"], 0])]
+        lengths = np.bincount(steps["task"], minlength=len(ends))
+        last = np.zeros(len(ends), steps.dtype)
+        last["task"], last["start"] = np.arange(len(ends)), ends
+        last["per_unit"], last["coefficients"] = 1.0, np.nan
+        steps = np.concatenate([steps, last])
+        steps = steps[np.argsort(steps["task"], kind="stable")]
+        parts = (np.moveaxis(steps[name], 0, -1).copy() for name in ("coefficients", "below"))
+        series = [DoubleDouble(high, low) for high, low in zip(*parts, strict=True)]
+        return cls(
+            far, np.cumsum([0, *(lengths + 1)]), DoubleDouble(*steps["start"].T.copy()), steps["per_unit"], series
+        )
+
+    def at(self, member: NDArray[np.int_], time: Array) -> DoubleDouble:
+        """Return the variables of members at times, shape (variables, n)."""
         place, after = self.firsts[member], self.firsts[member + 1]
         while np.any(after - place > 1):
             middle = (place + after) // 2
-            later = np.abs(self.begins[middle]) < np.abs(time)
+            later = np.abs(self.begins.hi[middle]) < np.abs(time)
             place, after = np.where(later, middle, place), np.where(later, after, middle)
-        since = time - self.begins[place]
-        total: Array = self.series[-1][:, place]
-        for coefficients in self.series[-2::-1]:
-            total = total * since + coefficients[:, place]
-        return total
-
-
-def _integrator(block: OrbitBlock) -> tuple[Any, Program]:
-    graph = Graph()
-    twin, variables = block.with_numbers(map(graph.input, itertools.count())), [*map(graph.symbol, range(block.size))]
-    program = lowered(list(twin.rates_at(graph.symbol(TIME), variables)))
-    made, zeros = Expressions(program.decomposition), np.zeros(block.size, WIDEST)
-    equations = list(zip(made.symbols, made.rates, strict=True))
-    return hy.taylor_adaptive(equations, zeros, tol=np.finfo(WIDEST).eps, fp_type=WIDEST), program
-
-
-def _pieces(engine: Any, parameters: Array, start: Array, end: Any) -> tuple[Array, Array]:
-    """Return where steps begin, (n,), and their coefficients, (n, variables, order + 1); the last are NaN."""
-    begins, series = [WIDEST(0)], []
-
-    def keep(engine: Any) -> bool:
-        series.append(engine.tc.copy())
-        begins.append(engine.time)
-        return bool(begins[-1] != begins[-2])  # at a collision steps fall to rounding
-
-    engine.state[:], engine.pars[:], engine.time = start, parameters, WIDEST(0)
-    engine.propagate_until(end, callback=keep, write_tc=True)
-    return np.array(begins), np.array([*series, np.full_like(engine.tc, np.nan)])
+        high, begin = time.astype(float), DoubleDouble(self.begins.hi[place], self.begins.lo[place])
+        elapsed = DoubleDouble(high, (time - high).astype(float)) - begin
+        since = elapsed.scaled(self.per_unit[place])
+        total: Any = 0.0
+        for coefficients in self.series[:WIDE_ORDERS:-1]:
+            total = total * since.hi + coefficients.hi[:, place]
+        for coefficients in self.series[WIDE_ORDERS::-1]:
+            total = since * total + DoubleDouble(coefficients.hi[:, place], coefficients.lo[:, place])
+        found: DoubleDouble = total
+        return found

@@ -227,14 +227,6 @@ class StateVector:
         parts = [self.scale if x is None else x for own in self.parts.values() for x in own]
         return np.stack(np.broadcast_arrays(*rigid, *parts), axis=-1)
 
-    def rescaled(self, rows: Array, bits: int) -> Array:
-        """Return rows of variables with the scale of their momenta multiplied by 2^bits; shape (..., size)."""
-        if not bits:
-            return rows
-        rows = rows.copy()
-        rows[..., [place for place in self.scaled if place < rows.shape[-1]]] *= rows.dtype.type(2.0) ** bits
-        return rows
-
     def of_members(self, members: int | NDArray[np.int_]) -> StateVector:
         """Return that of one member of an ensemble, or of some."""
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from poinsot.engine import llvm_functions
+from poinsot.engine import llvm_functions, wide_functions
 from poinsot.engine.decomposition import Coefficient, Function, Integral
 from poinsot.engine.llvm_ir import DOUBLE, INTEGER, Array, Record, Value
 from poinsot.engine.taylor_schedule import Row, Schedule, varying
@@ -28,7 +28,7 @@ class ZerothOrder:
     def __init__(self, kernel: Any, work: Record) -> None:
         self._kernel, self._work = kernel, work
         self._schedule: Schedule = kernel.schedule
-        self._kind: str = kernel.kind
+        self._kind: str = kernel.number
         self._states: Array | Sequence[Value] = kernel.layout.states(work.address, 0)
         self._values: list[Value] = []
 
@@ -53,7 +53,8 @@ class ZerothOrder:
         return self._coefficient(coefficient)
 
     def _coefficient(self, coefficient: Coefficient) -> Value:
-        number, parameter = coefficient
+        number: Any = coefficient.number
+        parameter = coefficient.parameter
         if parameter is None:
             return self._work.address.function.constant(self._kind, number)
         value = self._field("parameters", parameter)
@@ -81,7 +82,8 @@ class ZerothOrder:
         """Write a linear sum; terms with one factor share it, and what is known last comes last."""
         shared: dict[Coefficient, list[tuple[int, bool]]] = {}
         for coefficient, k in sorted(terms, key=lambda term: term[1]):
-            size = coefficient._replace(number=abs(coefficient.number))
+            number: Any = coefficient.number
+            size = coefficient._replace(number=abs(number))
             shared.setdefault(size, []).append((k, coefficient.number < 0))
         given = list(map(self._coefficient, constants))
         total = functools.reduce(Value.__add__, given) if given else None
@@ -115,11 +117,13 @@ class ZerothOrder:
         return self._value(numerator) / self._values[denominator]
 
     def _select(self, condition: int, first: Coefficient | int, second: Coefficient | int) -> Value:
-        return self._field("parameters", condition).is_("eq", 0.0).choose(self._value(second), self._value(first))
+        held = self._work.array("parameters", self._kernel.kind)[condition]
+        return held.is_("eq", 0.0).choose(self._value(second), self._value(first))
 
     def _function(self, *parts: Any) -> Value:
         function = Function(*parts)
-        return llvm_functions.elementary(function, list(map(self._value, function.arguments)), self._kernel.lanes)
+        write = wide_functions.elementary if self._kernel.wide else llvm_functions.elementary
+        return write(function, list(map(self._value, function.arguments)), self._kernel.lanes)
 
     def _integral(self, roots: Sequence[int]) -> Value:
         first, *others = (self._values[root] for root in roots)
@@ -159,7 +163,8 @@ class HigherOrder(ZerothOrder):
     @override
     def _time(self) -> Value:
         one = self._n.function.constant(DOUBLE, 1.0)
-        return self._n.is_("eq", 1).choose(one, 0.0).spread(self._kernel.lanes)
+        rate = self._kernel.in_unit(self._work, one.spread(self._kernel.lanes))
+        return self._coefficient(NOTHING).like(self._n.is_("eq", 1).choose(rate, 0.0))
 
     @override
     def _sum(self, terms: Sequence[tuple[Coefficient, int]], constants: Sequence[Coefficient]) -> Value:

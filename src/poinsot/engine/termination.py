@@ -7,20 +7,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-__all__ = ["INTERRUPTED", "LONGEST", "REASONS", "TRIES", "HeldInterrupts", "reason", "reason_of_speed"]
+__all__ = ["INTERRUPTED", "LONGEST", "REASONS", "HeldInterrupts", "reason", "reason_of_speed"]
 
 INTERRUPTED = "it was interrupted."
 
 REASONS = {
     "rounding": "the step size fell to rounding. The equations are singular there.",
-    "err_nf_state": "the state became non-finite. A force is singular there.",
+    "not_finite": "the state became non-finite. A force is singular there.",
     "zeno": "an event acts again and again without end. Let it act less often, or make it terminal.",
     "switch": "the branches of a `where` lead back to its switch from both sides. Make the formula smooth there.",
     "angles": ("sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."),
 }
-
-FASTEST = float(np.finfo(float).max) ** (1 / 20)
-"""The rate whose power of the order, 20 at most in double precision, is the largest float."""
 
 HOPELESS = 1e9
 """Chunks of steps that a run may have ahead of it; at a microsecond a step, so many take most of a year."""
@@ -30,32 +27,23 @@ LONGEST = 2.0**46
 """The longest step in double precision: of Taylor coefficients that underflow none is missed in it."""
 
 
-TRIES = 4
-"""How often a chunk of steps is taken again for a zero that was lost; a function that still has none jumped over it."""
+def reason(advance: float, reached: float, ahead: float, steps: int) -> str:
+    """Return why the integration cannot go on; empty if it can.
 
-
-def reason(outcome: str, advance: float, reached: float, ahead: float, steps: int) -> str:
-    """Return why the integration cannot go on; empty if it can, or is at its end.
-
-    `outcome` says how a chunk of steps ended, by a name or in a sentence of its own; `advance` is the time that it
-    covered, `ahead` what is left.
+    The last steps covered the time `advance` up to the time `reached`; the time `ahead` is left.
     """
-    if outcome in ("time_limit", "event", "act", "held", "success"):
-        return ""
-    if outcome == "step_limit":
-        if advance <= steps * np.spacing(abs(reached)):
-            return REASONS["rounding"]
-        if ahead > HOPELESS * advance:
-            slow = advance > 0.5 * steps * LONGEST
-            why = "Count in a longer unit of time" if slow else "The body turns too fast"
-            return f"the steps became so short, {advance / steps:.1g}, that it would not end. {why}."
-        return ""
-    return REASONS.get(outcome, outcome)
+    if advance <= steps * np.spacing(abs(reached)):
+        return REASONS["rounding"]
+    if ahead > HOPELESS * advance:
+        slow = advance > 0.5 * steps * LONGEST
+        why = "Count in a longer unit of time" if slow else "The body turns too fast"
+        return f"the steps became so short, {advance / steps:.1g}, that it would not end. {why}."
+    return ""
 
 
-def reason_of_speed(why: str, speed: float) -> str:
-    """Return why a body that turns so fast stopped: if powers of its rate overflow, no force is to blame."""
-    if why != REASONS["err_nf_state"] or speed <= FASTEST:
+def reason_of_speed(why: str, speed: float, power: int) -> str:
+    """Return why a body that turns so fast stopped: if a power of its rate overflows, no force is to blame."""
+    if why != REASONS["not_finite"] or speed <= float(np.finfo(float).max) ** (1 / power):
         return why
     rate = f"the body turns so fast, {speed:.1g}, that powers of its rate overflow."
     return f"the state became non-finite: {rate} Count in a shorter unit of time."

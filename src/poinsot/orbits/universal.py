@@ -63,7 +63,7 @@ def refuse_symbols(name: str, *scalars: Scalar, variable: str = "universal varia
     """Raise a TypeError if a scalar is no number; the sentence says which variable a kernel integrates instead."""
     for scalar in scalars:
         value = number(scalar)
-        if functions._engine(value).__name__ in ("heyoka", "sympy") or hasattr(value, "apply"):
+        if functions._engine(value).__name__ == "sympy" or hasattr(value, "apply"):
             raise TypeError(
                 f"the formulas of {'an' if name[0] in 'AEIOU' else 'a'} {name} must have numbers, got a symbol. "
                 f"In a kernel its {variable} is integrated along: instant.position(orbit) has the position there."

@@ -8,8 +8,8 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.engine import kernels
 from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
+from poinsot.engine.looped_runs import ROUNDING
 from poinsot.engine.problem import Problem
 from poinsot.engine.runs import allowed_threads
 from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
@@ -34,9 +34,6 @@ __all__ = [
     "members_of",
 ]
 
-
-ROUNDING = {"double": 2.0**-52, "extended": 2.0**-63, "quadruple": 2.0**-112}
-"""The distance from 1 to the next number, by precision: the smallest tolerance."""
 
 OWN_TIME = " Give the state its own: body.state(..., time=...)."
 
@@ -185,10 +182,9 @@ def checked_tolerance(tolerance: float | None, precision: str) -> float:
     At order p the powers n > p of a step are left out, e^(-2 n) of the state. Along a motion odd ones cancel in the
     energy, even ones add up: e^-40 at orders 18 and 19, which long runs show, e^-44 at order 20.
     """
-    if not isinstance(precision, str) or precision not in kernels.PRECISIONS:
-        raise ValueError(f"precision must be one of {', '.join(kernels.PRECISIONS)}, got {quoted(precision)}.")
-    if precision != "double" and not kernels.available(precision):
-        raise ValueError(f"precision must be available on this machine, got {quoted(precision)}. Use 'double'.")
+    if not isinstance(precision, str) or precision not in ROUNDING:
+        remedy = " Use 'quadruple', which has 32 digits." * (precision == "extended")
+        raise ValueError(f"precision must be 'double' or 'quadruple', got {quoted(precision)}.{remedy}")
     least = ROUNDING[precision]
     if tolerance is None:
         return least

@@ -568,7 +568,7 @@ def _problem(ensemble: Ensemble, plan: Plan) -> dict[str, Any]:
         **own,
         "variables": {name: [how.dtype, how.every] for name, how in kept.items()},
         "reduce": "" if plan.reduce is None else fingerprint(plan.reduce),
-        "versions": {name: of[name] for name in ("poinsot", "heyoka")},
+        "versions": {name: of[name] for name in ("poinsot", "llvmlite")},
     }
 
 

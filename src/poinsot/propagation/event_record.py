@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.engine.event_detection import Recorded
+from poinsot.engine.noted_events import Recorded
 from poinsot.engine.state_vector import StateVector
 from poinsot.functions import Scalar
 from poinsot.html_text import Summarized, rounded, told
@@ -206,11 +206,11 @@ def crossings(
     """Return what happened of each event, from pairs of a member and a record."""
     members = np.array([member for member, _ in found], dtype=int)
     numbers = np.array([record[0] for _, record in found], dtype=int)
-    times = np.array([record[2] for _, record in found], dtype=float)
-    directions = np.array([record[3] for _, record in found], dtype=int)
+    times = np.array([record[1] for _, record in found], dtype=float)
+    directions = np.array([record[2] for _, record in found], dtype=int)
     rows = np.empty((len(found), variables.size))
     for i, (_, record) in enumerate(found):
-        rows[i] = record[4]
+        rows[i] = record[3]
     blocks = [slice(first, first + BLOCK) for first in range(0, max(len(found), 1), BLOCK)]
     parts = [_phase(variables, members[block], times[block], rows[block]) for block in blocks]
     phase = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

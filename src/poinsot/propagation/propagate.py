@@ -14,7 +14,6 @@ from poinsot.engine.problem import Problem
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.printable import quoted
 from poinsot.propagation.arguments import (
     broadcast_members,
     check_bodies,
@@ -76,8 +75,8 @@ def propagate(
         Relative error per step. Default and minimum: the rounding unit of the precision, 2.2e-16 in double precision.
     dense : bool
         True to store the Taylor polynomials, so that `motion(t)` gives the state at any time in the interval.
-    precision : {"double", "extended", "quadruple"}
-        Precision of the arithmetic. Results are rounded to double precision.
+    precision : {"double", "quadruple"}
+        Precision of the arithmetic: 16 or 32 digits. Results are rounded to double precision.
     threads : int, optional
         Number of threads of an ensemble. Default: all cores available to the process.
     progress : bool, optional
@@ -122,7 +121,7 @@ def propagate(
     if plan and not members:
         raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its motion.")
     if members:
-        _check_single(dense, precision)
+        _check_single(dense)
         state = broadcast_members(state, members)
     check_starts(problem, state)
     variables = kernels.state_vector(problem, state, chosen, precision)
@@ -145,7 +144,6 @@ def propagate(
     return motion
 
 
-def _check_single(dense: bool, precision: str) -> None:
-    if dense or precision != "double":
-        what = "dense=True" if dense else f"precision={quoted(precision)}"
-        raise ValueError(f"an ensemble must be propagated without {what}, got it. Propagate members one by one.")
+def _check_single(dense: bool) -> None:
+    if dense:
+        raise ValueError("an ensemble must be propagated without dense=True, got it. Propagate members one by one.")

@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from importlib import metadata
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from poinsot.immutable import read_only
@@ -46,7 +45,7 @@ class Run:
     versions : mapping
         Of the package and of what computed.
     kernel : str
-        "looped", "heyoka" or "cuda"; empty if nothing was integrated.
+        "looped" or "cuda", of earlier versions also "heyoka"; empty if nothing was integrated.
     lanes : int
         How many members it integrates at a time.
     """
@@ -83,8 +82,7 @@ class Run:
 @functools.cache
 def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
-    packages = {name: metadata.version(name) for name in ("poinsot", "heyoka", "numpy", "scipy")}
-    packages |= {"llvmlite": metadata.version("llvmlite")} if find_spec("llvmlite") else {}
+    packages = {name: metadata.version(name) for name in ("poinsot", "llvmlite", "numpy", "scipy")}
     return read_only({**packages, "python": platform.python_version()})
 
 

@@ -12,7 +12,7 @@ from poinsot.propagation.run_record import versions
 
 __all__ = ["check_client", "on_workers"]
 
-ALIKE = ("poinsot", "heyoka")
+ALIKE = ("poinsot", "llvmlite")
 """Packages whose versions workers have in common with the client: others compute other bits, or do not know a task."""
 
 LARGEST_TASK = "1 TB"

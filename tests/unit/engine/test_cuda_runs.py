@@ -71,23 +71,14 @@ def test_members_are_those_of_the_processor(times):
     assert_same(pt.propagate(TOP, STARTS, times), pt.propagate(TOP, STARTS, times, device="cuda"))
 
 
-def test_members_are_those_of_heyoka(monkeypatch):
-    monkeypatch.setattr(looped_kernel, "available", lambda: False)
-    here, there = (pt.propagate(TOP, STARTS, TIMES, device=device) for device in ("cpu", "cuda"))
-    assert abs(there.run.steps - here.run.steps) < 0.01 * here.run.steps
-    # The worst of 20 ensembles differs by 4.4e-13 and 1.6e-12: the rounding of both, and what the motions make of it.
-    np.testing.assert_allclose(there.quaternion, here.quaternion, rtol=0, atol=2e-12)
-    np.testing.assert_allclose(there.angular_momentum_body, here.angular_momentum_body, rtol=0, atol=8e-12)
-
-
-def test_a_parameter_chooses_between_formulas(monkeypatch):
+def test_a_parameter_chooses_between_formulas():
     system = pt.System(BODY, Sided(np.array([-0.4, 0.1])))
     start = BODY.state(ATTITUDES[:2], omega_body=(0.1, 0.2, 0.3))
     looped, there = (pt.propagate(system, start, [3.0], device=device) for device in ("cpu", "cuda"))
     assert_same(looped, there)
-    monkeypatch.setattr(looped_kernel, "available", lambda: False)
-    # Some ten steps, each of some roundings.
-    np.testing.assert_allclose(looped.omega_body, pt.propagate(system, start, [3.0]).omega_body, rtol=1e-13)
+    # Some ten steps, each of some rounding errors.
+    quadruple = pt.propagate(system, start, [3.0], precision="quadruple")
+    np.testing.assert_allclose(looped.omega_body, quadruple.omega_body, rtol=1e-13)
 
 
 @pytest.mark.parametrize("most", [1, 7, 99])
@@ -191,6 +182,7 @@ def test_ctrl_c_keeps_the_members_that_are_finished(monkeypatch):
     [
         ("one motion", {"state": BODY.state(ATTITUDES[0], omega_body=(0.1, 0.2, 0.3))}),
         ("a formulation with singularities", {"formulation": "euler_angles"}),
+        ("precision='quadruple'", {"precision": "quadruple"}),
         ("events", {"events": [pt.events.AtTime(1.0)]}),
         ("a formula that switches", {"system": pt.System(BODY, Thruster(3.0))}),
     ],

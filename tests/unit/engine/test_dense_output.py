@@ -18,7 +18,9 @@ LENGTHS = np.array([0.5, 0.25, 1.0, 0.125])
 def kept(size, orders, sign=1.0):
     """Return steps one after another, with coefficients that fall as those of a Taylor series do."""
     rng = np.random.default_rng(size)
-    steps = np.zeros(LENGTHS.size, [("start", "f8", (2,)), ("length", "f8"), ("coefficients", "f8", (orders, size))])
+    fields = [("start", "f8", (2,)), ("length", "f8"), ("per_unit", "f8"), ("coefficients", "f8", (orders, size))]
+    steps = np.zeros(LENGTHS.size, fields)
+    steps["per_unit"] = 1.0
     steps["length"], steps["start"][:, 0] = sign * LENGTHS, sign * np.append(0.0, np.cumsum(LENGTHS)[:-1])
     steps["start"][:, 1] = 1e-17
     steps["coefficients"] = rng.normal(size=(LENGTHS.size, orders, size))
@@ -82,9 +84,8 @@ def test_a_motion_has_the_same_bits_for_many_times_as_for_few(top, start):
 
 @pytest.mark.parametrize("compiled", [True, False])
 def test_states_stay_when_the_motion_is_called_again(monkeypatch, top, start, compiled):
-    if not compiled:
-        monkeypatch.setattr(looped_kernel, "available", lambda: False)
     motion = pt.propagate(top, start, [0.0, 5.0], dense=True)
+    monkeypatch.setattr(looped_kernel, "available", lambda: compiled)
     states = motion([1.0, 2.0])
     before = states.quaternion.copy(), states.angular_momentum_body.copy()
     motion([3.0, 4.0])

@@ -11,7 +11,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
-from poinsot.engine import integration, kernels, looped_kernel
+from poinsot.engine import kernels
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0.1, -0.2)))
@@ -143,15 +143,6 @@ def test_a_failure_is_isolated_and_explained():
     assert np.isfinite(motion.summary["norm_error"])
 
 
-def test_more_steps_than_a_chunk(monkeypatch):
-    batch = states(5, time=np.linspace(0, 1, 5))
-    whole = pt.propagate(TOP, batch, [-4.0, 1.5, 20.0])
-    monkeypatch.setattr(integration, "BATCH_STEPS", 7)
-    chunks = pt.propagate(TOP, batch, [-4.0, 1.5, 20.0])
-    np.testing.assert_allclose(whole.quaternion, chunks.quaternion, rtol=0, atol=2e-14)
-    assert abs(whole.run.steps - chunks.run.steps) <= 5
-
-
 def test_threads_do_not_change_a_bit():
     batch = states(40)
     one, two = (pt.propagate(SATELLITE, batch, TIMES, threads=threads) for threads in (1, 2))
@@ -213,7 +204,7 @@ def test_progress_is_shown_where_it_is_wanted(capsys, monkeypatch):
         ),
         (
             {"precision": "extended"},
-            "an ensemble must be propagated without precision='extended', got it. Propagate members one by one.",
+            "precision must be 'double' or 'quadruple', got 'extended'. Use 'quadruple', which has 32 digits.",
         ),
         ({"threads": 0}, "threads must be a positive whole number, got 0."),
         ({"threads": 1.5}, "threads must be a whole number of at most 63 bits, got float 1.5."),
@@ -248,10 +239,7 @@ def test_members_that_start_within_rounding_of_a_time(nudges):
 
 
 @pytest.mark.parametrize("rate", [1e50, 1e200])  # of the larger one the square overflows too
-@pytest.mark.parametrize("looped", [True, False], ids=["looped kernel", "heyoka"])
-def test_no_force_is_blamed_where_powers_of_a_rate_overflow(looped, rate, monkeypatch):
-    if not looped:
-        monkeypatch.setattr(looped_kernel, "available", lambda: False)
+def test_no_force_is_blamed_where_powers_of_a_rate_overflow(rate):
     body = pt.Body((1.0, 2.0, 3.0))
     start = body.state((1, 0, 0, 0), omega_body=(rate, 0.1 * rate, rate))
     why = f"the state became non-finite: the body turns so fast, {rate:.0g}, that powers of its rate overflow."
@@ -265,5 +253,3 @@ def test_no_force_is_blamed_where_powers_of_a_rate_overflow(looped, rate, monkey
         pt.analysis.chaos_indicators(pt.System(body), start, [1 / rate])
     with pytest.raises(ValueError, match=r"^times must be at most 1e\+08 steps of .* from the state's time, got 1\. "):
         pt.analysis.chaos_indicators(pt.System(body), start, [1.0])
-    if not looped:
-        assert motion.run.kernel == "heyoka"

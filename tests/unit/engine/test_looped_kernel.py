@@ -732,13 +732,3 @@ def test_a_kernel_is_compiled_once_for_a_structure():
 def test_llvmlite_is_imported_where_a_kernel_is_compiled():
     code = "import sys, poinsot.engine.looped_kernel; sys.exit(any('llvmlite' in name for name in sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_no_kernels_without_llvmlite(monkeypatch):
-    monkeypatch.setitem(sys.modules, "llvmlite", None)
-    looped_kernel.available.cache_clear()
-    try:
-        with pytest.warns(UserWarning, match="^llvmlite is not installed: all runs take heyoka's kernels"):
-            assert not looped_kernel.available()
-    finally:
-        looped_kernel.available.cache_clear()

@@ -1,6 +1,7 @@
 """Runs on looped kernels: which kernel they take, Ctrl-C, members that fail or start anywhere, reports."""
 
 import os
+import re
 import signal
 import sys
 
@@ -55,7 +56,7 @@ def motion(force):
 
 
 def codes():
-    return [known.code for known in kernels._pool._decided.values() if isinstance(known, looped_runs.Ready)]
+    return [known.code for known in kernels.known._known.values() if isinstance(known, looped_runs.Ready)]
 
 
 def test_a_sweep_through_zero_takes_one_kernel_more(forget_kernels):
@@ -342,3 +343,17 @@ def test_events_beside_the_singular_angle(count):
     with pytest.raises(pt.PropagationError, match="Euler angles 3-1-3 are singular") as stopped:
         pt.propagate(pt.System(body), start, [4.0], events=events, formulation="euler_angles")
     assert stopped.value.time == pytest.approx(np.pi / 2 - 1e-6, abs=2e-15)  # three times the worst of 40 rates
+
+
+def test_a_processor_without_fused_multiply_add_is_refused(monkeypatch):
+    monkeypatch.setattr(looped_kernel, "available", lambda: False)
+    monkeypatch.setattr("platform.machine", lambda: "x86_64")
+    sentence = (
+        "the processor must multiply and add in one instruction (FMA), got x86_64 without it. "
+        "Closed forms run here, as pt.free_motion does."
+    )
+    with pytest.raises(RuntimeError, match=f"^{re.escape(sentence)}$"):
+        pt.propagate(TOP, START, [1.0])
+    body = pt.Body((1.25, 1.0, 0.75))
+    motion = pt.free_motion(body, body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
+    assert np.all(np.isfinite(motion.quaternion))

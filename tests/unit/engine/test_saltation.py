@@ -7,7 +7,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import kernels, looped_kernel
+from poinsot.engine import kernels
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
 from poinsot.engine.tangent_vectors import Variations
@@ -58,12 +58,6 @@ def test_what_tangent_vectors_stop_at(name):
         assert len(found.stops if found else ()) == stops
 
 
-@pytest.fixture(params=["looped", "heyoka"])
-def kernel(request, monkeypatch):
-    if request.param == "heyoka":
-        monkeypatch.setattr(looped_kernel, "available", lambda: False)
-
-
 class Burns(pt.Torque):
     """Two thrusters about the third axis, and one more while both fire."""
 
@@ -76,7 +70,6 @@ class Burns(pt.Torque):
         return fn.Vector((0.0, 0.0, 0.3 * one + 0.5 * two + self.both * one * two))
 
 
-@pytest.mark.usefixtures("kernel")
 def test_two_burns_that_end_at_once():
     system = pt.System(BODY, Burns(0.7, 0.7))
     start = BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0.1))
@@ -85,7 +78,6 @@ def test_two_burns_that_end_at_once():
     np.testing.assert_allclose(found[2], np.array((0.3, 0.5)) * 1.3 / 1.7, rtol=0, atol=1e-14)
 
 
-@pytest.mark.usefixtures("kernel")
 def test_a_switch_that_switches_another_one():
     """What jumps over zero with the time of a burn goes by the end of the burn."""
 
@@ -100,7 +92,6 @@ def test_a_switch_that_switches_another_one():
     np.testing.assert_allclose(found.matrix[0, [2, 5], [5, 5]], (2 / 1.7, 1.0), rtol=0, atol=1e-14)
 
 
-@pytest.mark.usefixtures("kernel")
 @pytest.mark.parametrize(
     ("formula", "sentence"),
     [

@@ -70,14 +70,6 @@ def test_a_state_comes_back_from_its_variables(name, chart):
 
 
 @each
-def test_another_scale_of_momenta_is_the_same_state(name):
-    variables, state = variables_of(name, "lie_poisson")
-    rows, other = variables.from_state(state), dataclasses.replace(variables, scale=8 * variables.scale)
-    assert np.array_equal(variables.rescaled(rows, 3), other.from_state(state))
-    assert np.count_nonzero(variables.rescaled(rows, 3) != rows) == np.count_nonzero(rows[..., variables.momenta])
-
-
-@each
 def test_a_state_takes_the_place_of_another_beside_the_orbits(name):
     variables, state = variables_of(name, "lie_poisson")
     if variables.of_one:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.engine import driver, integration, kernels, looped_runs
+from poinsot.engine import kernels, looped_kernel, looped_runs
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -160,7 +160,8 @@ def test_an_interrupt_in_an_action_keeps_the_finished_members(monkeypatch):
 
 def test_an_interrupt_on_the_way_leaves_nothing_of_members_that_are_not_finished(monkeypatch):
     monkeypatch.setattr(kernels, "LANES", 2)
-    monkeypatch.setattr(integration, "BATCH_STEPS", 3)
+    advance = looped_kernel.Run.advance
+    monkeypatch.setattr(looped_kernel.Run, "advance", lambda run, budget=None: advance(run, budget or 3))
 
     def interrupt(state):
         os.kill(os.getpid(), signal.SIGINT)
@@ -175,30 +176,11 @@ def test_an_interrupt_on_the_way_leaves_nothing_of_members_that_are_not_finished
     assert set(motion.events[0].members.tolist()) == set(done)
 
 
-@pytest.mark.usefixtures("heyoka_alone")
-def test_an_interrupt_right_after_a_batch_keeps_its_members(monkeypatch):
-    monkeypatch.setattr(kernels, "LANES", 2)
-    book, times = driver._Members.book, []
-
-    def press(run, parts):
-        book(run, parts)
-        times.append(clock.perf_counter())
-        if len(times) == 2:
-            os.kill(os.getpid(), signal.SIGINT)
-            clock.sleep(0.3)  # until the main thread has heard it
-
-    monkeypatch.setattr(driver._Members, "book", press)
-    with pytest.raises(pt.PropagationInterrupted, match="interrupted: 4 of 10 members are done") as caught:
-        pt.propagate(FREE, spinning(RATES), TIMES, threads=1)
-    done = np.isin(np.arange(RATES.size), np.argsort(-RATES)[:4])
-    assert np.array_equal(np.isfinite(caught.value.trajectory.quaternion).all(axis=(1, 2)), done)
-
-
 def test_what_stops_one_thread_stops_all(monkeypatch):
     def leave(state):
         raise SystemExit(3)
 
-    for runs in (driver, looped_runs):
+    for runs in (looped_runs,):
         monkeypatch.setattr(runs, "SLAB_BYTES", 1)
     slow = event(leave)
     with pytest.raises(SystemExit):

@@ -1,5 +1,7 @@
 """Results in files: back to the bit, run again to the bit, and refused where they are not whole."""
 
+import copy
+import dataclasses
 import json
 import os
 import time
@@ -554,11 +556,23 @@ def test_tables_of_attitudes_are_not_run(tmp_path, motions):
 # ------------------------------------------------------------------ for others
 
 
+def test_files_of_earlier_versions_that_name_extended_precision_open(motions, tmp_path):
+    """Version 0.1 and 0.2 had 64 bits and another kernel beside double precision."""
+    motion = copy.copy(motions["in orbit"])
+    earlier = {"heyoka": "7.13.1", "poinsot": "0.2.0"}
+    run = dataclasses.replace(motion.run, precision="extended", kernel="heyoka", versions=earlier, tolerance=1.1e-19)
+    motion._complete(run=run)
+    found = pt.load(pt.save(motion, tmp_path / "it.nc"))
+    assert (found.run.precision, found.run.kernel, found.run.versions["heyoka"]) == ("extended", "heyoka", "7.13.1")
+    np.testing.assert_array_equal(found.quaternion, motion.quaternion)
+    assert "extended" in repr(found)
+
+
 def test_files_say_units_frames_and_versions(motions, tmp_path):
     path = pt.save(motions["in orbit"], tmp_path / "it.nc")
     with xarray.open_dataset(path, decode_times=False) as data:
         assert data.attrs["Conventions"] == "CF-1.11"
-        assert data.attrs["version_heyoka"] == motions["in orbit"].run.versions["heyoka"]
+        assert data.attrs["version_llvmlite"] == motions["in orbit"].run.versions["llvmlite"]
         assert data["omega_body"].attrs["units"] == "rad s-1"
         assert data["principal_axes"].attrs["frame"] == "body"
         assert "_FillValue" not in data["quaternion"].encoding

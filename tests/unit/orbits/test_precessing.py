@@ -1,6 +1,7 @@
 """The precessing ellipse: its velocity, frame and axes are the derivatives of its position, with all rates."""
 
-import heyoka as hy
+import itertools
+
 import numpy as np
 import pytest
 
@@ -10,6 +11,7 @@ from poinsot.algebra.program import Graph, tangents
 from poinsot.engine import kernels
 from poinsot.engine.formulations import FORMULATIONS
 from poinsot.engine.problem import Problem
+from poinsot.engine.wide_numbers import WideReplay
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.orbits.precessing import PrecessingOrbit
 
@@ -194,13 +196,13 @@ def test_members_with_rates_of_their_own():
 
 
 def test_the_formulas_run_on_symbols():
-    orbit = ORBITS["all"].with_numbers(hy.expression(float(x)) for x in ORBITS["all"].numbers)
-    formulas = [*orbit.position_at(hy.time), *orbit.velocity_at(hy.time), orbit.inverse_distance_at(hy.time)]
-    compiled = hy.cfunc([hy.expression(0.0) + x for x in formulas], [hy.expression("x")])
-    for time in TIMES:
-        own = ORBITS["all"]
-        expected = [*own.position_at(time), *own.velocity_at(time), own.inverse_distance_at(time)]
-        assert np.allclose(compiled([0.0], time=time), floats(expected), rtol=0, atol=2e-14)
+    graph, own = Graph(), ORBITS["all"]
+    time, orbit = graph.symbol("time"), own.with_numbers(map(graph.input, itertools.count()))
+    formulas = [*orbit.position_at(time), *orbit.velocity_at(time), orbit.inverse_distance_at(time)]
+    compiled = WideReplay(formulas, [time])
+    for instant in TIMES:
+        expected = [*own.position_at(instant), *own.velocity_at(instant), own.inverse_distance_at(instant)]
+        assert np.allclose(compiled([instant, *own.numbers])[:7], floats(expected), rtol=0, atol=2e-14)
 
 
 def test_circular_equatorial_precession_has_a_jacobi_integral():

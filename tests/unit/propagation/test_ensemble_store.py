@@ -248,8 +248,8 @@ def test_another_problem_is_refused(name, whole):
 
 def test_another_version_is_refused(whole, monkeypatch):
     of = versions()
-    monkeypatch.setattr(chunks, "versions", lambda: of | {"heyoka": "99.0"})
-    with pytest.raises(ValueError, match=f"differs in its versions, heyoka {of['heyoka']} and now 99.0"):
+    monkeypatch.setattr(chunks, "versions", lambda: of | {"llvmlite": "99.0"})
+    with pytest.raises(ValueError, match=f"differs in its versions, llvmlite {of['llvmlite']} and now 99.0"):
         run(whole[0])
 
 

@@ -165,7 +165,7 @@ def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
         ),
         Key("formulation", "text", "Variables of the integration.", default="lie_poisson", choices=charts),
         Key("tolerance", "number", "Relative error per step. Default: truncation errors below rounding errors."),
-        Key("precision", "text", "Precision of the arithmetic.", default="double", choices=tuple(PRECISIONS)),
+        Key("precision", "text", "Precision of the arithmetic.", default="double", choices=PRECISIONS),
         Key(
             "dense",
             "truth",
