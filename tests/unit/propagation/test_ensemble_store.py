@@ -38,6 +38,7 @@ run, SYSTEM, STATES, TIMES, COUNT = (problem[name] for name in ("run", "SYSTEM",
 
 KILLED = """
 import os, pathlib, signal, sys
+os.environ["POINSOT_CACHE"] = ""  # so that every process synchronises the same files
 calls, last = 0, int(sys.argv[2])
 
 def before(function):
