@@ -13,6 +13,9 @@ UNIT = mpf(2) ** -106
 DIGITS = 50
 BODY = pt.Body((1.25, 1.0, 0.75))
 ATTITUDE, OMEGA = (0.1, 0.7, -0.5, 0.5), (0.4, -0.3, 0.6)
+REGULAR = (0.3, -0.2, 2.5)
+"""Angular velocity of a motion to t = 200: the top with the other one is chaotic and multiplies an error by 3e7."""
+
 WEIGHT = 0.5
 
 
@@ -91,11 +94,11 @@ def physical(formulation, variables):
     return variables
 
 
-# Three times the largest errors of 14 random starts at t = 20 and of two at t = 200, in units of 2^-106. The other
+# Three times the largest errors of 14 random starts at t = 20 and of four at t = 200, in units of 2^-106. The other
 # formulations derive g or omega from their variables, and Euler angles may pass near their singularity.
 ERRORS = {
     ("lie_poisson", 20.0): 290,
-    ("lie_poisson", 200.0): 480,
+    ("lie_poisson", 200.0): 2000,
     ("canonical", 20.0): 920,
     ("canonical", 200.0): 2500,
     ("euler_angles", 20.0): 4200,
@@ -108,7 +111,7 @@ ERRORS = {
 @pytest.mark.parametrize("end", [20.0, pytest.param(200.0, marks=pytest.mark.slow)])
 def test_motion_has_32_digits(weight, formulation, end):
     system = pt.System(BODY, *([pt.UniformGravity(weight, (1.0, 0.0, 0.0))] if weight else []))
-    state = BODY.state(ATTITUDE, omega_body=OMEGA)
+    state = BODY.state(ATTITUDE, omega_body=OMEGA if end < 100 else REGULAR)
     expected = by_hand(weight, state, end)
     found = physical(formulation, end_of(system, state, end, formulation=formulation))
     sign = mpmath.sign(found[0] * expected[0])
