@@ -14,7 +14,8 @@ import poinsot as pt
 from benchmarks.fields import OMEGA, ORBIT, _field
 from benchmarks.measure import pin
 from benchmarks.problems import P2
-from poinsot.engine import kernels, looped_kernel
+from poinsot.integration import equations
+from poinsot.taylor import kernels
 
 CASES = {
     "P2": (None, 0),
@@ -26,7 +27,7 @@ CASES = {
 
 
 def first_calls(short):
-    """Return seconds of processor time of first calls and of the preparation of their kernels, and operations."""
+    """Return seconds of processor time of first calls and of the preparation of their equations, and operations."""
     pin(1)
     return {name: _measured(name, 1 if short else 5) for name in [*CASES][: 2 if short else None]}
 
@@ -72,14 +73,14 @@ def _one(name):
 
         setattr(module, function, wrapped)
 
-    compiled = looped_kernel.compiled
+    compiled = kernels.compiled
 
     def noted(decomposition, *given):
         sizes.append(decomposition.size)
         return compiled(decomposition, *given)
 
-    setattr(looped_kernel, "compiled", noted)  # noqa: B010
-    for module, function in ((kernels, "_traced"), (kernels, "_program"), (looped_kernel, "compiled")):
+    setattr(kernels, "compiled", noted)  # noqa: B010
+    for module, function in ((equations, "_traced"), (equations, "_program"), (kernels, "compiled")):
         timed(module, function)
     began = time.process_time()
     if order:

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 
 import poinsot as pt
-from poinsot.engine import looped_runs
+from poinsot.integration import looped_runs
 
 
 def ends_of(system, state, time, **options):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.engine import kernels
+from poinsot.integration import equations
 from poinsot.mechanics.collection import answers_of
 
 pytest_plugins = ["default_share", "kept_code", "margins"]
@@ -28,10 +28,10 @@ def rng():
 
 @pytest.fixture
 def forget_kernels(monkeypatch):
-    """Makes a function that forgets all kernels, and what is known of structures."""
+    """Makes a function that forgets all equations, and what is known of structures."""
 
     def forget():
-        monkeypatch.setattr(kernels, "known", kernels._Answers())
+        monkeypatch.setattr(equations, "known", equations._Answers())
         answers_of.cache_clear()
 
     return forget

@@ -3,7 +3,7 @@
 import numpy as np
 
 from poinsot import functions
-from poinsot.engine.decomposition import Coefficient
+from poinsot.taylor.decomposition import Coefficient
 
 
 def rates(program, states, numbers):

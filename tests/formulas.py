@@ -3,8 +3,8 @@
 import sympy as sp
 
 import poinsot as pt
-from poinsot.engine.formulations import FORMULATIONS
 from poinsot.functions import Vector
+from poinsot.integration.formulations import FORMULATIONS
 
 
 def instant(system, q, time=0, omega=None):

@@ -11,7 +11,7 @@ import warnings
 
 import heyoka as hy
 
-from poinsot.engine import llvm_ir, object_cache
+from poinsot.taylor import llvm_ir, object_cache
 
 
 def pytest_configure(config):

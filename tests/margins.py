@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from poinsot.engine import kernels, state_vector
+from poinsot.integration import equations, state_vector
 
 SCALAR = re.compile(r"np\.\w+\('?([-+\d.e]+)'?\)")
 OPERATIONS: dict[type, Any] = {
@@ -41,7 +41,7 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     if config.option.lanes:
-        kernels.LANES = config.option.lanes
+        equations.LANES = config.option.lanes
     if config.option.shake is not None:
         _shake(config.option.shake)
     if config.option.margins:

@@ -13,9 +13,9 @@ __version__ = "0.2.0"
 
 
 def _engine() -> solutions.Solutions:
-    from poinsot.engine import solutions
+    from poinsot.integration import paths
 
-    return solutions
+    return paths
 
 
 solutions.engine = _engine

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.atomic_write import new_file
-from poinsot.engine.formulations import DEFAULT_FORMULATION, GENERAL
 from poinsot.errors import PropagationError
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
+from poinsot.integration.formulations import DEFAULT_FORMULATION, GENERAL
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import State

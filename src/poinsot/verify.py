@@ -28,10 +28,10 @@ from poinsot.analysis.free_rotation import FreeRotation
 from poinsot.analysis.libration import librations
 from poinsot.analysis.mutual_orbit import apsidal_precession, revolutions
 from poinsot.analysis.periodic import CassiniState, cassini_state
-from poinsot.engine import kernels
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.forces.mutual_gravity import MutualGravity
+from poinsot.integration import equations
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.pair_system import TwoBodies
 from poinsot.mechanics.state import State
@@ -107,7 +107,7 @@ def rows_of(case: Case) -> list[Row]:
 def installation() -> str:
     """Return what is installed, in one line."""
     packages = ", ".join(f"{name} {version}" for name, version in versions().items())
-    return f"{packages}, {platform.system()} {platform.machine()}, {kernels.LANES} lanes"
+    return f"{packages}, {platform.system()} {platform.machine()}, {equations.LANES} lanes"
 
 
 # ---------------------------------------------------------------------- the paper's three problems

@@ -7,7 +7,7 @@ import numpy as np
 
 import margins
 import poinsot as pt
-from poinsot.engine.state_vector import StateVector
+from poinsot.integration.state_vector import StateVector
 
 TESTS = Path(__file__).parents[1]
 SAID = {"assert_allclose": {"rtol"}, "allclose": {"rtol", "atol"}}

@@ -58,7 +58,7 @@ app()
 
 
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143}
-LOOPED = "poinsot.engine.looped_runs"
+LOOPED = "poinsot.integration.looped_runs"
 
 
 def interrupted(module, name, at, *arguments, number=signal.SIGINT):
@@ -138,7 +138,7 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
     scenario.write_text(TOP + "times = {stop = 1e9, count = 11}\n" + ENSEMBLE)
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from poinsot.cli import app; app()"
     owner, name = "looped_runs import _Tasks", "run"
-    told = f"from poinsot.engine.{owner} as owner; right = owner.{name}\n"
+    told = f"from poinsot.{owner} as owner; right = owner.{name}\n"
     # One write for the word and its line end: threads tell it beside each other.
     told += f"owner.{name} = lambda *a: (print('begun\\n', end='', flush=True), right(*a))[1]\n"
     command = [sys.executable, "-c", told + code, "run", str(scenario)]
@@ -154,7 +154,7 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
 
 def test_interrupt_before_anything_is_computed_is_a_sentence(tmp_path):
     (tmp_path / "top.toml").write_text(TOP + "times = {stop = 10, count = 11}\n")
-    done = interrupted("poinsot.engine.kernels", "_traced", 1, "run", tmp_path / "top.toml")
+    done = interrupted("poinsot.integration.equations", "_traced", 1, "run", tmp_path / "top.toml")
     assert done.stderr == "poinsot: interrupted. Only the files named above were written.\n"
     assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
 
@@ -239,7 +239,8 @@ def test_paper_keeps_the_cases_that_are_done(interrupting, monkeypatch, tmp_path
 
 SLOW = """
 import threading
-from poinsot.engine import looped_runs, progress
+from poinsot.integration import looped_runs
+from poinsot.display import progress
 progress.PATIENCE = 0.05
 for owner, name in ((looped_runs._Tasks, "run"),):
     def slow(*arguments, right=getattr(owner, name)):
@@ -358,7 +359,7 @@ def screen(written):
 
 INTERRUPTED_WHILE = """
 import os, signal, time
-from poinsot.engine import progress
+from poinsot.display import progress
 progress.PATIENCE = {patience}
 from poinsot.files import netcdf
 right = netcdf.{function}
@@ -420,7 +421,7 @@ USED = {
 }
 FEW = """
 import poinsot.paper, poinsot.verify
-from poinsot.engine import progress
+from poinsot.display import progress
 progress.PATIENCE = 1e9
 poinsot.verify.CASES = [case for case in poinsot.verify.CASES if case.title == "4179 Toutatis"]
 poinsot.paper.PROBLEMS = poinsot.paper.PROBLEMS[:1]
@@ -534,12 +535,15 @@ def obeyed(written):
 def test_nothing_in_a_file_is_obeyed_by_a_terminal(tmp_path):
     """The commands that read files, each on all of them, on a terminal that is there."""
     paths = hostile_files(tmp_path)
-    code = "import sys\nfrom poinsot.cli import app\nfrom poinsot.engine import progress\nprogress.PATIENCE = 1e9\n" + (
-        "for command in ('info', 'info --scenario', 'run --overwrite', 'plot', 'convert'):\n"
-        "    for path in sys.argv[2:]:\n"
-        "        more = [sys.argv[1]] if command == 'convert' else []\n"
-        "        try: app([*command.split(), path, *more])\n"
-        "        except SystemExit: pass\n"
+    code = (
+        "import sys\nfrom poinsot.cli import app\nfrom poinsot.display import progress\nprogress.PATIENCE = 1e9\n"
+        + (
+            "for command in ('info', 'info --scenario', 'run --overwrite', 'plot', 'convert'):\n"
+            "    for path in sys.argv[2:]:\n"
+            "        more = [sys.argv[1]] if command == 'convert' else []\n"
+            "        try: app([*command.split(), path, *more])\n"
+            "        except SystemExit: pass\n"
+        )
     )
     written, status = forked.on_terminal(code, tmp_path / "out.aem", *paths)
     assert status == 0

@@ -8,7 +8,7 @@ import pytest
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from poinsot.engine.formulations import Formulation
+from poinsot.integration.formulations import Formulation
 from poinsot.mechanics.part import Part
 from poinsot.shapes.shape import Shape
 

@@ -5,9 +5,9 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import kernels
-from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.problem import Problem
+from poinsot.integration import equations
+from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.problem import Problem
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 START = BODY.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))
@@ -78,7 +78,7 @@ class Beacon(pt.Torque):
 
 
 def comoving(system):
-    return kernels.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double").comoving
+    return equations.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double").comoving
 
 
 CASES = {

@@ -9,7 +9,8 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.engine import kernels, looped_kernel, looped_runs
+from poinsot.integration import equations, looped_runs
+from poinsot.taylor import kernels
 
 MOST = 17
 BODY = pt.Body((1.0, 1.3, 1.7))
@@ -220,8 +221,8 @@ COUNTS, THREADS, CHUNKS = (1, 7, 8, 9, MOST), (1, 2), (5000, 50)
     covering(SWITCHES, ("none", "all"), STARTS, TIMES, COUNTS, THREADS, CHUNKS),
 )
 def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, threads, chunk, monkeypatch):
-    advance = looped_kernel.Run.advance
-    monkeypatch.setattr(looped_kernel.Run, "advance", lambda run, budget=None: advance(run, budget or chunk))
+    advance = kernels.Run.advance
+    monkeypatch.setattr(kernels.Run, "advance", lambda run, budget=None: advance(run, budget or chunk))
     monkeypatch.setattr(looped_runs, "SLAB_BYTES", 1)
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
 
@@ -337,7 +338,7 @@ def test_times_between_which_there_is_no_room(switch, events):
 @pytest.mark.slow
 @pytest.mark.parametrize("lanes", [2, 4, 8])
 def test_any_ensemble_is_its_members_alone(lanes, monkeypatch):
-    monkeypatch.setattr(kernels, "LANES", lanes)
+    monkeypatch.setattr(equations, "LANES", lanes)
     wrong, tried = {}, 0
     for case in itertools.product(SWITCHES, EVENTS, STARTS, TIMES, (False, True), COUNTS, THREADS):
         found = wrong_members(*case)

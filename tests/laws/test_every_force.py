@@ -14,16 +14,17 @@ import formulas
 import poinsot as pt
 from kinds import concrete_subclasses
 from laws.test_pairs import PAIR_FORCES
-from poinsot.algebra.program import Graph, Node
 from poinsot.algebra.quaternion import product
-from poinsot.engine import kernels, looped_kernel, looped_runs
-from poinsot.engine.lowering import Constants
-from poinsot.engine.wide_numbers import WideReplay
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
+from poinsot.integration import equations, looped_runs
 from poinsot.mechanics.formula_trials import ATTITUDES
 from poinsot.mechanics.parameters import kinds_of, of_each, records_in
 from poinsot.quantities import Along, said_of
+from poinsot.taylor import kernels
+from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.graph import Graph, Node
+from poinsot.taylor.lowering import Constants
 
 ELLIPSE = pt.KeplerOrbit(
     1.1,
@@ -337,8 +338,8 @@ def motion(body, force):
 
 
 def compiled():
-    """Return all kernels."""
-    return [known.code for known in kernels.known._known.values() if isinstance(known, looped_runs.Ready)]
+    """Return all equations."""
+    return [known.code for known in equations.known._known.values() if isinstance(known, looped_runs.Ready)]
 
 
 @each_body
@@ -505,7 +506,7 @@ FREE_TO_BE_ZERO = (
     "specular",
     "omega_space",
 )
-looped = pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite")
+looped = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
 
 
 def simple(record):

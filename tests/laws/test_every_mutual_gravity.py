@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from poinsot.algebra.program import Graph, Node, gradient, ordered, tangents
 from poinsot.algebra.quaternion import product
-from poinsot.engine.wide_numbers import WideReplay
 from poinsot.forces import MutualGravity, MutualHarmonics, MutualMascons
 from poinsot.functions import Vector
+from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.graph import Graph, Node, gradient, ordered, tangents
 
 SHAPES = (
     pt.shapes.Mascons([1.0, 2.0, 1.5, 0.5], [(1, 0.1, 0), (-0.7, 0.3, 0.1), (0.1, -0.4, 0.3), (0.3, 0.3, -0.8)]),

@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import parts
-from poinsot.engine import looped_kernel
 from poinsot.functions import Vector
 from poinsot.mechanics.part import Part
 from poinsot.parts import (
@@ -25,6 +24,7 @@ from poinsot.parts import (
     SpringMass,
     VaryingInertia,
 )
+from poinsot.taylor import kernels
 
 BODY = pt.Body.from_inertia([(6.0, 0.3, -0.2), (0.3, 8.0, 0.1), (-0.2, 0.1, 10.0)])
 OMEGA = np.array([0.4, -0.9, 0.3])
@@ -261,7 +261,7 @@ def test_other_values_of_the_variables_build_no_other_kernel(part, monkeypatch, 
     for start in starts:
         forget_kernels()
         built.append(pt.propagate(system, start, [0.01]))
-    monkeypatch.setattr(looped_kernel, "compiled", None)
+    monkeypatch.setattr(kernels, "compiled", None)
     for start, expected in zip(starts, built, strict=True):
         motion = pt.propagate(system, start, [0.01])
         for name, values in expected.phase.items():

@@ -16,10 +16,10 @@ from laws.test_every_orbit import ORBITS
 from laws.test_every_part import BODY as LARGE
 from laws.test_every_part import PARTS
 from poinsot import functions as fn
-from poinsot.engine import kernels
-from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.problem import Problem
 from poinsot.functions import Vector, norm
+from poinsot.integration import equations
+from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.problem import Problem
 from poinsot.orbits.ephemeris import Ephemeris
 
 EPS = np.finfo(float).eps
@@ -129,8 +129,8 @@ def error(motion, judge):
 def switches(system):
     """Whether a formula has a condition on what varies."""
     problem = Problem(system)
-    variables = kernels.state_vector(problem, start_of(system), FORMULATIONS["lie_poisson"], "double")
-    return kernels.looped_constants(problem.between_knots(), variables).switches
+    variables = equations.state_vector(problem, start_of(system), FORMULATIONS["lie_poisson"], "double")
+    return equations.looped_constants(problem.between_knots(), variables).switches
 
 
 @pytest.mark.samples
@@ -192,7 +192,7 @@ def test_members(name, monkeypatch):
         assert np.array_equal(values(alone(system, start, k, precision="quadruple")), values(judges[k]))
     counts = (1, 7, 9, 17)
     for i, lanes in enumerate((1, 2, 4, 8)):  # each meets three counts, one and two threads
-        monkeypatch.setattr(kernels, "LANES", lanes)
+        monkeypatch.setattr(equations, "LANES", lanes)
         for count, threads in ((counts[i], 1), (counts[i - 1], 2), (counts[i - 2], 2)):
             few = pt.propagate(system, first(start, count), TIMES[::-1], threads=threads)
             assert np.array_equal(values(few)[:, ::-1], values(together)[:count]), (lanes, count, threads)
@@ -205,7 +205,7 @@ def first(start, count):
 
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8])
 def test_a_member_that_fails_disturbs_no_other(lanes, monkeypatch):
-    monkeypatch.setattr(kernels, "LANES", lanes)
+    monkeypatch.setattr(equations, "LANES", lanes)
     poles = np.where(np.arange(9) % 4 == 1, 1.0, 9.0)
     together = pt.propagate(pt.System(BODY, Pole(poles)), start_of(pt.System(BODY)), TIMES)
     assert list(together.failures) == [1, 5]
@@ -332,7 +332,7 @@ def test_switches_of_members(name, precision, monkeypatch):
     system = pt.System(BODY, force.with_numbers([number * shifts for number in force.numbers]))
     start = members_of(system, 17)
     for lanes in (1, 2, 4, 8) if precision == "double" else (4, 8):
-        monkeypatch.setattr(kernels, "LANES", lanes)
+        monkeypatch.setattr(equations, "LANES", lanes)
         together = pt.propagate(system, start, TIMES, precision=precision)
         for k in range(17):
             one = pt.System(BODY, force.with_numbers([number * shifts[k] for number in force.numbers]))
@@ -382,7 +382,7 @@ def test_events(kind, name, monkeypatch):
         assert np.allclose(own.states.quaternion, other.states.quaternion, rtol=0, atol=1e-12)
     singles = [alone(system, start, k, **options) for k in range(17)]
     for lanes in (1, 4, 8):
-        monkeypatch.setattr(kernels, "LANES", lanes)
+        monkeypatch.setattr(equations, "LANES", lanes)
         together = pt.propagate(system, start, TIMES, **options)
         for k, one in enumerate(singles):
             assert np.array_equal(values(one), values(together[k]))

@@ -12,11 +12,11 @@ from laws.test_every_force import FORCES, label
 from laws.test_every_orbit import ORBITS
 from laws.test_every_part import PARTS
 from laws.test_every_system import switches
-from poinsot.engine import looped_kernel
+from poinsot.taylor import kernels
 
 pytestmark = [
     cuda_on_cpu.needs_compiler,
-    pytest.mark.skipif(not looped_kernel.available(), reason="needs llvmlite"),
+    pytest.mark.skipif(not kernels.available(), reason="needs llvmlite"),
 ]
 
 BODY = pt.Body((1.3, 1.0, 0.7))
@@ -41,7 +41,7 @@ def machine(monkeypatch):
 
 
 @pytest.mark.samples
-@pytest.mark.parametrize(  # each operation has its own test in tests/unit/engine/test_cuda_kernel.py
+@pytest.mark.parametrize(  # each operation has its own test in tests/unit/cuda/test_cuda_kernel.py
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (i % 3 > 0)) for i, name in enumerate(SYSTEMS)]
 )
 def test_all_bits_are_those_of_the_processor(name):

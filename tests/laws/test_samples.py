@@ -1,4 +1,4 @@
-"""What holds for every law that is computed at samples and held between them, on all kernels."""
+"""What holds for every law that is computed at samples and held between them, on all equations."""
 
 import numpy as np
 import pytest
@@ -8,10 +8,11 @@ import poinsot as pt
 from laws.test_every_force import FORCES, MAGNETIC_FIELDS
 from poinsot.analysis import transition_matrix
 from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
-from poinsot.engine import kernels, looped_kernel
 from poinsot.functions import Vector
+from poinsot.integration import equations
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.parts import ReactionWheels
+from poinsot.taylor import kernels
 
 BODY = pt.Body.from_inertia([(1.3, 0.05, -0.02), (0.05, 1.0, 0.03), (-0.02, 0.03, 0.7)])
 ORBIT = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, true_anomaly=0.3)
@@ -161,7 +162,7 @@ def test_members_are_as_alone_in_all_lanes(forces, monkeypatch):
         own = system.state(START["attitude"], omega_body=omega[k], time=start.time[k])
         assert np.array_equal(values(pt.propagate(system, own, times)), values(together[k]))
     for lanes in (1, 2, 4, 8):
-        monkeypatch.setattr(kernels, "LANES", lanes)
+        monkeypatch.setattr(equations, "LANES", lanes)
         for threads in (1, 2):
             assert np.array_equal(values(pt.propagate(system, start, times, threads=threads)), values(together))
 
@@ -170,7 +171,7 @@ def test_members_have_samples_of_their_own(monkeypatch):
     periods, phases = np.array([0.2, 0.3, 0.07, 1.1, 5.0]), np.array([0.0, 0.1, 0.02, -0.3, 0.7])
     system = pt.System(BODY, Sampled(FEEDBACK, periods, phases))
     for lanes in (1, 2, 4, 8):
-        monkeypatch.setattr(kernels, "LANES", lanes)
+        monkeypatch.setattr(equations, "LANES", lanes)
         together = pt.propagate(system, system.state(**START), TIMES)
         for k, (period, phase) in enumerate(zip(periods, phases, strict=True)):
             alone = pt.System(BODY, Sampled(FEEDBACK, period, phase))
@@ -179,7 +180,7 @@ def test_members_have_samples_of_their_own(monkeypatch):
 
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8])
 def test_a_member_that_fails_disturbs_no_other(lanes, monkeypatch):
-    monkeypatch.setattr(kernels, "LANES", lanes)
+    monkeypatch.setattr(equations, "LANES", lanes)
     poles = np.where(np.arange(9) % 4 == 1, 1.0, 9.0)
     law = Sampled(FEEDBACK, 0.3, 0.1)
     system = pt.System(BODY, law, Pole(poles))
@@ -206,9 +207,9 @@ def test_a_motion_goes_on_from_any_of_its_states(forces):
 def test_chunks_of_steps_change_nothing(name, monkeypatch):
     system = pt.System(BODY, *SYSTEMS[name])
     whole = pt.propagate(system, system.state(**START), TIMES, dense=True)
-    monkeypatch.setattr(looped_kernel, "STEPS_KEPT", 3)
-    advance = looped_kernel.Run.advance
-    monkeypatch.setattr(looped_kernel.Run, "advance", lambda self, budget=None: advance(self, min(budget or 2, 2)))
+    monkeypatch.setattr(kernels, "STEPS_KEPT", 3)
+    advance = kernels.Run.advance
+    monkeypatch.setattr(kernels.Run, "advance", lambda self, budget=None: advance(self, min(budget or 2, 2)))
     parts = pt.propagate(system, system.state(**START), TIMES, dense=True)
     assert np.array_equal(values(parts), values(whole))
     assert np.array_equal(values(parts(TIMES)), values(whole(TIMES)))
@@ -230,7 +231,7 @@ def test_noise_is_the_same_in_all_precisions_and_lanes(monkeypatch):
         quadruple = pt.propagate(system, system.state(**START), TIMES, precision="quadruple")
         assert np.max(np.abs(values(quadruple) - own)) < 1e-13
         for lanes in (1, 2, 4, 8):
-            monkeypatch.setattr(kernels, "LANES", lanes)
+            monkeypatch.setattr(equations, "LANES", lanes)
             for threads in (1, 2):
                 again = pt.propagate(system, system.state(**START), TIMES[::3], threads=threads)
                 assert np.max(np.abs(values(again) - own[:, ::3])) == 0

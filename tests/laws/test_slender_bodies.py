@@ -13,9 +13,9 @@ import pytest
 from mpmath import mp, mpf
 
 import poinsot as pt
-from poinsot.engine import kernels
-from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.problem import Problem
+from poinsot.integration import equations
+from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.problem import Problem
 
 EPS = np.finfo(float).eps
 RATIOS = (1e-3, 1e-6, 1e-9)
@@ -176,7 +176,7 @@ def test_rates_are_those_of_eulers_equations(kind, ratio, shape, tmp_path):
 
 def test_the_attitude_is_carried_along_by_the_orbit():
     body = pt.Body((1e-6, 1.0, 1.0))
-    assert kernels.state_vector(Problem(along(body)), start(body), FORMULATIONS["lie_poisson"], "double").comoving
+    assert equations.state_vector(Problem(along(body)), start(body), FORMULATIONS["lie_poisson"], "double").comoving
 
 
 @pytest.mark.parametrize("formulation", ["canonical", "euler_angles"])

@@ -10,8 +10,8 @@ import sympy
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.algebra.program import Graph
-from poinsot.engine.wide_numbers import WideReplay
+from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.graph import Graph
 
 EPS = np.finfo(float).eps
 ARGUMENT = 0.3

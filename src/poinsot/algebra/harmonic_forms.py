@@ -12,8 +12,8 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from poinsot.algebra.program import number, ruled
 from poinsot.functions import Scalar
+from poinsot.taylor.graph import number, ruled
 
 __all__ = ["Form", "TurnedForms", "coefficients_of", "form_of", "product", "sum_of"]
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from poinsot.algebra.program import number, ruled
 from poinsot.functions import Scalar
+from poinsot.taylor.graph import number, ruled
 
 __all__ = ["SolidHarmonics", "exterior_field"]
 

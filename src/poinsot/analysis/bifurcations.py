@@ -18,7 +18,7 @@ from typing_extensions import override
 from poinsot.analysis.family import Family, LostError, Place
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.periodic import PeriodicMotion
-from poinsot.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, told
 
 __all__ = ["LOOSE", "Bifurcation", "bifurcations"]
 

@@ -19,10 +19,10 @@ from typing_extensions import Unpack, override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.engine.progress import bar
-from poinsot.engine.runs import Memory, Report, Rows
+from poinsot.display.html_text import Summarized, rounded, told, told_times
+from poinsot.display.progress import bar
 from poinsot.errors import PropagationInterrupted, member_array, refuse_nonpositive, refuse_other_members
-from poinsot.html_text import Summarized, rounded, told, told_times
+from poinsot.integration.runs import Memory, Report, Rows
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.probing import time_scales
 from poinsot.mechanics.state import Phase, State, changed, state_of

@@ -21,9 +21,9 @@ from poinsot.analysis.family import Family, LostError, NamedFunction, Place
 from poinsot.analysis.period_map import FIRM, Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
-from poinsot.engine.progress import Report, bar
+from poinsot.display.html_text import Summarized, rounded
+from poinsot.display.progress import Report, bar
 from poinsot.errors import PropagationInterrupted, real_array
-from poinsot.html_text import Summarized, rounded
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.named_parameters import NamedNumber
 from poinsot.mechanics.pair_system import PairSystem

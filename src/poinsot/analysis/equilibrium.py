@@ -16,11 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
+from poinsot.display.html_text import PER_TIME, Summarized, told
 from poinsot.functions import Vector
-from poinsot.html_text import PER_TIME, Summarized, told
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
@@ -35,6 +34,7 @@ from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_time
 from poinsot.quantities import Time
+from poinsot.taylor.graph import Graph, Node, gradient
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

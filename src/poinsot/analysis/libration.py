@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, told
 from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.members import expanded

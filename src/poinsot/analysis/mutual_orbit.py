@@ -12,8 +12,8 @@ from typing_extensions import override
 
 from poinsot.analysis.line_spectrum import lines_of
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, told
 from poinsot.errors import level_of_user
-from poinsot.html_text import Summarized, told
 from poinsot.propagation.pair_trajectory import PairTrajectory
 
 __all__ = ["Revolutions", "apsidal_precession", "revolutions"]

@@ -17,13 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.analysis.equilibrium import grows_with_time
 from poinsot.analysis.pair_point import PairPoint, cross_matrix, symmetry_axis, units_of_pair
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, told
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Vector, cross
-from poinsot.html_text import Summarized, told
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation_matrix
 from poinsot.mechanics.environment import Environment
@@ -32,6 +31,7 @@ from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
+from poinsot.taylor.graph import Graph, Node, gradient
 
 __all__ = ["PairEquilibrium", "pair_equilibria", "refuse_open"]
 

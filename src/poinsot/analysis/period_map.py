@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.transition_matrix import state_transition
-from poinsot.engine.state_vector import factors_of_parts
 from poinsot.errors import PropagationError
+from poinsot.integration.state_vector import factors_of_parts
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.part import jumps_at

@@ -20,9 +20,9 @@ from poinsot.analysis.pair_equilibrium import refuse_open
 from poinsot.analysis.pair_period_map import PairPeriodMap
 from poinsot.analysis.period_map import PeriodMap, Point
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, rounded, told
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
-from poinsot.html_text import Summarized, rounded, told
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.pair_system import PairSystem

@@ -13,8 +13,8 @@ from scipy.special import ellipj, ellipk
 from typing_extensions import override
 
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, told
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
-from poinsot.html_text import Summarized, told
 from poinsot.lazy import cached_property
 from poinsot.mechanics.body import Body
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.html_text import Summarized, rounded, told_times
+from poinsot.display.html_text import Summarized, rounded, told_times
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, members_of

@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
-from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.pair_system import OfOneBody

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, told, told_times
 from poinsot.errors import real_array
-from poinsot.html_text import Summarized, told, told_times
 from poinsot.printable import described, kind_of, quoted, shortened
 from poinsot.quantities import Times
 

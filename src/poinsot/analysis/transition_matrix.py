@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
-from poinsot.engine.runs import Memory, Report, Rows
+from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.errors import real_numbers
-from poinsot.html_text import Summarized, rounded, told, told_times
+from poinsot.integration.runs import Memory, Report, Rows
 from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import State, changed

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, told
 from poinsot.errors import real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_zero
 from poinsot.forces.directional_torque import DirectionalTorque
-from poinsot.html_text import Summarized, told
 from poinsot.quantities import Angles
 from poinsot.shapes.daily_shadows import DailyShadows
 from poinsot.shapes.illumination import Lighting

@@ -21,7 +21,7 @@ from poinsot.cli.terminal import (
     opened,
     say,
 )
-from poinsot.engine.progress import Report, bar
+from poinsot.display.progress import Report, bar
 
 __all__ = ["paper", "verify"]
 

@@ -25,7 +25,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typing_extensions import override
 
-from poinsot.engine.progress import later
+from poinsot.display.progress import later
 from poinsot.printable import printable
 
 __all__ = [

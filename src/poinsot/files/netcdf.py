@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from poinsot.atomic_write import exists, new_file, new_folder, unwritable
 from poinsot.checked import checked
-from poinsot.engine import kernels
-from poinsot.engine.formulations import formulation_of
-from poinsot.engine.problem import Problem
 from poinsot.files.netcdf_writer import write_netcdf
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
+from poinsot.integration import equations
+from poinsot.integration.formulations import formulation_of
+from poinsot.integration.problem import Problem
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.integrals import Integral
@@ -465,7 +465,7 @@ class _Reading:
         environment = None
         if "carried" in self.data.variables:
             problem = Problem(system)
-            variables = kernels.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
+            variables = equations.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
             environment = partial(variables.environment, problem, times, self._array("carried"))
         return trajectory_class(system)(system, initial, times, lambda: phase, run, environment=environment)
 

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import number
 from poinsot.checked import checked
 from poinsot.errors import optional, real_array, real_numbers, refuse_nonpositive
 from poinsot.forces.atmosphere import Atmosphere
@@ -19,6 +18,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Table
 from poinsot.quantities import AngularVelocities, Real, Times
+from poinsot.taylor.graph import number
 
 __all__ = ["TabulatedAtmosphere"]
 

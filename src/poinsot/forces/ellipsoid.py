@@ -9,7 +9,6 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import number
 from poinsot.errors import refuse_nonpositive
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
@@ -20,6 +19,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.quantities import BodyVector, Rule
+from poinsot.taylor.graph import number
 
 __all__ = ["EllipsoidGravity"]
 

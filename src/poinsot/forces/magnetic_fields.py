@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import Graph, number, tangents
 from poinsot.algebra.solid_harmonics import SolidHarmonics, exterior_field
 from poinsot.errors import optional, real_numbers
 from poinsot.functions import Scalar, Vector
@@ -26,6 +25,7 @@ from poinsot.mechanics.parameters import Positive, Table, listed
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.quantities import Real, Time
+from poinsot.taylor.graph import Graph, number, tangents
 
 __all__ = ["IGRF", "MagneticField", "MagneticHarmonics", "SecularHarmonics", "TiltedDipole"]
 

@@ -8,7 +8,6 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import ruled
 from poinsot.errors import real_numbers
 from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import refuse_other_inertia
@@ -19,6 +18,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.instant import Instant
 from poinsot.quantities import Along
+from poinsot.taylor.graph import ruled
 
 __all__ = ["MasconGravity"]
 

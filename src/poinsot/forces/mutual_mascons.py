@@ -9,7 +9,6 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import number, ruled
 from poinsot.checked import checked
 from poinsot.errors import real_numbers
 from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
@@ -27,6 +26,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.quantities import Along
+from poinsot.taylor.graph import number, ruled
 
 __all__ = ["MutualMascons"]
 

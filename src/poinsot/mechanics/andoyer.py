@@ -10,8 +10,8 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, told
 from poinsot.errors import member_array, refuse_other_members
-from poinsot.html_text import Summarized, told
 from poinsot.mechanics import euler
 from poinsot.mechanics.state import State, state_with
 from poinsot.printable import described

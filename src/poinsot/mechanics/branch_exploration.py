@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.algebra.program import Graph, Node, ordered
+from poinsot.taylor.graph import Graph, Node, ordered
 
 __all__ = ["BRANCHES", "conditions", "on_branches"]
 

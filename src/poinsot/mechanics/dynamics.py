@@ -11,7 +11,6 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.program import Graph, gradient
 from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
 from poinsot.lazy import cached_property
@@ -26,6 +25,7 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import CompositeBody, Part, named_parts
 from poinsot.mechanics.state import State
 from poinsot.printable import quoted
+from poinsot.taylor.graph import Graph, gradient
 
 __all__ = ["Dynamics", "Turning", "by_class", "scalars", "stacked"]
 

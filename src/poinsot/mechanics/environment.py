@@ -13,7 +13,6 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.program import Graph, tangents
 from poinsot.errors import real_numbers, scalar
 from poinsot.functions import ComovingVector, Scalar, Vector
 from poinsot.immutable import Immutable
@@ -23,6 +22,7 @@ from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
 from poinsot.mechanics.members import at_times, with_times
 from poinsot.mechanics.parameters import Parametric, same
 from poinsot.quantities import Times
+from poinsot.taylor.graph import Graph, tangents
 
 __all__ = [
     "SPACE_AXES_UNNAMED",

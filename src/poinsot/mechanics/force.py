@@ -14,7 +14,6 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.program import Graph, Node, gradient
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.lazy import cached_property
@@ -24,6 +23,7 @@ from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.printable import quoted
+from poinsot.taylor.graph import Graph, Node, gradient
 
 __all__ = ["Load", "PairLoad", "Potential", "Torque"]
 

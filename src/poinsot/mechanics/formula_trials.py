@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.algebra.program import Graph
-from poinsot.algebra.replay import Replay
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
@@ -23,6 +21,8 @@ from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import described, message_of
+from poinsot.taylor.graph import Graph
+from poinsot.taylor.replay import Replay
 
 __all__ = ["PAIR", "on_pairs", "sample_torque", "trial", "try_event", "try_pair_force"]
 

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
+from poinsot.display.html_text import text_table
 from poinsot.errors import member_array, real_numbers, reals_or_nan, refuse_other_members
-from poinsot.html_text import text_table
 from poinsot.immutable import Immutable
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.program import Graph, tangents
 from poinsot.immutable import Immutable
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
@@ -28,6 +27,7 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.probing import samples, time_scale
+from poinsot.taylor.graph import Graph, tangents
 
 if TYPE_CHECKING:
     from poinsot.mechanics.part import Part

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.algebra.program import Graph, tangents
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
@@ -18,6 +17,7 @@ from poinsot.mechanics.force import PairLoad
 from poinsot.mechanics.integrals import EPS, ROUNDINGS, Integral, component_of
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.probing import samples
+from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["integrals_of_pair"]
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import Graph, gradient
 from poinsot.functions import Scalar, Vector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
@@ -30,6 +29,7 @@ from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies, check_name_of_body
 from poinsot.printable import described, quoted
+from poinsot.taylor.graph import Graph, gradient
 
 __all__ = ["OfOneBody", "PairSystem", "TwoBodies"]
 

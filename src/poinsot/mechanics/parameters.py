@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
+from poinsot.display.html_text import rounded, text_table
 from poinsot.errors import (
     member_array,
     refuse_negative,
@@ -29,7 +30,6 @@ from poinsot.errors import (
     warn_of_negative,
 )
 from poinsot.functions import Scalar
-from poinsot.html_text import rounded, text_table
 from poinsot.immutable import Immutable
 from poinsot.lazy import cached_property
 from poinsot.mechanics.formula_errors import explain_formulas

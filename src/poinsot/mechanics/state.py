@@ -12,8 +12,8 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, told
 from poinsot.errors import member_array, real_numbers, refuse_other_members
-from poinsot.html_text import Summarized, told
 from poinsot.immutable import copied, owned, read_only
 from poinsot.lazy import cached_property
 from poinsot.mechanics import euler

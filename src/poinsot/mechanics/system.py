@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
-from poinsot.algebra.program import Graph
 from poinsot.checked import checked
 from poinsot.errors import member_array
 from poinsot.functions import Vector
@@ -33,6 +32,7 @@ from poinsot.mechanics.state import Phase, State, changed, state_of, state_with
 from poinsot.mechanics.typeset import system_html, system_latex
 from poinsot.mechanics.units import checked_units, dated_units
 from poinsot.printable import described, nearest, quoted
+from poinsot.taylor.graph import Graph
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

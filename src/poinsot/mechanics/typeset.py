@@ -11,9 +11,8 @@ from typing import Any
 
 from typing_extensions import override
 
-from poinsot.algebra.program import Graph, Node
+from poinsot.display.html_text import markup_table, rounded
 from poinsot.functions import Scalar, Vector
-from poinsot.html_text import markup_table, rounded
 from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.environment import Environment, Orbit, orbits_of
 from poinsot.mechanics.force import Force, Potential, Torque
@@ -21,6 +20,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.notation import LATEX, MATHML, Notation, split_name, written
 from poinsot.mechanics.parameters import same
 from poinsot.mechanics.units import DerivedUnits, in_units
+from poinsot.taylor.graph import Graph, Node
 
 __all__ = ["formula_of", "letters_of", "stated_formula", "system_html", "system_latex"]
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from poinsot.html_text import PER_TIME
+from poinsot.display.html_text import PER_TIME
 from poinsot.immutable import Immutable
 from poinsot.mechanics.parameters import Parametric, listed
 from poinsot.printable import described, quoted

@@ -9,8 +9,8 @@ import numpy as np
 
 from poinsot import functions
 from poinsot.algebra.double_double import PI, SPLITTER, DoubleDouble, exact_sum
-from poinsot.algebra.program import number
 from poinsot.functions import Scalar
+from poinsot.taylor.graph import number
 
 __all__ = ["NearbyAngle", "angle_at", "elapsed", "mean_motion_of"]
 

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from typing_extensions import override
 
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, told
 from poinsot.errors import real_numbers, reals_or_nan, refuse_nonpositive
-from poinsot.html_text import Summarized, told
 from poinsot.orbits.from_cartesian import passages
 from poinsot.quantities import Real
 

@@ -16,7 +16,6 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.program import Graph, number, tangents
 from poinsot.checked import checked
 from poinsot.errors import level_of_user, real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
@@ -29,6 +28,7 @@ from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import Radius, check_surface, shown
 from poinsot.printable import described, message_of, quoted, shortened
 from poinsot.quantities import Real, Time, Times
+from poinsot.taylor.graph import Graph, number, tangents
 
 __all__ = ["Ephemeris", "EphemerisFrame", "in_metres"]
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import number
 from poinsot.algebra.quaternion import assemble
 from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
@@ -27,6 +26,7 @@ from poinsot.orbits.conic import shown
 from poinsot.orbits.fixed import components
 from poinsot.orbits.universal import refuse_symbols
 from poinsot.quantities import Along, Real, Time
+from poinsot.taylor.graph import number
 
 __all__ = ["CirclingPair", "SynodicBlock", "ThreeBodyPath", "ThreeBodyView"]
 

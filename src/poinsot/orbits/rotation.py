@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import Graph, tangents
 from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers
 from poinsot.functions import Scalar, Vector
@@ -25,6 +24,7 @@ from poinsot.orbits.angle_reduction import angle_at
 from poinsot.orbits.planets import J2000
 from poinsot.printable import quoted
 from poinsot.quantities import Angle, AngularVelocity, Real, Time, Times
+from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["NutatingRotation", "RotationModel"]
 

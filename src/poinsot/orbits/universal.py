@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from poinsot import functions
-from poinsot.algebra.program import number
 from poinsot.functions import Scalar
+from poinsot.taylor.graph import number
 
 __all__ = ["refuse_symbols", "universal_functions", "universal_place", "universal_time"]
 

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.algebra.program import Graph, tangents
 from poinsot.errors import real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar, Vector
 from poinsot.lazy import cached_property
@@ -19,6 +18,7 @@ from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.part import NOTHING, Part, tensor_array
 from poinsot.quantities import Along, Duration, Rule, Time
+from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["MovingMasses", "VaryingInertia"]
 

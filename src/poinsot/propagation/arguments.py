@@ -8,11 +8,11 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.engine.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
-from poinsot.engine.looped_runs import ROUNDING
-from poinsot.engine.problem import Problem
-from poinsot.engine.runs import allowed_threads
 from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
+from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
+from poinsot.integration.looped_runs import ROUNDING
+from poinsot.integration.problem import Problem
+from poinsot.integration.runs import allowed_threads
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
 import numpy as np
 
 from poinsot.atomic_write import exists, new_folder
-from poinsot.engine.progress import Progress, bar
+from poinsot.display.progress import Progress, bar
 from poinsot.errors import PropagationInterrupted
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.ensemble_store import (

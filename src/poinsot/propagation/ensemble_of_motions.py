@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.engine.progress import Progress
-from poinsot.engine.runs import Report
+from poinsot.display.progress import Progress
+from poinsot.integration.runs import Report
 from poinsot.mechanics.state import State
 from poinsot.propagation.chunks import Part
 from poinsot.propagation.ensemble_store import EnsembleStore

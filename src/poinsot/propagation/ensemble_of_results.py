@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.engine.progress import Progress
+from poinsot.display.progress import Progress
 from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.engine.noted_events import Recorded
-from poinsot.engine.state_vector import StateVector
+from poinsot.display.html_text import Summarized, rounded, told
 from poinsot.functions import Scalar
-from poinsot.html_text import Summarized, rounded, told
+from poinsot.integration.event_log import Recorded
+from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.state import Phase, State, changed, state_of

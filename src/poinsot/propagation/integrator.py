@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.engine.driver import Driver
-from poinsot.engine.formulations import Formulation
-from poinsot.engine.problem import Problem
-from poinsot.engine.progress import Progress
-from poinsot.engine.runs import Memory, OneMotion, Report
+from poinsot.display.progress import Progress
+from poinsot.integration.formulations import Formulation
+from poinsot.integration.problem import Problem
+from poinsot.integration.runs import Memory, OneMotion, Report
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.propagation.driver import Driver
 from poinsot.propagation.event_record import KnownEvents, crossings
 from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.pair_trajectory import trajectory_class

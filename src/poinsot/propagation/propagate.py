@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from typing_extensions import Unpack
 
 from poinsot.checked import checked
-from poinsot.engine import kernels
-from poinsot.engine.formulations import Formulation
-from poinsot.engine.problem import Problem
+from poinsot.integration import equations
+from poinsot.integration.formulations import Formulation
+from poinsot.integration.problem import Problem
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -124,7 +124,7 @@ def propagate(
         _check_single(dense)
         state = broadcast_members(state, members)
     check_starts(problem, state)
-    variables = kernels.state_vector(problem, state, chosen, precision)
+    variables = equations.state_vector(problem, state, chosen, precision)
     where = checked_device(device)
     cores = checked_threads(plan.threads(threads) if plan else threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress

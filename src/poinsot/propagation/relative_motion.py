@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.html_text import Summarized, told, told_times
+from poinsot.display.html_text import Summarized, told, told_times
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import roll_pitch_yaw
 

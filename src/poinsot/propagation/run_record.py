@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from poinsot.immutable import read_only
 
 if TYPE_CHECKING:
-    from poinsot.engine.runs import Report
+    from poinsot.integration.runs import Report
 
 
 class Method(StrEnum):

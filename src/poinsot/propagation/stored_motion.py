@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.engine import kernels
-from poinsot.engine.formulations import formulation_of
-from poinsot.engine.problem import Problem
+from poinsot.integration import equations
+from poinsot.integration.formulations import formulation_of
+from poinsot.integration.problem import Problem
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import RIGID, Phase, State, state_of
@@ -207,5 +207,5 @@ def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table
 
 def _environment(store: EnsembleStore, system: System, initial: State, run: Run, times: Any) -> Environment:
     problem = Problem(system)
-    variables = kernels.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
+    variables = equations.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
     return variables.environment(problem, times, np.asarray(store.arrays["carried"]))

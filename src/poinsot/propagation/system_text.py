@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.engine.formulations import formulations
+from poinsot.integration.formulations import formulations
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Parametric, records_in

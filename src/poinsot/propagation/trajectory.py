@@ -15,12 +15,12 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.engine import kernels
-from poinsot.engine.formulations import formulation_of
-from poinsot.engine.problem import Problem
+from poinsot.display.html_text import Summarized, curves, rounded, told, told_times
 from poinsot.errors import level_of_user, real_numbers
-from poinsot.html_text import Summarized, curves, rounded, told, told_times
 from poinsot.immutable import ReadOnlyDict, owned
+from poinsot.integration import equations
+from poinsot.integration.formulations import formulation_of
+from poinsot.integration.problem import Problem
 from poinsot.lazy import cached_property
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation
@@ -416,7 +416,9 @@ class Trajectory(Summarized):
                 return Environment(times)
             watched = [event for event in source.watched if not isinstance(event, StoredEvent)]
             problem = Problem(system, watched)
-            variables = kernels.state_vector(problem, initial, formulation_of(self.run.formulation), self.run.precision)
+            variables = equations.state_vector(
+                problem, initial, formulation_of(self.run.formulation), self.run.precision
+            )
             return variables.environment(problem, times, rows(values))
 
         own = type(self)

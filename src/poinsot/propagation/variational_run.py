@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.engine import kernels
-from poinsot.engine.driver import Driver
-from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.problem import Problem
-from poinsot.engine.runs import BOTH_WAYS, Report, Sink
-from poinsot.engine.tangent_vectors import Variations
+from poinsot.integration import equations
+from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.problem import Problem
+from poinsot.integration.runs import BOTH_WAYS, Report, Sink
+from poinsot.integration.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -29,6 +28,7 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     members_of,
 )
+from poinsot.propagation.driver import Driver
 from poinsot.propagation.run_record import Method, Run
 from poinsot.propagation.selection import state_of_members, system_of_members
 
@@ -94,7 +94,7 @@ class VariationalRun:
         check_bodies(system, state)
         self.system, self.problem, self.members = system, Problem(system), members_of(system, state)
         self.state = broadcast_members(state, self.members or (1,))
-        variables = kernels.state_vector(self.problem, self.state, chosen, "double")
+        variables = equations.state_vector(self.problem, self.state, chosen, "double")
         if inputs:  # comoving axes would change with their orbit
             orbits, views = shared_blocks(self.problem.between_knots().orbits, lambda orbit: not orbit.closed_form)
             variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)

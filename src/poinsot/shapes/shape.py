@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
+from poinsot.display.html_text import text_table, told
 from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
-from poinsot.html_text import text_table, told
 from poinsot.immutable import Immutable
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body

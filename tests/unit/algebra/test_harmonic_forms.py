@@ -8,8 +8,8 @@ import sympy
 from scipy.spatial.transform import Rotation
 
 from poinsot.algebra.harmonic_forms import TurnedForms, coefficients_of, form_of, product, turn_of
-from poinsot.algebra.program import Graph, gradient
 from poinsot.algebra.solid_harmonics import SolidHarmonics, derivative
+from poinsot.taylor.graph import Graph, gradient
 
 XYZ = sympy.symbols("x y z")
 RANDOM = np.random.default_rng(5)

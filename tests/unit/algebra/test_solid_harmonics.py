@@ -5,8 +5,8 @@ import pytest
 import sympy
 from scipy.special import lpmv
 
-from poinsot.algebra.program import Graph, gradient
 from poinsot.algebra.solid_harmonics import SolidHarmonics, derivative, exterior_field
+from poinsot.taylor.graph import Graph, gradient
 
 XYZ = sympy.symbols("x y z", real=True)
 POINTS = np.random.default_rng(3).normal(size=(3, 40)) * [[1.0], [0.6], [1.4]]

@@ -252,7 +252,7 @@ def test_what_is_not_found_is_unresolved(monkeypatch, branch):
 
 
 def test_messages_come_after_a_while(monkeypatch, capsys):
-    monkeypatch.setattr("poinsot.engine.progress.PATIENCE", 0.01)
+    monkeypatch.setattr("poinsot.display.progress.PATIENCE", 0.01)
     monkeypatch.setenv("FORCE_COLOR", "1")
     continue_motion(at_rest(), "moments[0]", 1.4, progress=True)
     assert "motions, body.moments[0] = " in capsys.readouterr().err

@@ -3,8 +3,8 @@
 import numpy as np
 
 from poinsot import functions
-from poinsot.algebra.program import Graph
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
+from poinsot.taylor.graph import Graph
 
 
 def test_samples_go_all_ways_of_four_conditions_whatever_the_times_are():

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.engine.formulations import FORMULATIONS
+from poinsot.integration.formulations import FORMULATIONS
 
 EPS = np.finfo(float).eps
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]

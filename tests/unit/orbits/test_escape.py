@@ -6,9 +6,9 @@ import sympy
 from scipy.integrate import solve_ivp
 
 import poinsot as pt
-from poinsot.algebra.program import Graph, tangents
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.orbits.escape import EscapeOrbit
+from poinsot.taylor.graph import Graph, tangents
 
 EPS = np.finfo(float).eps
 MU, Q, EPOCH = 2.0, 0.8, 0.25
@@ -268,12 +268,12 @@ def test_members_along_hyperbolas_of_their_own():
 
 
 def test_other_numbers_use_the_same_kernel_also_across_the_parabola(forget_kernels):
-    from poinsot.engine import kernels
-    from poinsot.engine.looped_runs import Ready
+    from poinsot.integration import equations
+    from poinsot.integration.looped_runs import Ready
 
     forget_kernels()
     nearly, bent = (pt.propagate(systems(name)["space"], START, RUN).quaternion for name in ("nearly", "bent"))
-    assert sum(isinstance(known, Ready) for known in kernels.known._known.values()) == 1
+    assert sum(isinstance(known, Ready) for known in equations.known._known.values()) == 1
     parabola = pt.propagate(systems("parabola")["space"], START, RUN).quaternion  # e - 1 is zero
     assert np.max(np.abs(parabola - nearly)) < 1e-11
     assert np.max(np.abs(parabola - bent)) > 1e-4

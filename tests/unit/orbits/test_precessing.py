@@ -7,13 +7,13 @@ import pytest
 
 import poinsot as pt
 from in_order import in_order
-from poinsot.algebra.program import Graph, tangents
-from poinsot.engine import kernels
-from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.problem import Problem
-from poinsot.engine.wide_numbers import WideReplay
+from poinsot.integration import equations
+from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.problem import Problem
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.orbits.precessing import PrecessingOrbit
+from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.graph import Graph, tangents
 
 EPS = np.finfo(float).eps
 ELLIPSE = pt.KeplerOrbit(
@@ -168,7 +168,7 @@ def test_axes_of_its_own_and_space_axes_agree(name, force):
         pt.System(BODY, force(ORBITS[name]), *more) for more in ([], [pt.UniformGravity(0.0, (1, 0, 0))])
     )
     chosen = FORMULATIONS["lie_poisson"]
-    both = [kernels.state_vector(Problem(system), START, chosen, "double") for system in (comoving, fixed)]
+    both = [equations.state_vector(Problem(system), START, chosen, "double") for system in (comoving, fixed)]
     assert [variables.comoving for variables in both] == [True, False]
     motions = [pt.propagate(system, START, RUN) for system in (comoving, fixed)]
     np.testing.assert_allclose(motions[0].quaternion, motions[1].quaternion, rtol=0, atol=1e-13)

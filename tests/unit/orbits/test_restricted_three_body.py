@@ -12,11 +12,11 @@ import sympy
 
 import poinsot as pt
 from in_order import in_order
-from poinsot.algebra.program import Graph, tangents
-from poinsot.engine import kernels
-from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.looped_runs import Ready
-from poinsot.engine.problem import Problem
+from poinsot.integration import equations
+from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.looped_runs import Ready
+from poinsot.integration.problem import Problem
+from poinsot.taylor.graph import Graph, tangents
 
 MU1, MU2, SEPARATION, EPOCH = 3.1, 0.4, 2.5, 0.7
 PLACE, DRIFT = (1.9, 0.7, 0.3), (-0.2, 0.1, 0.15)
@@ -271,7 +271,7 @@ SIZES = {"first path shared": 12, "second path shared": 12, "with a flyby": 7}
 def test_each_path_is_integrated_once_and_the_torques_are_those_along_it(name):
     system = pt.System(BODY, *SYSTEMS[name])
     assert sum(block.size for block in system.blocks) == SIZES.get(name, 6)
-    variables = kernels.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double")
+    variables = equations.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double")
     assert variables.comoving == (name == "synodic")
     motion = pt.propagate(system, START, RUN, dense=True)
     step = 1e-4
@@ -295,7 +295,7 @@ def test_axes_formulations_and_precisions_agree():
 def test_other_numbers_use_the_same_kernel(forget_kernels):
     forget_kernels()
     motions = [pt.propagate(pt.System(BODY, *both(path)), START, RUN).quaternion for path in (PATH, OTHER)]
-    assert sum(isinstance(known, Ready) for known in kernels.known._known.values()) == 1
+    assert sum(isinstance(known, Ready) for known in equations.known._known.values()) == 1
     assert np.max(np.abs(motions[0] - motions[1])) > 1e-2
 
 

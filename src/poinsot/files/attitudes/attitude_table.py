@@ -11,9 +11,9 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked, checked_fields
+from poinsot.display.html_text import PER_TIME, Summarized, told, told_times
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
-from poinsot.html_text import PER_TIME, Summarized, told, told_times
 from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar

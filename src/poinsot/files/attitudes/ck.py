@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import new_file, unwritable
 from poinsot.checked import checked
-from poinsot.engine.progress import Progress, bar
+from poinsot.display.progress import Progress, bar
 from poinsot.errors import optional, real_array
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
+from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.untrusted import read_text
-from poinsot.html_text import Summarized, rounded, told, told_times
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened

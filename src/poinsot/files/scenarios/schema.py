@@ -24,11 +24,11 @@ from pydantic import (
     create_model,
 )
 
-from poinsot.engine.formulations import formulations
-from poinsot.engine.kernels import PRECISIONS
 from poinsot.errors import real_numbers
 from poinsot.files.scenarios.quantities import quantity
 from poinsot.files.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
+from poinsot.integration.equations import PRECISIONS
+from poinsot.integration.formulations import formulations
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit

@@ -14,10 +14,10 @@ from typing_extensions import Unpack, override
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
-from poinsot.engine.formulations import FORMULATIONS
-from poinsot.engine.kernels import state_vector
-from poinsot.engine.problem import Problem
-from poinsot.engine.runs import Report
+from poinsot.integration.equations import state_vector
+from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.problem import Problem
+from poinsot.integration.runs import Report
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import Phase, State

@@ -1,0 +1,187 @@
+"""The looped kernel on a GPU of NVIDIA: one body per thread, in launches of some steps each.
+
+It is the program of the processor's kernel for one lane, in CUDA C, with the same tasks and the same rows. Between
+launches tasks wait in the memory of the device, as those that pause do; the threads of a launch take them in turn.
+"""
+
+from __future__ import annotations
+
+import functools
+import time as clock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.cuda.source import translated
+from poinsot.errors import optional
+from poinsot.taylor import kernels
+from poinsot.taylor.decomposition import Decomposition
+from poinsot.taylor.kernel_program import KernelProgram, Status
+from poinsot.taylor.kernels import CACHED, FOREVER, Queue
+
+__all__ = ["Code", "Run", "check_device", "compiled", "most_members"]
+
+THREADS = 64
+"""In a block."""
+
+BUDGET = 64
+"""Steps of a task in the first launch."""
+
+BRISK, SLOW = 0.1, 0.4
+"""Seconds of a launch below which the next one has twice as many steps, and above which half as many.
+
+Ctrl-C is heard between launches, and drivers of devices that have a screen stop what takes seconds.
+"""
+
+SHARE = 0.5
+"""Of the free memory of the device for tasks and rows; threads have their coefficients in the rest."""
+
+MOST_BYTES = 2**30
+"""The most for tasks and rows at a time, there and here."""
+
+OPTIONS = ("--std=c++17", "--fmad=false")
+"""A product and a sum are rounded one by one, as on the processor; where they are not, there is an fma."""
+
+ENTRY = """
+extern "C" __global__ void __launch_bounds__({threads}) propagate(char *queue, long long count) {{
+if (blockIdx.x * (long long){threads} + threadIdx.x >= count) return;
+alignas(16) char work[{size}];
+*(char **)(work + {queue}) = queue;
+*(long long *)(work + {kept}) = 0;
+*(long long *)(work + {kept_count}) = 0;
+*(long long *)(work + {kept_most}) = 1;
+*(long long *)(work + {active}) = 0;
+for (int n = 1; n <= {order}; n++) {{
+  const double high = 1.0 / n;
+  *(double *)(work + {reciprocals_of_orders} + 8 * n) = high;
+  *(double *)(work + {reciprocals_below} + 8 * n) = fma(-(double)n, high, 1.0) / n;
+}}
+advance(work, {budget}LL);
+}}
+"""
+
+
+class Code(kernels.Code):
+    """A kernel in CUDA C, its `source`."""
+
+    @override
+    def load(self, text: str) -> None:
+        """Translate LLVM's representation."""
+        fields: Any = self.work.fields
+        places = {name: field[1] for name, field in fields.items()}
+        places |= {"size": self.work.itemsize, "order": self.order, "threads": THREADS, "budget": FOREVER}
+        self.source = translated(text) + ENTRY.format_map(places)
+        self._module: Any = None
+
+    def launch(self, cupy: Any, queue: Any, count: int) -> None:
+        """Start so many threads that take tasks of a queue."""
+        if self._module is None:
+            self._module = cupy.RawModule(code=self.source, options=OPTIONS)
+        self._module.get_function("propagate")((-(-count // THREADS),), (THREADS,), (queue, np.int64(count)))
+
+
+@functools.lru_cache(CACHED)
+def compiled(decomposition: Decomposition, order: int) -> Code:
+    """Return the kernel of a decomposition; it is compiled when it is launched first."""
+    return Code(KernelProgram(decomposition, order, 1, "batch"))
+
+
+class Run:
+    """The memory of a device that works on queues of tasks."""
+
+    def __init__(self, code: Code) -> None:
+        self._cupy, self._code = optional("cupy", "device='cuda'", "cuda"), code
+        self._tasks: Any = None
+        self._rows: Any = None
+
+    def queue(self, *given: Any) -> Queue:
+        """Return a queue."""
+        return Queue(self._code, *given)
+
+    def start(self, queue: Queue) -> None:
+        """Turn to a queue, and forget what was before."""
+        self._queue, self._budget, self._tasks, self._rows = queue, BUDGET, None, None
+
+    def advance(self) -> bool:
+        """Launch the kernel once; return whether something is left to do."""
+        if self._tasks is None:
+            self._upload()
+        if self._going.size:
+            began = clock.perf_counter()
+            self._launch()
+            taken = clock.perf_counter() - began
+            if taken < BRISK:
+                self._budget *= 2
+            elif taken > SLOW:
+                self._budget = max(self._budget // 2, 1)
+        return bool(self._going.size)
+
+    def _upload(self) -> None:
+        """Copy the tasks to the device, with their times and rows."""
+        upload, output, tasks = self._cupy.asarray, self._queue.output, self._queue.tasks
+        self._going = self._queue.take()
+        self._times, self._rows = upload(output.times), upload(output.rows)
+        self._tasks = upload(tasks.view(np.int64).reshape(tasks.size, -1))
+
+    def _field(self, name: str) -> Any:
+        """Return the bits of a field of all tasks on the device, shape (n,) or (n, numbers)."""
+        fields: Any = self._code.task.fields
+        kind, place = fields[name]
+        first = place // 8
+        return self._tasks[:, first : first + kind.shape[0]] if kind.shape else self._tasks[:, first]
+
+    def _launch(self) -> None:
+        """Let tasks that are under way take steps, and find out which ones are not done."""
+        upload, download, pause = self._cupy.asarray, self._cupy.asnumpy, self._queue.tasks["pause"]
+        self._field("pause")[:] = upload(np.minimum(pause, download(self._field("steps")) + self._budget))
+        going = upload(self._going)
+        self._field("status")[going] = int(Status.UNDER_WAY)
+        arrays = going, self._tasks, self._times, self._rows
+        queue = upload(np.array([0, going.size, *(array.data.ptr for array in arrays)]))
+        self._code.launch(self._cupy, queue, going.size)
+        status, steps = download(self._field("status")), download(self._field("steps"))
+        self._going = self._going[((status == Status.PAUSED) & (steps < pause))[self._going]]
+
+    def note(self) -> NDArray[np.int64]:
+        """Write how far tasks have come into them, and return the numbers of those under way."""
+        tasks, download = self._queue.tasks, self._cupy.asnumpy
+        for name in ("status", "steps", "index"):
+            tasks[name] = download(self._field(name))
+        tasks["time"] = download(self._field("time")).view(float)
+        return self._going
+
+    def give_up(self, numbers: NDArray[np.int_]) -> None:
+        """Let tasks take no more steps."""
+        self._field("status")[self._cupy.asarray(numbers)] = int(Status.GIVEN_UP)
+        self._going = np.setdiff1d(self._going, numbers)
+
+    def finish(self) -> None:
+        """Copy what the device has to tasks and rows here, all being done or not."""
+        tasks = self._queue.tasks
+        pause = tasks["pause"].copy()
+        tasks.view(np.int64).reshape(tasks.size, -1)[:] = self._cupy.asnumpy(self._tasks)
+        tasks["pause"] = pause
+        self._queue.output.rows[:] = self._cupy.asnumpy(self._rows)
+        self._tasks = self._rows = None
+
+
+def check_device() -> None:
+    """Refuse a computer that has no cupy or no device."""
+    cupy = optional("cupy", "device='cuda'", "cuda")
+    try:
+        count = cupy.cuda.runtime.getDeviceCount()
+    except cupy.cuda.runtime.CUDARuntimeError:  # there is no driver, or one that is too old
+        count = 0
+    if not count:
+        raise RuntimeError(
+            "device='cuda' must have a GPU of NVIDIA with its driver, got none. Leave device out to use the processor."
+        )
+
+
+def most_members(code: Code, times: int) -> int:
+    """Return how many members the memory of the device has room for, each with two tasks and rows at some times."""
+    free, _ = optional("cupy", "device='cuda'", "cuda").cuda.runtime.memGetInfo()
+    each = 8 * times * code.variables + 2 * (code.task.itemsize + 8)
+    return max(int(min(SHARE * free, MOST_BYTES)) // each, 1)

@@ -1,0 +1,1 @@
+"""Presentation of objects: text and HTML summaries, typeset formulas, progress bars."""

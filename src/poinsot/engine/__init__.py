@@ -1,1 +1,0 @@
-"""The integrator: variables, compiled kernels, event detection, variational equations and the runs."""

@@ -1,0 +1,293 @@
+"""Saltation: how tangent vectors jump where a formula switches, to first and second order.
+
+Where a motion crosses h = 0 its velocity changes from f to g. A neighbour, xi beside it, crosses later by the time
+
+    s = -D_xi h / h',    h' = D_f h + dh/dt,
+
+for which it keeps the velocity f. Compared at equal times, xi becomes xi + s (f - g), and the second differential
+
+    xi_ab + s_ab (f - g) + s_a D_b (f - g) + s_b D_a (f - g) + s_a s_b (f'_f - 2 g'_f + g'_g),
+
+s_ab = -(D_ab h + s_a D_b h' + s_b D_a h' + s_a s_b h'') / h', where u'_v is the derivative of u along v and the time.
+All are in rotation vectors theta from the attitude at the crossing, whose rate is omega + theta x omega / 2 + ...
+
+Where f = g nothing jumps to first order: formulas that are seen to be continuous, as `maximum`, `clip` and `abs` are,
+need no stop. Nor do conditions on time, but for derivatives by numbers that they depend on.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Callable, Container, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.functions import Vector, cross
+from poinsot.integration.tangent_vectors import UNIT, Variations
+from poinsot.integration.variational import TangentVector, VariationalEquations
+from poinsot.taylor.graph import Graph, Node, ordered, replaced, tangents
+from poinsot.taylor.replay import Replay
+
+__all__ = ["Jump", "NoDerivative", "Saltation"]
+
+Array = NDArray[Any]
+Values = Callable[..., Array]
+
+AT_ONCE, AT_ZERO = 2.0**10, 2.0**24
+"""In times within which all is at once: how far zeros are apart that count as one, and how far the zero of a function
+is from where its condition switches; farther off, the function jumps."""
+
+GRAZING = 2.0**20
+"""The least time in which the slope of a function goes to zero, over that by which its zero is uncertain: of less, the
+slope has no six digits."""
+
+ALIKE = 1e-9
+"""By how much times of crossing differ where conditions have the same surface, relative to them."""
+
+
+class NoDerivative(Exception):  # noqa: N818
+    """Why a motion has no derivative by its start at a crossing."""
+
+
+class Saltation:
+    """The formulas of the jumps of tangent vectors in a traced vector field.
+
+    Parameters
+    ----------
+    graph : Graph
+    own : sequence of Node
+        The variables of the motion, and the time.
+    rates : sequence of scalars
+        Their time derivatives; that of the time is 1.
+    conditions : mapping
+        The conditions on which formulas branch, to what is negative where they hold.
+    linear : VariationalEquations
+    variations : Variations
+
+    Attributes
+    ----------
+    stops : list of int
+        The conditions, by number, at which tangent vectors may jump.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        own: Sequence[Node],
+        rates: Sequence[Any],
+        conditions: Mapping[Node, Any],
+        linear: VariationalEquations,
+        variations: Variations,
+    ) -> None:
+        self.variations, self._own, self._rates, self._linear = variations, own, rates, linear
+        self._functions, k = list(conditions.values()), len(variations.scaled)
+        inputs = sorted({number for together in variations.inputs for number in together})
+        self.inputs = np.array([[number in together for together in variations.inputs] for number in inputs])
+        sizes = {"a": k + len(inputs), "b": k + len(inputs), "pair": k, "velocity": k, "rates": len(own)}
+        symbols = {name: [graph.symbol((name, i)) for i in range(size)] for name, size in sizes.items()}
+        self._given = {"own": list(own), "holds": list(conditions), **symbols}
+        nodes = list(map(graph.input, inputs))
+        self._vectors = {
+            name: linear.vector(symbols[name][:k], dict(zip(nodes, symbols[name][k:], strict=False)))
+            for name in ("a", "b", "pair", "velocity")
+        }
+        self._known: dict[tuple[str, int], Values] = {}
+        kinks = set(conditions) if variations.order == 2 else _jumping(graph, rates, conditions)
+        moved = tangents(self._functions, self._vectors["a"].seeds)
+        self.stops = [i for i, node in enumerate(conditions) if node in kinks and isinstance(moved[i], Node)]
+
+    # ------------------------------------------------------------------ formulas
+
+    @functools.cached_property
+    def velocity(self) -> Values:
+        """The velocity in tangent coordinates, then the rates of the variables and of the time."""
+        return self._values([*self._linear.chosen(self._linear.velocity), *self._rates])
+
+    @functools.cached_property
+    def change(self) -> Values:
+        """How the velocity changes along a tangent vector."""
+        a = self._vectors["a"]
+        return self._values(self._in_chart(tangents(self._linear.velocity, a.seeds), a))
+
+    @functools.cached_property
+    def acceleration(self) -> Values:
+        """How the velocity changes along other rates of the motion, and the velocity that belongs to these."""
+        rates = dict(zip(self._own, self._given["rates"], strict=True))
+        return self._values(self._in_chart(tangents(self._linear.velocity, rates), self._vectors["velocity"]))
+
+    def crossing(self, number: int) -> Values:
+        """Return the function of a condition, two derivatives along the motion, and one along a tangent vector."""
+        return self._of_function("crossing", number)
+
+    def bent(self, number: int) -> Values:
+        """Return its second differential in two tangent vectors, and that of the slope in the first one."""
+        return self._of_function("bent", number)
+
+    def _of_function(self, name: str, number: int) -> Values:
+        if (name, number) not in self._known:
+            h, a = self._functions[number], self._vectors["a"]
+            slope, change = self._along(h), tangents([h], a.seeds)
+            if name == "crossing":
+                outputs = [h, slope, self._along(slope), *change]
+            else:
+                outputs = self._linear.second(change, self._vectors["pair"], a, self._vectors["b"])
+                outputs += tangents([slope], a.seeds)
+            self._known[name, number] = self._values(outputs)
+        return self._known[name, number]
+
+    def _along(self, function: Any) -> Any:
+        return tangents([function], dict(zip(self._own, self._rates, strict=True)))[0]
+
+    def _in_chart(self, changes: list[Any], vector: TangentVector) -> list[Any]:
+        """Return changes of the velocity as those in a chart of rotation vectors."""
+        for i, theta in enumerate(vector.thetas):
+            own = slice(6 * i, 6 * i + 3)
+            changes[own] = Vector(changes[own]) + 0.5 * cross(theta, Vector(self._linear.velocity[own]))
+        return self._linear.chosen(changes)
+
+    def _values(self, outputs: Sequence[Any]) -> Values:
+        """Return what computes outputs for inputs of the run and groups of numbers by name, shape (outputs, ...)."""
+        replay = Replay(outputs, np.longdouble, [*itertools.chain(*self._given.values())])
+
+        def values(inputs: Sequence[Any], **groups: Sequence[Any]) -> Array:
+            given = [groups.get(name, [0.0] * len(group)) for name, group in self._given.items()]
+            with np.errstate(all="ignore"):
+                return np.stack(np.broadcast_arrays(*replay([*itertools.chain(*given), *inputs])))
+
+        return values
+
+
+class Jump:
+    """The jump of the tangent vectors of one motion, where conditions switch.
+
+    Parameters
+    ----------
+    saltation : Saltation
+    row : array (size,)
+        All variables there.
+    time : float
+    inputs : sequence of float
+        Of the run.
+    near : float
+        The time within which all is at once.
+    """
+
+    def __init__(self, saltation: Saltation, row: Array, time: Any, inputs: Sequence[Any], near: float) -> None:
+        self._saltation, self._inputs, self._near = saltation, inputs, near
+        first = row.size - saltation.variations.size
+        self._own, self._variables = [*row[:first], time], row[first:].astype(np.longdouble)
+        self._u, self._pairs, _, self._units = saltation.variations.split(self._variables)
+
+    def across(self, before: Array, behind: Array) -> Array:
+        """Return the variables of tangent vectors behind it.
+
+        Parameters
+        ----------
+        before, behind : arrays (conditions,)
+            Which conditions hold, 1 or 0.
+
+        Raises
+        ------
+        NoDerivative
+        """
+        left = np.flatnonzero(before != behind).tolist()
+        while left:
+            first, passed = self._first_of(left, before)
+            after = before.copy()
+            after[passed] = behind[passed]
+            self._pass(first, before, after)
+            left, before = [number for number in left if number not in passed], after
+        return self._variables.astype(float)
+
+    def _first_of(self, left: Sequence[int], holds: Array) -> tuple[_Crossing, list[int]]:
+        """Return the crossing that comes first, and what switches there: what has the same surface, or jumps by it."""
+        found = sorted((self._crossing(number, holds) for number in left), key=lambda each: each.distance)
+        first, size = found[0], np.max(np.abs(found[0].shift), initial=0.0)
+        if not first.distance <= AT_ZERO * self._near:
+            raise NoDerivative("the condition of a `where` jumps over zero. Neighbouring motions have no derivative.")
+        uncertain = max(self._near, first.distance)
+        if not (abs(first.slope) > GRAZING * uncertain * abs(first.bend) and np.isfinite(size)):
+            raise NoDerivative("it grazes the switch of a `where`. Neighbouring motions have no derivative there.")
+        near = [each for each in found if each.distance <= max(AT_ONCE * self._near, 4 * first.distance)]
+        alike = [each for each in near if np.all(np.abs(each.shift - first.shift) <= ALIKE * size)]
+        return first, list(left) if len(alike) == len(near) else [each.number for each in alike]
+
+    def _crossing(self, number: int, holds: Array) -> _Crossing:
+        value, slope, bend, change = self._values(self._saltation.crossing(number), holds, a=self._directions)
+        with np.errstate(all="ignore"):
+            distance = np.abs(value / slope).flat[0]
+            return _Crossing(
+                number, slope.flat[0], bend.flat[0], distance if distance >= 0 else np.inf, -change / slope
+            )
+
+    def _pass(self, crossing: _Crossing, before: Array, after: Array) -> None:
+        """Let vectors jump where one velocity takes the place of the other."""
+        k = self._u.shape[-1]
+        motions = [self._values(self._saltation.velocity, holds) for holds in (before, after)]
+        jump = motions[0][:k] - motions[1][:k]
+        if self._pairs.size:
+            self._pairs += self._of_pairs(crossing, before, after, motions, jump)
+        self._u += np.outer(crossing.shift, jump)
+
+    def _of_pairs(
+        self, crossing: _Crossing, before: Array, after: Array, motions: Sequence[Array], jump: Array
+    ) -> Array:
+        """Return what second differentials gain, shape (pairs, k)."""
+        own, k, xi, s = self._saltation, jump.size, self._directions, crossing.shift
+        a, b = np.array(own.variations.pairs).T
+        bent = own.bent(crossing.number)
+        of_pairs, slope_a = self._values(bent, before, a=xi[:, a], b=xi[:, b], pair=self._pairs.T)
+        _, slope_b = self._values(bent, before, a=xi[:, b], b=xi[:, a], pair=self._pairs.T)
+        both = -(of_pairs + s[a] * slope_b + s[b] * slope_a + s[a] * s[b] * crossing.bend) / crossing.slope
+        change = (self._values(own.change, before, a=xi) - self._values(own.change, after, a=xi)).T
+        ff, gf, gg = (
+            self._values(own.acceleration, holds, velocity=motion[:k], rates=motion[k:])
+            for holds, motion in ((before, motions[0]), (after, motions[0]), (after, motions[1]))
+        )
+        mixed = s[a, None] * change[b] + s[b, None] * change[a] + np.outer(s[a] * s[b], ff - 2 * gf + gg)
+        return np.asarray(np.outer(both, jump) + mixed)
+
+    @property
+    def _directions(self) -> Array:
+        """The tangent vectors with their changes of inputs, shape (k + inputs, vectors)."""
+        inputs = np.zeros((len(self._saltation.inputs), len(self._u)), dtype=np.longdouble)
+        inputs[:, self._saltation.variations.count :] = self._saltation.inputs * (self._units / UNIT)
+        return np.concatenate([self._u.T, inputs])
+
+    def _values(self, values: Values, holds: Array, **groups: Array) -> Array:
+        return values(self._inputs, own=self._own, holds=holds, **groups)
+
+
+class _Crossing(NamedTuple):
+    """Where the function of a condition is zero: its derivatives along the motion, and how much later neighbours cross.
+
+    Attributes
+    ----------
+    distance : float
+        The time to its zero.
+    shift : array (vectors,)
+    """
+
+    number: int
+    slope: Any
+    bend: Any
+    distance: float
+    shift: Array
+
+
+def _jumping(graph: Graph, rates: Sequence[Any], conditions: Container[Node]) -> set[Node]:
+    """Return the conditions at which rates may jump: all but those at which they are seen to be continuous."""
+    switches = [node for node in ordered(rates) if node.name == "where" and node.operands[0] in conditions]
+    return {node.operands[0] for node in switches if not _is_continuous(graph, node)}
+
+
+def _is_continuous(graph: Graph, switch: Node) -> bool:
+    """Whether both branches are the same formula where both sides of a `less` are the same scalar."""
+    condition, *branches = switch.operands
+    number = [x for x in condition.operands if not isinstance(x, Node)]
+    common = number[0] if number else graph.symbol("both sides")
+    one, other = replaced(branches, dict.fromkeys(condition.nodes, common))
+    return one is other or bool(one == other)

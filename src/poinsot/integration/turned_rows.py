@@ -1,0 +1,61 @@
+"""Products of quaternions along rows, in place: one pass of machine code where there are many."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.algebra import quaternion as quat
+from poinsot.functions import Vector
+from poinsot.taylor import kernels
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value, machine_code
+from poinsot.taylor.llvm_ir import Array as Memory
+
+__all__ = ["MANY", "turn_rows"]
+
+MANY = 8192
+"""Rows from which on machine code is made for them: it takes 7 ms, and a sixth of NumPy's time for the product."""
+
+
+def turn_rows(turns: NDArray[Any], rows: NDArray[Any]) -> None:
+    """Replace quaternions q by the products p q with others, in place; shapes (..., 4), or what NumPy broadcasts."""
+    if rows.shape == turns.shape and rows.size >= 4 * MANY and rows.dtype == turns.dtype == np.float64:
+        each, flat = np.ascontiguousarray(turns), rows.reshape(-1, 4)
+        if flat.strides[1] == flat.itemsize and np.may_share_memory(flat, rows) and kernels.available():
+            _compiled()(len(flat), flat.strides[0] // flat.itemsize, each.ctypes.data, flat.ctypes.data)
+            return
+    turned = quat.hamilton(*map(_components, (turns, rows)))
+    for place, component in enumerate(turned):
+        rows[..., place] = component
+
+
+def _components(array: NDArray[Any]) -> Sequence[Any]:
+    """Return the numbers of one quaternion, of which floats of Python are the fastest, or the columns of rows."""
+    return array.tolist() if array.ndim == 1 else quat.components(array)
+
+
+@functools.cache
+def _compiled() -> Callable[[int, int, int, int], None]:
+    """Return the product as machine code, with the same bits; it takes how far apart rows are, in numbers."""
+
+    def body(count: Value, apart: Value, turns: Value, rows: Value) -> None:
+        def turn(row: Value) -> None:
+            places = Memory(turns, DOUBLE).at(row * 4), Memory(rows, DOUBLE).at(row * apart)
+            p, q = (Memory(place, DOUBLE) for place in places)
+            product = quat.product(*(Vector(each[i] for i in range(4)) for each in (p, q)))
+            for i, component in enumerate(product):
+                q[i] = component
+
+        count.function.count(count, turn)
+
+    module = Module()
+    module.function("turn", "void", [INTEGER, INTEGER, POINTER, POINTER], body)
+    engine = machine_code(str(module), ())
+    kind = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)
+    function = kind(engine.get_function_address("turn"))
+    return lambda *given, engine=engine: function(*given)  # noqa: ARG005

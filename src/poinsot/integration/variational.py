@@ -1,0 +1,177 @@
+"""Variational equations of a motion: tangent vectors and derivatives by parameters, integrated along with it.
+
+A tangent vector has six coordinates, body axes: xi = (theta, gamma) changes (q, g) to (q exp(theta / 2), g + gamma). Of
+two bodies each has six. Behind them are the changes of the variables of parts; below, g and gamma stand for these as
+well. With m the rotation matrix, d m_i = m_i x theta for each of its rows, and g' = F(m, g), to first order
+
+    theta' = d omega - omega x theta,    gamma' = dF.
+
+The second derivatives in two tangent vectors a and b obey, with d_ab the second differential,
+
+    theta_ab' = d_ab omega - omega x theta_ab + (theta_a x d_b omega + theta_b x d_a omega) / 2,    gamma_ab' = d_ab F,
+
+where d_ab m_i = m_i x theta_ab + ((m_i x theta_a) x theta_b + (m_i x theta_b) x theta_a) / 2. omega and F have
+differentials by parameters as well. The quaternion has d q = q (0, theta) / 2, and d_ab q is like d_ab m_i.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from poinsot.algebra import quaternion as quat
+from poinsot.functions import Vector, cross
+from poinsot.integration.tangent_vectors import UNIT, Variations
+from poinsot.taylor.graph import Node, tangents
+
+__all__ = ["TangentVector", "TurningBody", "VariationalEquations"]
+
+
+class TurningBody(NamedTuple):
+    """A body whose motion varies: its attitude and momentum, nodes or numbers, and their rates along its axes."""
+
+    matrix: Any
+    quaternion: Any
+    momentum: Sequence[Any]
+    omega: Sequence[Any]
+    momentum_rate: Sequence[Any]
+
+
+class VariationalEquations:
+    """Rates of tangent coordinates to first and second order.
+
+    Parameters
+    ----------
+    chosen : sequence of int
+        Which of the coordinates there are: theta, gamma of each body, and the changes of other variables.
+    bodies : sequence of TurningBody
+    variables, rates : sequences
+        The variables of parts, and their time derivatives.
+    inputs : callable
+        The number of an input of the run to its node.
+
+    Attributes
+    ----------
+    velocity : list of scalars
+        The motion as a tangent vector per time, all coordinates.
+    """
+
+    def __init__(
+        self,
+        chosen: Sequence[int],
+        bodies: Sequence[TurningBody],
+        variables: Sequence[Any],
+        rates: Sequence[Any],
+        inputs: Any,
+    ) -> None:
+        self._chosen, self._bodies, self._inputs = chosen, bodies, inputs
+        self._rows = [[Vector(row) for row in body.matrix] for body in bodies]
+        self._quaternions = [Vector(body.quaternion) for body in bodies]
+        self._momenta = [x for body in bodies for x in body.momentum] + list(variables)
+        self.velocity = [x for body in bodies for x in (*body.omega, *body.momentum_rate)] + list(rates)
+
+    def of(self, variations: Variations, symbols: Sequence[Any]) -> list[Any]:
+        """Return the time derivatives of the variables of tangent vectors."""
+        vectors, pairs = self._vectors(variations, symbols)
+        changes = [tangents(self.velocity, vector.seeds) for vector in vectors]
+        out = [rate for vector, each in zip(vectors, changes, strict=True) for rate in self._first(vector, each)]
+        for (a, b), x in zip(variations.pairs, pairs, strict=True):
+            out += self._second(x, (vectors[a], vectors[b]), (changes[a], changes[b]))
+        return out + [0.0] * (variations.size - len(out))
+
+    def differentials(self, variations: Variations, symbols: Sequence[Any], outputs: Sequence[Any]) -> list[list[Any]]:
+        """Return the differentials of outputs along each vector, then the second ones in each pair."""
+        vectors, pairs = self._vectors(variations, symbols)
+        changes = [tangents(outputs, vector.seeds) for vector in vectors]
+        return changes + [
+            self.second(changes[a], self.vector(x, {}), vectors[a], vectors[b])
+            for (a, b), x in zip(variations.pairs, pairs, strict=True)
+        ]
+
+    def _vectors(self, variations: Variations, symbols: Sequence[Any]) -> tuple[list[TangentVector], Any]:
+        """Return the tangent vectors, and the coordinates of pairs."""
+        u, pairs, _, units = variations.split(np.array(symbols, dtype=object))
+        own = [{}] * variations.count + [
+            {self._inputs(number): unit * (1 / UNIT) for number in numbers}
+            for numbers, unit in zip(variations.inputs, units, strict=True)
+        ]
+        return [self.vector(x, given) for x, given in zip(u, own, strict=True)], pairs
+
+    def vector(self, xi: Sequence[Any], inputs: Mapping[Node, Any]) -> TangentVector:
+        """Return a tangent vector, of the chosen coordinates and of changes of inputs."""
+        bodies, full = len(self._bodies), [0.0] * len(self.velocity)
+        for place, x in zip(self._chosen, xi, strict=True):
+            full[place] = x
+        thetas = [Vector(full[6 * i : 6 * i + 3]) for i in range(bodies)]
+        gamma = [x for i in range(bodies) for x in full[6 * i + 3 : 6 * i + 6]] + full[6 * bodies :]
+        row_changes = [[cross(row, theta) for row in rows] for rows, theta in zip(self._rows, thetas, strict=True)]
+        turns = self._turns(thetas)
+        seeds = _seeds([*_flat(self._rows), *self._quaternions], [*_flat(row_changes), *turns])
+        seeds |= _seeds([self._momenta], [gamma]) | dict(inputs)
+        return TangentVector(thetas, gamma, row_changes, turns, seeds)
+
+    def second(self, changes: Sequence[Any], pair: TangentVector, a: TangentVector, b: TangentVector) -> list[Any]:
+        """Return second differentials in two tangent vectors, of which the pair is that of the coordinates.
+
+        `changes` are the differentials along the first one.
+        """
+        rows, turns = [], list(pair.turns)
+        for i, theta in enumerate(pair.thetas):
+            rows += [
+                cross(row, theta) + 0.5 * (cross(row_a, b.thetas[i]) + cross(row_b, a.thetas[i]))
+                for row, row_a, row_b in zip(self._rows[i], a.row_changes[i], b.row_changes[i], strict=True)
+            ]
+            turns[i] += 0.5 * (_half_product(a.turns[i], b.thetas[i]) + _half_product(b.turns[i], a.thetas[i]))
+        seeds = b.seeds | _seeds([*_flat(a.row_changes), *a.turns, a.gamma], [*rows, *turns, pair.gamma])
+        return tangents(changes, seeds)
+
+    def chosen(self, coordinates: Sequence[Any]) -> list[Any]:
+        """Return of all tangent coordinates those that there are."""
+        return [coordinates[place] for place in self._chosen]
+
+    def _first(self, vector: TangentVector, changes: Sequence[Any]) -> list[Any]:
+        rates = list(changes)
+        for i, (body, theta) in enumerate(zip(self._bodies, vector.thetas, strict=True)):
+            own = slice(6 * i, 6 * i + 3)
+            rates[own] = Vector(changes[own]) - cross(body.omega, theta)
+        return self.chosen(rates)
+
+    def _second(
+        self, xi: Sequence[Any], vectors: tuple[TangentVector, TangentVector], changes: tuple[list[Any], list[Any]]
+    ) -> list[Any]:
+        pair, (a, b) = self.vector(xi, {}), vectors
+        rates = self.second(changes[0], pair, a, b)
+        for i, (body, theta) in enumerate(zip(self._bodies, pair.thetas, strict=True)):
+            own = slice(6 * i, 6 * i + 3)
+            mixed = cross(a.thetas[i], changes[1][own]) + cross(b.thetas[i], changes[0][own])
+            rates[own] = Vector(rates[own]) - cross(body.omega, theta) + 0.5 * mixed
+        return self.chosen(rates)
+
+    def _turns(self, thetas: Sequence[Vector]) -> list[Any]:
+        return [_half_product(q, theta) for q, theta in zip(self._quaternions, thetas, strict=True)]
+
+
+class TangentVector(NamedTuple):
+    """A tangent vector: the changes of attitudes, momenta and variables of parts, and `seeds`, those of all nodes."""
+
+    thetas: list[Vector]
+    gamma: list[Any]
+    row_changes: list[list[Any]]
+    turns: list[Any]
+    seeds: dict[Node, Any]
+
+
+def _flat(lists: Iterable[Iterable[Any]]) -> list[Any]:
+    return [x for each in lists for x in each]
+
+
+def _half_product(q: Vector, theta: Vector) -> Vector:
+    return Vector(0.5 * x for x in quat.product(q, quat.pure(theta)))
+
+
+def _seeds(scalars: Iterable[Iterable[Any]], changes: Iterable[Iterable[Any]]) -> dict[Node, Any]:
+    """Return the changes of the scalars that are nodes."""
+    pairs = (pair for one, other in zip(scalars, changes, strict=True) for pair in zip(one, other, strict=True))
+    return {x: change for x, change in pairs if isinstance(x, Node)}

@@ -1,0 +1,280 @@
+"""Where Taylor coefficients are in the memory of a kernel, and the loops of the inner sums.
+
+There are two layouts: vectors hold members ("batch"), or inner sums of one member ("single"). Both add in one order,
+sum_{j=2..n-1} a_j b_{n-j}, then a_1 b_{n-1}: what order n - 1 has just given comes last.
+"""
+
+from __future__ import annotations
+
+import collections
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+from typing_extensions import override
+
+from poinsot.taylor.llvm_ir import DOUBLE, Array, Value, Wide, WideArray, host_features, vector
+from poinsot.taylor.schedule import Row, Schedule
+
+__all__ = ["ROLLED_FROM", "Batch", "Layout", "Rolled", "Single"]
+
+WIDTH = 4
+"""Inner sums of one member in a vector."""
+
+ROLLED_FROM = 200
+"""Inner sums of one member from which on a loop over parts computes them. Fewer run faster as straight-line code."""
+
+Layout = Literal["batch", "single"]
+
+
+class Memory:
+    """The memory of coefficients: double precision, or all high parts and behind them all low parts.
+
+    Attributes
+    ----------
+    size : int
+        Count of doubles.
+    """
+
+    def __init__(self, size: int, wide: bool) -> None:
+        self._distance = -(-size // 8) * 8  # a multiple of the longest vector
+        self._wide, self.size = wide, self._distance * (1 + wide)
+
+    def kind(self, lanes: int) -> str:
+        """Return the type of vectors."""
+        return Wide(vector(DOUBLE, lanes)) if self._wide else vector(DOUBLE, lanes)
+
+    def array(self, address: Value, lanes: int) -> Array:
+        """Return memory as numbers or vectors of numbers."""
+        kind = vector(DOUBLE, lanes)
+        return WideArray(address, kind, self._distance // lanes) if self._wide else Array(address, kind)
+
+    def at_once(self, lanes: int) -> int:
+        """Return how many vectors may be summed up at a time."""
+        return max(_registers(lanes) // (6 if self._wide else 1), 1)
+
+
+class Batch:
+    """Vectors hold members: coefficients of the states and of what inner sums read, order by order."""
+
+    def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int, wide: bool) -> None:
+        states = {row: schedule.state_of(row) for row in schedule.rows}
+        stored = [row for row, place in states.items() if place is None]
+        self._kept = {row: variables + i for i, row in enumerate(stored)}
+        self._places = self._kept | {row: place for row, place in states.items() if place is not None}
+        self._stride = variables + len(stored)
+        self.lanes, self._memory = lanes, Memory((order + 1) * self._stride * lanes, wide)
+        self.size = self._memory.size
+        self._groups = _parts(schedule.groups, self._memory.at_once(lanes))
+
+    def states(self, memory: Value, n: Value | int) -> Array:
+        """Return the coefficients of the states of some order."""
+        whole = self._memory.array(memory, self.lanes)
+        return whole.from_(whole.at(n * self._stride))
+
+    def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
+        """Store what inner sums of higher orders read."""
+        if row in self._kept:
+            self.states(memory, n)[self._kept[row]] = value
+
+    def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
+        """Write the inner sums of an order."""
+        sums: dict[int, Value] = {}
+        for group in self._groups:
+            pairs = [(self._places[inner.first], self._places[inner.second]) for inner in group]
+            found = _multiplied(n, functools.partial(self.states, memory), self._stride, pairs)
+            sums |= {inner.place: total for inner, total in zip(group, found, strict=True)}
+        return sums.__getitem__
+
+
+class Single:
+    """Vectors hold inner sums of one member: each coefficient is stored once for each place where it is read."""
+
+    lanes = 1
+
+    def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool, unit: int = WIDTH) -> None:
+        inner = [inner for group in schedule.groups for inner in group]
+        self._count = -(-len(inner) // unit) * unit
+        self._index = {one.place: i for i, one in enumerate(inner)}
+        self._places: dict[Row, list[int]] = {}
+        for i, one in enumerate(inner):
+            self._places.setdefault(one.first, []).append(i)
+            self._places.setdefault(one.second, []).append(self._count + i)
+        self._variables, self._stride = variables, 2 * self._count
+        self._open: dict[int, Value] = {}
+        self._left: dict[int, int] = {}
+        self._filled = collections.Counter(place // WIDTH for places in self._places.values() for place in places)
+        self._sums = (order + 1) * self._stride
+        self._ahead = (order + (len(schedule.outputs) > variables)) & 1
+        self._states = self._sums + 2 * self._count
+        self._memory = Memory(self._states + (order + 1) * variables, wide)
+        self.size, self._most = self._memory.size, self._memory.at_once(WIDTH)
+
+    def _at(self, memory: Value, place: Value | int, lanes: int = 1) -> Array:
+        """Return memory from a place on, counted in numbers."""
+        return self._memory.array(self._memory.array(memory, 1).at(place), lanes)
+
+    def states(self, memory: Value, n: Value | int) -> Array:
+        """Return the coefficients of the states of some order."""
+        return self._at(memory, n * self._variables + self._states)
+
+    def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
+        """Store what inner sums of higher orders read, vectors as soon as they are complete."""
+        for place in self._places.get(row, ()):
+            block = place // WIDTH
+            vector_of = self._open.setdefault(block, n.function.constant(self._memory.kind(WIDTH), 0.0))
+            self._open[block] = vector_of.with_lane(place % WIDTH, value)
+            self._left[block] = self._left.get(block, self._filled[block]) - 1
+            if not self._left[block]:
+                self._at(memory, n * self._stride, WIDTH)[block] = self._open.pop(block)
+                del self._left[block]
+
+    def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
+        """Write the inner sums of an order; every other adds most terms of the next too, and loads nothing for them.
+
+        These are such that the last order needs nothing ahead of it; nor does the second need anything of the first.
+        """
+        lines = n.function
+        found, ahead = (self._at(memory, self._sums + i * self._count, WIDTH) for i in range(2))
+        blocks, first_of_two = list(range(self._count // WIDTH)), self._first_of_two(n)
+
+        def rows(j: Value | int) -> Array:
+            return self._at(memory, j * self._stride, WIDTH)
+
+        with lines.when(first_of_two):
+            for part in _parts([blocks], max(self._most // 3, 1)):
+                pairs = [(block, block + len(blocks)) for block in part]
+                own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
+                for block, total, later in zip(part, own, next_ones, strict=True):
+                    found[block], ahead[block] = total, later
+        with lines.when(~first_of_two):
+            newest = _newest(n)
+            for block in blocks:
+                found[block] = _rest(n, rows, newest, (block, block + len(blocks)), ahead[block])
+        return self._found(memory)
+
+    def _first_of_two(self, n: Value) -> Value:
+        """Return whether an order adds terms of the next order too."""
+        return (n & 1).is_("eq", self._ahead) | n.is_("eq", 1)
+
+    def _found(self, memory: Value) -> Callable[[int], Value]:
+        """Return the inner sums of an order by their places in the schedule."""
+        found = self._at(memory, self._sums)
+        return lambda place: found[self._index[place]]
+
+
+class Rolled(Single):
+    """Inner sums of one member in a loop over parts of equal size: one text for all parts of a large system.
+
+    Each coefficient is stored by itself. The vectors of `Single` would stay open over thousands of operations, in
+    registers that these need.
+    """
+
+    def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool) -> None:
+        self._part = range(1 if wide else _registers(WIDTH) // 3)
+        super().__init__(schedule, variables, order, wide, len(self._part) * WIDTH)
+
+    @override
+    def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
+        """Store what inner sums of higher orders read."""
+        for place in self._places.get(row, ()):
+            self._at(memory, n * self._stride)[place] = value
+
+    @override
+    def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
+        """Write the inner sums of an order, in the order of additions of `Single`."""
+        lines, whole = n.function, self._at(memory, 0)
+        unit, far, first_of_two = len(self._part) * WIDTH, self._count // WIDTH, self._first_of_two(n)
+
+        def arrays(part: Value) -> tuple[Callable[[Value | int], Array], Array, Array]:
+            own = whole.at(part * unit)
+            found, ahead = (self._at(own, self._sums + i * self._count, WIDTH) for i in range(2))
+            return lambda j: self._at(own, j * self._stride, WIDTH), found, ahead
+
+        def two(part: Value) -> None:
+            rows, found, ahead = arrays(part)
+            pairs = [(block, block + far) for block in self._part]
+            own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
+            for block, total, later in zip(self._part, own, next_ones, strict=True):
+                found[block], ahead[block] = total, later
+
+        def rest(part: Value) -> None:
+            rows, found, ahead = arrays(part)
+            for block in self._part:
+                found[block] = _rest(n, rows, newest, (block, block + far), ahead[block])
+
+        with lines.when(first_of_two):
+            lines.count(self._count // unit, two)
+        with lines.when(~first_of_two):
+            newest = _newest(n)
+            lines.count(self._count // unit, rest)
+        return self._found(memory)
+
+
+def _newest(n: Value) -> Value:
+    """Return the order of the newest first operand that was not known ahead; of order 2 row 0, which is zero."""
+    return n.is_("gt", 2).choose(n - 1, 0)
+
+
+def _rest(n: Value, rows: Callable[[Value | int], Array], newest: Value, pair: tuple[int, int], ahead: Value) -> Value:
+    """Write the sum of an order of which all terms but j = n - 1 and, at last, j = 1 were added ahead."""
+    first, second = pair
+    total = rows(newest)[first].product_added(rows(newest.smaller(1))[second], ahead)
+    return rows(1)[first].product_added(rows(n - 1)[second], total).normalized()
+
+
+def _two_multiplied(
+    n: Value, rows: Callable[[Value | int], Array], stride: int, pairs: Sequence[tuple[int, int]]
+) -> tuple[list[Value], list[Value]]:
+    """Write the sums of `_multiplied`, and those of the next order without j = n and, at last, j = 1."""
+    count, ones = len(pairs), rows(1)
+
+    def body(j: Value, up: Value, down: Value, *carried: Value) -> list[Value]:
+        before, totals = carried[:count], carried[count:]
+        first, second = ones.from_(up), ones.from_(down)
+        firsts = [first[a] for a, _ in pairs]
+        seconds = [second[b] for _, b in pairs]
+        products = zip(firsts * 2, [*seconds, *before], totals, strict=True)
+        sums = [a.product_added(b, total) for a, b, total in products]
+        return [j + 1, first.at(stride), second.at(-stride), *seconds, *sums]
+
+    newest, nothing = rows(n - 1), [n.function.constant(ones.type, 0.0)] * (2 * count)
+    start = [n.like(2), rows(2).address, rows(n - 2).address, *(newest[b] for _, b in pairs), *nothing]
+    sums = n.function.repeat(start, lambda j, *_: j.is_("lt", n), body)[3 + count :]
+    oldest = rows((n - 1).smaller(1))  # of order 1 there are no terms
+    own = [oldest[a].product_added(newest[b], total) for (a, b), total in zip(pairs, sums[:count], strict=True)]
+    return [total.normalized() for total in own], sums[count:]
+
+
+def _multiplied(
+    n: Value, rows: Callable[[Value | int], Array], stride: int, pairs: Sequence[tuple[int, int]]
+) -> list[Value]:
+    """Write sum_{j=1..n-1} a_j b_{n-j} for pairs of places in an order, in one loop over j from 2 on; 1 comes last."""
+    ones, oldest, newest = rows(1), rows(1).address, rows(n - 1).address
+
+    def body(j: Value, up: Value, down: Value, *totals: Value) -> list[Value]:
+        first, second = ones.from_(up), ones.from_(down)
+        firsts, seconds = functools.cache(first.__getitem__), functools.cache(second.__getitem__)
+        sums = [firsts(a).product_added(seconds(b), total) for (a, b), total in zip(pairs, totals, strict=True)]
+        last = (j + 1).is_("eq", n)
+        return [j + 1, last.choose(oldest, first.at(stride)), last.choose(newest, second.at(-stride)), *sums]
+
+    nothing, alone = [n.function.constant(ones.type, 0.0)] * len(pairs), n.is_("eq", 2)
+    starts = [alone.choose(oldest, rows(2).address), alone.choose(newest, rows(n - 2).address)]
+    found = n.function.repeat([n.like(2), *starts, *nothing], lambda j, *_: j.is_("le", n), body)[3:]
+    return [total.normalized() for total in found]
+
+
+def _parts(groups: Sequence[Sequence[Any]], most: int) -> list[Sequence[Any]]:
+    """Return groups cut into parts of about equal length."""
+    parts = []
+    for group in groups:
+        count = -(-len(group) // most)
+        parts += [group[i * len(group) // count : (i + 1) * len(group) // count] for i in range(count)]
+    return parts
+
+
+def _registers(lanes: int) -> int:
+    """Return how many vectors may be summed up at a time."""
+    own, count = (8, 24) if host_features().get("avx512f") else (4, 12)
+    return max(count // -(-lanes // own), 1)

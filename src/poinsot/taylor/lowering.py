@@ -1,0 +1,203 @@
+"""Programs: formulas as a decomposition, and what its parameters are computed from for the inputs of a run."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.taylor.canonical_form import TIME, Drafts
+from poinsot.taylor.conserved_squares import without_squares
+from poinsot.taylor.decomposition import Crossing, Decomposition
+from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.graph import Node, ordered, replaced
+from poinsot.taylor.replay import Replay, wide
+from poinsot.taylor.shared_products import Assembly
+from poinsot.taylor.updates import Jumps, Update
+
+__all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "simplified"]
+
+POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
+    "add": lambda a, b, _: a or b,
+    "neg": lambda a, _, __: a,
+    "mul": lambda a, b, _: a + b,
+    "div": lambda a, b, _: a - b,
+    "pow": lambda a, _, exponent: a * exponent,
+    "sqrt": lambda a, _, __: a / 2,
+}
+"""The power of what an operation makes of two operands, from theirs and the number that the second one is."""
+
+
+class Root(NamedTuple):
+    """The argument of a square root, and the parameter that is added to it."""
+
+    argument: Node
+    parameter: int
+
+
+class Events(NamedTuple):
+    """Values whose zeros are watched for, and what is done there."""
+
+    values: Sequence[Any] = ()
+    crossings: tuple[Crossing, ...] = ()
+
+
+@dataclass(frozen=True)
+class Program:
+    """A decomposition with what its parameters are computed from.
+
+    Attributes
+    ----------
+    decomposition : Decomposition
+    parameters : list of Node
+    roots : list of Root
+    given : sequence of Node
+        The `Constants` of runs in which none of them is zero, if some may be.
+    jumps : Jumps, optional
+        What is done at samples.
+    """
+
+    decomposition: Decomposition
+    parameters: list[Node]
+    roots: list[Root]
+    given: Sequence[Node] = ()
+    jumps: Jumps | None = None
+
+    def with_jumps(self, own: list[Node], updates: list[Update]) -> Program:
+        """Return the program with the formulas of updates, whose constants are parameters behind the others."""
+        if not updates:
+            return self
+        first, constants = len(self.parameters), _constants_met([x for update in updates for x in update.values])
+        jumps = Jumps(own, updates, constants, first)
+        decomposition = replace(self.decomposition, parameters=first + len(constants))
+        return replace(self, decomposition=decomposition, parameters=[*self.parameters, *constants], jumps=jumps)
+
+    def values(self, typed: Callable[[Any], Any]) -> Replay:
+        """Return what gives the values of `given` and of the parameters for the inputs of a run, 0 for those held."""
+        return Replay([*self.given, *self.parameters], typed)
+
+    def wide_values(self) -> WideReplay:
+        """Return the computation of the same in double-double arithmetic: high parts of all, then low parts."""
+        return WideReplay([*self.given, *self.parameters])
+
+    @functools.cached_property
+    def powers(self) -> NDArray[np.int_]:
+        """To which power of the first input each of the parameters goes: all are homogeneous in it."""
+        known: dict[int, Any] = {}
+        for node in ordered(self.parameters):
+            if node.name in POWERS:
+                first, second = (*node.operands, *node.operands)[:2]
+                a, b = (known[x.place] if isinstance(x, Node) else 0 for x in (first, second))
+                known[node.place] = POWERS[node.name](a, b, second)
+            else:
+                known[node.place] = int(node.name == "input" and node.operands == (0,))
+        return np.array([known[node.place] for node in self.parameters], dtype=int)
+
+
+class Constants:
+    """The values of the constants that a variable meets in formulas, for the inputs of a run.
+
+    Of the formulas it keeps these constants alone, so that a great many may be known, and the program until it is
+    asked for.
+
+    Parameters
+    ----------
+    rates : sequence of scalars
+    program : Program
+        For runs in which none of the constants is zero.
+    jumps : bool
+        Whether tangent vectors may jump on the way.
+
+    Attributes
+    ----------
+    size : int
+        How many operations there are.
+    count : int
+        How many constants.
+    values : Replay
+    switches : bool
+        Whether a formula branches on the way.
+    latest : dict
+        By the kind of a run, a reference to what was found for the last one, and which constants were zero in it.
+    """
+
+    def __init__(self, rates: Sequence[Any], program: Program, jumps: bool) -> None:
+        self.size, self.jumps, self.latest = program.decomposition.size, jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
+        self._program: Program | None = program
+        conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
+        met = _constants_met(rates)
+        self.count, self.values = len(met), Replay(met, wide)
+        self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
+        self.switches = bool(conditions_of(rates))
+
+    def whole_program(self) -> Program | None:
+        """Return the program when it is asked for first, and forget it with its formulas; None later."""
+        program, self._program = self._program, None
+        return program
+
+    def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
+        """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
+
+        Values are a list of floats if all numbers are scalars; further ones may follow those of the constants. Those
+        on which a formula branches are not among them, nor those that other numbers of members would change: no member
+        depends on who else is in its ensemble.
+        """
+        own = values[: self.count]
+        alike = isinstance(own, list)
+        total = sum(own if alike else [value for value in own if value.__class__ is not np.ndarray])
+        if total - total:
+            return ()
+        if alike:
+            return tuple([number for number in self._never_conditions if not own[number]])
+        found = [number for number in self._never_conditions if _is_zero_for_all(values[number])]
+        if found:
+            others = self.values([_other_members(i) if np.ndim(x) else x for i, x in enumerate(numbers)])
+            found = [number for number in found if _is_zero_for_all(others[number])]
+        return tuple(found)
+
+
+def _other_members(place: int) -> Any:
+    """Return numbers between 0 and 1 that members might have at a place, always the same."""
+    return 0.1 + 0.8 * np.mod((place + 1) * (math.sqrt(5) - 1) / 2 + np.array([0.0, 0.29, 0.61]), 1.0)
+
+
+def _constants_met(rates: Sequence[Any]) -> list[Node]:
+    met = [x for node in ordered(rates) if node.varies for x in node.nodes if not x.varies]
+    return [*dict.fromkeys([*met, *(x for x in rates if isinstance(x, Node) and not x.varies)])]
+
+
+def _is_zero_for_all(value: Any) -> bool:
+    return not value.any() if value.__class__ is np.ndarray else not value
+
+
+def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
+    """Return the conditions on which formulas branch on the way, and what is negative where they hold."""
+    found = [node for node in ordered(outputs) if node.name == "less" and node.varies]
+    return {node: node.operands[0] - node.operands[1] for node in found}
+
+
+def _program(rates: Sequence[Any], events: Events) -> Program:
+    """Return the program of rates and events."""
+    conditions = conditions_of([*rates, *events.values])
+    made = Drafts((rates, [*conditions.values(), *events.values]))
+    final = Assembly(without_squares(made.drafts, made.outputs[0]), made.slopes)
+    own, watched = ([final.value(x) for x in group] for group in made.outputs)
+    roots = [Root(argument, parameter) for argument, _, parameter in made.roots]
+    places = tuple(made.conditions[node.place] for node in conditions)
+    whole = tuple(own), len(made.constants), tuple(watched), places, events.crossings
+    return Program(Decomposition(final.operations(), *whole), made.constants, roots)
+
+
+def simplified(rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:
+    """Return the program for runs in which some of the `Constants` are zero; the values of all of these are given."""
+    formulas, count = [*rates, *events.values], len(rates)
+    constants = _constants_met(formulas)
+    left = replaced(formulas, {constants[number]: 0.0 for number in zeros})
+    events = events._replace(values=left[count:])
+    program = _program(left[:count], events)
+    return replace(program, given=constants)
