@@ -22,7 +22,7 @@ from poinsot.mechanics.formula_trials import ATTITUDES
 from poinsot.mechanics.parameters import kinds_of, of_each, records_in
 from poinsot.quantities import Along, said_of
 from poinsot.taylor import kernels
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, Node
 from poinsot.taylor.lowering import Constants
 
@@ -159,7 +159,7 @@ def compiled_torque(system):
     symbols = [graph.symbol(place) for place in range(8)]
     symbolic = system.with_numbers(map(graph.input, itertools.count()))
     torque = formulas.torque(symbolic, symbols[:4], symbols[4:7], symbols[7])
-    compiled = WideReplay([*torque], symbols)
+    compiled = WideEvaluator([*torque], symbols)
     return lambda q, omega, time: np.array(compiled([*q, *omega, time, *system.numbers])[:3])
 
 

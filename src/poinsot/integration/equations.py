@@ -33,10 +33,9 @@ from poinsot.mechanics.state import State
 from poinsot.printable import quoted
 from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.draws import normals
-from poinsot.taylor.graph import Graph, Node, ordered, tangents
+from poinsot.taylor.graph import Evaluator, Graph, Node, ordered, tangents
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions_of, simplified
-from poinsot.taylor.replay import Replay
 from poinsot.taylor.rescaling import SMALL
 from poinsot.taylor.updates import Update
 
@@ -168,10 +167,10 @@ def numbers_around(
     return [x[members] if np.ndim(y) else x for x, y in zip(around, numbers, strict=True)]
 
 
-def counting(problem: Problem, variables: StateVector) -> Replay:
+def counting(problem: Problem, variables: StateVector) -> Evaluator:
     """Return what gives, of variables, time and numbers, what is positive where zeros of events count."""
     field = _traced(problem, variables)
-    return Replay(field.counting, np.float64, field.own)
+    return Evaluator(field.counting, np.float64, field.own)
 
 
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:

@@ -17,8 +17,8 @@ from poinsot.mechanics.parameters import kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.printable import described, message_of, quoted
 from poinsot.taylor.detection import bit_of
+from poinsot.taylor.graph import Evaluator
 from poinsot.taylor.kernels import Queue, Status
-from poinsot.taylor.replay import Replay
 
 __all__ = ["NotedEvents", "Recorded"]
 
@@ -41,7 +41,7 @@ class NotedEvents:
     ----------
     problem : Problem
     variables : StateVector
-    counting : Replay
+    counting : Evaluator
         What is positive where zeros count, of variables, time and inputs.
     queue : Queue
     members : array (n,)
@@ -69,7 +69,7 @@ class NotedEvents:
         self,
         problem: Problem,
         variables: StateVector,
-        counting: Replay,
+        counting: Evaluator,
         queue: Queue,
         members: NDArray[np.int_],
         inputs: Callable[[Array, NDArray[np.int_]], list[Any]],

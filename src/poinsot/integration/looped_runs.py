@@ -26,12 +26,12 @@ from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.integration.termination import INTERRUPTED, REASONS, reason
 from poinsot.taylor import kernels
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.evaluation import WideEvaluator
+from poinsot.taylor.graph import Evaluator, wide
 from poinsot.taylor.kernel_program import KernelProgram
 from poinsot.taylor.kernels import Code, Output, Status
 from poinsot.taylor.layouts import Layout
 from poinsot.taylor.lowering import Constants, Program
-from poinsot.taylor.replay import Replay, wide
 from poinsot.taylor.square_roots import StartRoots
 
 __all__ = ["LoopedRun", "constants_of"]
@@ -92,7 +92,7 @@ def _zeros(job: Job, constants: Constants, numbers: Sequence[Any], values: Seque
     return () if constants.jumps or job.problem.knots.size else constants.zeros(values, numbers)
 
 
-def _values(replay: Replay | WideReplay, numbers: Sequence[Any]) -> Sequence[Any]:
+def _values(replay: Evaluator | WideEvaluator, numbers: Sequence[Any]) -> Sequence[Any]:
     """Return what a replay gives for numbers: a list of floats if all are scalars, else a tuple that has arrays."""
     values = replay(numbers)
     return values if np.ndarray in map(type, numbers) else [*map(float, values)]
@@ -106,7 +106,7 @@ class Ready:
     """
 
     code: Code
-    values: Replay | WideReplay
+    values: Evaluator | WideEvaluator
     roots: StartRoots
 
 
@@ -206,11 +206,11 @@ class LoopedRun(Run):
         return equations.numbers_around(self.job.problem, self.job.variables, self._numbers, times, members)
 
     @property
-    def counting(self) -> Replay:
+    def counting(self) -> Evaluator:
         """What is positive where zeros of events count, of variables, time and numbers."""
         smooth, variables = self.job.problem.between_knots(), self.job.variables
         key = "counting", smooth.structure, variables.structure
-        replay: Replay = equations.known(key, lambda: equations.counting(smooth, variables))
+        replay: Evaluator = equations.known(key, lambda: equations.counting(smooth, variables))
         return replay
 
     def parameters_around(self, times: Array, members: NDArray[np.int_]) -> Array:

@@ -15,7 +15,7 @@ from poinsot.integration.equations import known
 from poinsot.integration.looped_runs import ROUNDING
 from poinsot.mechanics.environment import OrbitBlock
 from poinsot.taylor import kernels
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph
 from poinsot.taylor.kernels import Code, Output, Queue
 from poinsot.taylor.lowering import TIME, Events, simplified
@@ -100,7 +100,7 @@ class _Kernel(NamedTuple):
     """The kernel of a block, and the computation of its parameters from the numbers of the block."""
 
     code: Code
-    values: WideReplay
+    values: WideEvaluator
 
 
 def _kernel(block: OrbitBlock) -> _Kernel:
@@ -109,7 +109,7 @@ def _kernel(block: OrbitBlock) -> _Kernel:
     program = simplified(list(twin.rates_at(graph.symbol(TIME), variables)), (), Events())
     order = kernels.order_of(ROUNDING["quadruple"], True)
     code = kernels.compiled(program.decomposition, order, 1, "single", True)
-    return _Kernel(code, WideReplay(program.parameters))
+    return _Kernel(code, WideEvaluator(program.parameters))
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import described, message_of
-from poinsot.taylor.graph import Graph
-from poinsot.taylor.replay import Replay
+from poinsot.taylor.graph import Evaluator, Graph
 
 __all__ = ["PAIR", "on_pairs", "sample_torque", "trial", "try_event", "try_pair_force"]
 
@@ -56,7 +55,7 @@ def _size_of(*sample: float) -> float:
     return max(filter(math.isfinite, (math.hypot(*torque), abs(there - here))), default=0.0)
 
 
-def _traced_samples(system: Dynamics) -> Replay | None:
+def _traced_samples(system: Dynamics) -> Evaluator | None:
     """Try the formulas of a structure, and return what gives their samples; None if they do not run on symbols."""
     graph, body = Graph(), on_pairs(system)
     for force in system.forces:
@@ -64,7 +63,7 @@ def _traced_samples(system: Dynamics) -> Replay | None:
     inputs = [graph.input(place) for place in range(len(system.numbers) + len(system.forces))]
     twin = system.with_numbers(inputs)
     try:
-        return Replay([*_samples(twin, inputs[len(system.numbers) :])], np.float64)
+        return Evaluator([*_samples(twin, inputs[len(system.numbers) :])], np.float64)
     except Exception:  # such as that of a table, which is looked into at a time
         return None
 
