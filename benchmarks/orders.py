@@ -9,7 +9,7 @@ import numpy as np
 
 import poinsot as pt
 from benchmarks.problems import P2, P3, PERIOD, WIDE, turned
-from poinsot.integration.looped_runs import ROUNDING
+from poinsot.integration.run import ROUNDING
 from poinsot.mechanics.attitude import rotation_angle
 
 TOLERANCES = {20: ROUNDING["double"], 19: 2.32e-16, 18: 1.72e-15, 17: 1.3e-14}

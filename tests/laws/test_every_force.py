@@ -17,7 +17,8 @@ from laws.test_pairs import PAIR_FORCES
 from poinsot.algebra.quaternion import product
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
-from poinsot.integration import equations, looped_runs
+from poinsot.integration import equations
+from poinsot.integration.kernel_parameters import PreparedKernel
 from poinsot.mechanics.formula_trials import ATTITUDES
 from poinsot.mechanics.parameters import kinds_of, of_each, records_in
 from poinsot.quantities import Along, said_of
@@ -339,7 +340,7 @@ def motion(body, force):
 
 def compiled():
     """Return all equations."""
-    return [known.code for known in equations.known._known.values() if isinstance(known, looped_runs.Ready)]
+    return [known.code for known in equations.known._stored.values() if isinstance(known, PreparedKernel)]
 
 
 @each_body

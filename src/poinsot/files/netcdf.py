@@ -35,7 +35,7 @@ from poinsot.propagation.dataset import TANGENCY, read_parts, told_parts
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.pair_trajectory import trajectory_class
-from poinsot.propagation.run_record import Method, Run
+from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.selection import Chosen
 from poinsot.propagation.stored_motion import (
     StoredEvents,
@@ -550,7 +550,7 @@ class _Reading:
         own = {name: self._array(f"own_{name}") for name in self.own}
         return _with_orbit({name: self._array(name) for name in self.sizes}) | own
 
-    def _run(self) -> Run:
+    def _run(self) -> RunRecord:
         said = self.data.attrs
         versions = {name.removeprefix("version_"): str(said[name]) for name in said if name.startswith("version_")}
         method, formulation, precision = (str(said[key]) for key in RUN[:3])
@@ -558,7 +558,9 @@ class _Reading:
             raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {quoted(method)}.")
         tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
         kernel, lanes = str(said.get("kernel", ""))[:40], int(said.get("lanes", 0))
-        run = Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes)
+        run = RunRecord(
+            Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes
+        )
         return run if self.store is None else run_in(self.store, run)
 
 

@@ -1,4 +1,4 @@
-"""What is done with the events that a looped kernel has noted: they are recorded, act on the state and end a motion."""
+"""Log of the events that a kernel has found: they are recorded, act on the state and end a motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.integration.dense_output import Action
+from poinsot.integration.kernel_parameters import KernelParameters
 from poinsot.integration.problem import Problem
+from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.termination import REASONS
 from poinsot.mechanics.event import Event
@@ -17,10 +19,9 @@ from poinsot.mechanics.parameters import kinds_of, of_each
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.printable import described, message_of, quoted
 from poinsot.taylor.detection import bit_of
-from poinsot.taylor.graph import Evaluator
 from poinsot.taylor.kernels import Queue, Status
 
-__all__ = ["NotedEvents", "Recorded"]
+__all__ = ["EventLog"]
 
 ZENO = 1e-5
 """Actions are without end where the time between them shrinks from one to the next, by this at last."""
@@ -28,56 +29,49 @@ ZENO = 1e-5
 LARGEST = float(np.sqrt(np.finfo(float).max))
 """Momenta above this have rates that overflow."""
 
-Recorded = tuple[int, float, int, NDArray[Any]]
-"""Number of the event, time, sign of the rate in time, variables."""
-
 Array = NDArray[Any]
 
 
-class NotedEvents:
-    """The events of the tasks of a queue.
+class EventLog:
+    """Events of the tasks of a queue.
 
     Parameters
     ----------
     problem : Problem
     variables : StateVector
-    counting : Evaluator
-        What is positive where zeros count, of variables, time and inputs.
+    parameters : KernelParameters
     queue : Queue
     members : array (n,)
-        Of each task.
-    inputs : callable
-        Times and members to the values of the inputs of the formulas.
+        Member of each task.
     interrupt : callable
         Called on Ctrl-C within an action.
-    stopped : callable
-        Whether the run is to stop, so that nothing acts any more.
+    stopping : callable
+        Returns True if the run is to stop, so that events act no more.
 
     Attributes
     ----------
     records : list of lists of Recorded
-        What happened to each task.
+        Occurrences of events in each task.
     actions : list of lists of Action
-        What the actions of each task have made.
+        Results of the actions in each task.
     failed : dict
-        Task -> why it stopped at an action.
+        Task -> reason why it stopped at an action.
     causes : dict
-        Task -> what an action raised.
+        Task -> exception raised by an action.
     """
 
     def __init__(
         self,
         problem: Problem,
         variables: StateVector,
-        counting: Evaluator,
+        parameters: KernelParameters,
         queue: Queue,
         members: NDArray[np.int_],
-        inputs: Callable[[Array, NDArray[np.int_]], list[Any]],
         interrupt: Callable[[], None],
-        stopped: Callable[[], bool],
+        stopping: Callable[[], bool],
     ) -> None:
-        self._problem, self._variables, self._counting, self._queue = problem, variables, counting, queue
-        self._members, self._inputs, self._interrupt, self._stopped = members, inputs, interrupt, stopped
+        self._problem, self._variables, self._parameters, self._queue = problem, variables, parameters, queue
+        self._members, self._interrupt, self._stopping = members, interrupt, stopping
         tasks, events = queue.tasks, problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
         self.actions: list[list[Action]] = [[] for _ in tasks]
@@ -114,8 +108,8 @@ class NotedEvents:
         """Return which events count where they were noted, shape (notes, events)."""
         counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
         if notes.size:
-            given = [*notes["state"].T, notes["time"], *self._inputs(notes["time"], members)]
-            for i, value in enumerate(self._counting(given)):
+            given = [*notes["state"].T, notes["time"], *self._parameters.inputs_around(notes["time"], members)]
+            for i, value in enumerate(self._parameters.counting(given)):
                 counts[:, i] = value > 0
         return counts
 
@@ -140,8 +134,8 @@ class NotedEvents:
         acted = False
         for number, direction in new:
             event = self._problem.events[number]
-            self.records[task].append((number, time, direction, row.copy()))
-            if event.acts and not self._stopped():
+            self.records[task].append(Recorded(number, time, direction, row.copy()))
+            if event.acts and not self._stopping():
                 acted |= self._act(task, number, time, row)
             if event.terminal:
                 self._queue.tasks["status"][task] = Status.ENDED

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.algebra.double_double import DoubleDouble
 from poinsot.integration.equations import known
-from poinsot.integration.looped_runs import ROUNDING
+from poinsot.integration.run import ROUNDING
 from poinsot.mechanics.environment import OrbitBlock
 from poinsot.taylor import kernels
 from poinsot.taylor.evaluation import WideEvaluator

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from math import isfinite
 
@@ -10,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
 from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
-from poinsot.integration.looped_runs import ROUNDING
 from poinsot.integration.problem import Problem
-from poinsot.integration.runs import allowed_threads
+from poinsot.integration.run import ROUNDING
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn
@@ -144,7 +144,7 @@ def broadcast_members(state: State, members: tuple[int, ...]) -> State:
 def checked_threads(threads: int | None) -> int:
     """Return how many threads an ensemble may use; default: all cores of the process."""
     if threads is None:
-        return allowed_threads()
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
         raise ValueError(f"threads must be a positive whole number, got {quoted(threads)}.")
     return threads

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
-from poinsot.integration.runs import Report
+from poinsot.integration.report import Report
 from poinsot.mechanics.state import State
 from poinsot.propagation.chunks import Part
 from poinsot.propagation.ensemble_store import EnsembleStore

@@ -13,7 +13,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told
 from poinsot.functions import Scalar
-from poinsot.integration.event_log import Recorded
+from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from poinsot.immutable import read_only
 
 if TYPE_CHECKING:
-    from poinsot.integration.runs import Report
+    from poinsot.integration.report import Report
 
 
 class Method(StrEnum):
@@ -29,7 +29,7 @@ class Method(StrEnum):
 
 
 @dataclass(frozen=True)
-class Run:
+class RunRecord:
     """How a trajectory was computed.
 
     Attributes
@@ -62,7 +62,7 @@ class Run:
     lanes: int = 0
 
     @classmethod
-    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> Run:
+    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> RunRecord:
         """Return what a driver reports of a run."""
         steps = sum(report.steps.tolist())
         own = (report.tolerance, report.order, steps, report.wall_time)

@@ -22,7 +22,7 @@ from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.event_record import EventRecord, StoredEvent
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.reductions import reduced
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.selection import Chosen
 from poinsot.propagation.trajectory import ORBIT, Trajectory
 from poinsot.propagation.zarr_group import JoinedArrays
@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 
-def motion_in(store: EnsembleStore, system: System, initial: State, run: Run) -> Trajectory | None:
+def motion_in(store: EnsembleStore, system: System, initial: State, run: RunRecord) -> Trajectory | None:
     """Return the motion of a system; None if the store does not have its whole states."""
     phase = phase_in(store)
     if phase is None:
@@ -88,7 +88,7 @@ def times_in(store: EnsembleStore) -> str:
     return along.pop() if len(along) == 1 else ""
 
 
-def run_in(store: EnsembleStore, run: Run) -> Run:
+def run_in(store: EnsembleStore, run: RunRecord) -> RunRecord:
     """Return how the chunks that are whole were computed."""
     told = [about["run"] for _, about in store.asides()]
     if not told:
@@ -97,7 +97,7 @@ def run_in(store: EnsembleStore, run: Run) -> Run:
     return dataclasses.replace(run, **each, steps=sum(one["steps"] for one in told))
 
 
-def told_run(run: Run) -> dict[str, Any]:
+def told_run(run: RunRecord) -> dict[str, Any]:
     """Return what a chunk says of how it was computed; `run_in` reads it."""
     return {name: getattr(run, name) for name in ("order", "tolerance", "steps", "kernel", "lanes")}
 
@@ -205,7 +205,7 @@ def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table
         yield store.aside(number)[0]
 
 
-def _environment(store: EnsembleStore, system: System, initial: State, run: Run, times: Any) -> Environment:
+def _environment(store: EnsembleStore, system: System, initial: State, run: RunRecord, times: Any) -> Environment:
     problem = Problem(system)
     variables = equations.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
     return variables.environment(problem, times, np.asarray(store.arrays["carried"]))

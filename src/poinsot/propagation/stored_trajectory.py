@@ -20,7 +20,7 @@ from poinsot.printable import printable
 from poinsot.propagation.dataset import StoredPart
 from poinsot.propagation.event_record import EventsOfMembers
 from poinsot.propagation.pair_trajectory import PairTrajectory
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.selection import Chosen, numbers_of_members, state_of_members
 from poinsot.propagation.trajectory import Rows, Trajectory
 
@@ -158,7 +158,7 @@ class StoredTrajectory(Trajectory):
         initial: State,
         times: Array,
         phase: Phase,
-        run: Run,
+        run: RunRecord,
         record: Record,
         environment: StoredEnvironment | None = None,
     ) -> None:

@@ -36,7 +36,7 @@ from poinsot.propagation.columns import along_times
 from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, EventsOfMembers, EventSource, KnownEvents, StoredEvent
 from poinsot.propagation.relative_motion import RelativeMotion
-from poinsot.propagation.run_record import Run, told_kernel
+from poinsot.propagation.run_record import RunRecord, told_kernel
 from poinsot.propagation.selection import (
     Chosen,
     Index,
@@ -84,7 +84,7 @@ class Trajectory(Summarized):
         Initial state, from which drifts are measured.
     times : array (n,)
         Requested times, in the order of the call.
-    run : Run
+    run : RunRecord
         Method, order, number of steps, tolerance and versions.
     failures : dict
         Map from the number of a failed member to the reason; its rows are NaN from the time of failure. For a motion of
@@ -106,7 +106,7 @@ class Trajectory(Summarized):
     system: System
     initial: State
     times: Array
-    run: Run
+    run: RunRecord
     failures: dict[int, str]
     store: EnsembleStore | None
     event_source: EventSource
@@ -127,7 +127,7 @@ class Trajectory(Summarized):
         initial: State,
         times: Array,
         phase: Callable[[], Phase],
-        run: Run,
+        run: RunRecord,
         interpolant: tuple[Interpolant, float, float] | None = None,
         failures: Mapping[int, str] | None = None,
         environment: Callable[[], Environment] | None = None,

@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
-from poinsot.integration.runs import BOTH_WAYS, Report, Sink
+from poinsot.integration.report import Report
+from poinsot.integration.rows import Sink
+from poinsot.integration.run import BOTH_WAYS, Run
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.state import State
@@ -28,8 +30,7 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     members_of,
 )
-from poinsot.propagation.driver import Driver
-from poinsot.propagation.run_record import Method, Run
+from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.selection import state_of_members, system_of_members
 
 __all__ = ["TOGETHER", "VariationalRun"]
@@ -141,8 +142,17 @@ class VariationalRun:
         """
         variations = Variations(self._scaled, vectors.shape[-2], self._inputs, self._order, vectors, self._sizes)
         variables = dataclasses.replace(self.variables, variations=variations)
-        driver = Driver(self.problem, variables, self._tolerance, threads=self._threads, progress=self._progress)
-        return driver.run(self.state if state is None else state, times, sink, ways)
+        return Run(
+            self.problem,
+            variables,
+            self.state if state is None else state,
+            times,
+            sink,
+            tolerance=self._tolerance,
+            threads=self._threads,
+            progress=self._progress,
+            ways=ways,
+        ).integrate()
 
     def weights(self, momentum_unit: Any) -> Array:
         """Return by what the variables multiply tangent coordinates of size one; shape (k,) or (members, k).
@@ -159,9 +169,9 @@ class VariationalRun:
             weights[..., own] = self.units[..., own] * unit * moments / largest[0]
         return weights
 
-    def run(self, report: Report) -> Run:
+    def run(self, report: Report) -> RunRecord:
         """Return how it was computed."""
-        return Run.of(report, Method.VARIATIONAL, self.formulation.name)
+        return RunRecord.of(report, Method.VARIATIONAL, self.formulation.name)
 
     def failures(self, report: Report) -> dict[int, str]:
         """Return why members stopped; of one body `check` raises it."""

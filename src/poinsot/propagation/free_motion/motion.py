@@ -17,7 +17,7 @@ from poinsot.checked import checked
 from poinsot.integration.equations import state_vector
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
-from poinsot.integration.runs import Report
+from poinsot.integration.report import Report
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import Phase, State
@@ -29,7 +29,7 @@ from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.memory import refuse_larger_than_memory
-from poinsot.propagation.run_record import Method, Run, versions
+from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.selection import state_of_members
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
@@ -107,7 +107,9 @@ def free_motion(
         rotation = _Rotation(elements_of(body.moments, body.principal_matrix, state), state)
         phase = rotation.phase(t)
         interpolant = (rotation.phase, -np.inf, np.inf)
-    run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions())
+    run = RunRecord(
+        Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions()
+    )
     return Trajectory(system, state, t, lambda: phase, run, interpolant)
 
 
@@ -123,7 +125,7 @@ class _ClosedForm(Integrator):
 
     @override
     def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
-        run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
+        run = RunRecord(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
         return Trajectory(self.system, state, kept.times, lambda: kept.phase, run)
 
 
