@@ -21,6 +21,7 @@ from poinsot.integration.dense_output import Action, DenseOutput, KeptSteps
 from poinsot.integration.event_log import NotedEvents
 from poinsot.integration.runs import BOTH_WAYS, Job, Rows, Run, Stop
 from poinsot.integration.saltation import Jump, NoDerivative
+from poinsot.integration.scaling import torque_scale
 from poinsot.integration.segments import Legs
 from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
@@ -136,7 +137,7 @@ class LoopedRun(Run):
         self._numbers = equations.numbers_of(job.problem.between_knots(), job.variables)
         self.ready, self.parameters = self._with_parameters()
         self.code = self.ready.code
-        self.push = np.asarray(job.problem.system.torque_scale * job.variables.scale)
+        self.push = np.asarray(torque_scale(job.problem.system) * job.variables.scale)
         self.report.order, self.report.tolerance = self.code.order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 
