@@ -24,6 +24,7 @@ from poinsot.display.progress import bar
 from poinsot.errors import PropagationInterrupted, member_array, refuse_nonpositive, refuse_other_members
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
+from poinsot.integration.scaling import momentum_scale_of_members, orbital_rate
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.probing import time_scales
 from poinsot.mechanics.state import Phase, State, changed, state_of
@@ -500,8 +501,8 @@ def _directions(count: int, k: int) -> Array:
 def _fastest(system: System, state: State) -> Array:
     """Return the rates of the fastest angle that motions need to be looked at along: the orbit's, else the body's."""
     if isinstance(system, PairSystem):
-        return np.asarray(system.pace(state))
-    own = np.asarray(system.momentum_scale_of_members(state) / np.min(system.body.moments, axis=-1))
+        return np.asarray(orbital_rate(system, state))
+    own = np.asarray(momentum_scale_of_members(system, state) / np.min(system.body.moments, axis=-1))
     paths = [orbit.with_axes(1) for orbit in system.orbits]
     each = [functions.norm(path.velocity_at(path.sample_time)) > 0 for path in paths]
     moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)

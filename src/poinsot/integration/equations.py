@@ -21,6 +21,7 @@ from poinsot.integration.formulations import Formulation
 from poinsot.integration.planar_motion import refuse_spatial_motion
 from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
+from poinsot.integration.scaling import momentum_ratios, momentum_scales
 from poinsot.integration.state_vector import StateVector, factors_of_parts
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.integration.variational import TurningBody, VariationalEquations
@@ -84,8 +85,9 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
-    scale = np.exp2(np.rint(np.log2(SMALL / system.momentum_scale(state))))
-    parts, ratios = factors_of_parts(system, state), system.momentum_ratios(state)
+    sizes = momentum_scales(system, state)
+    scale = np.exp2(np.rint(np.log2(SMALL / next(iter(sizes.values())))))
+    parts, ratios = factors_of_parts(system, state), momentum_ratios(sizes)
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
         if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):

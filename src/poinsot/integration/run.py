@@ -24,6 +24,7 @@ from poinsot.integration.report import Report, Stop
 from poinsot.integration.rows import Rows, Sink
 from poinsot.integration.saltation import Jump, NoDerivative
 from poinsot.integration.samples import Clock
+from poinsot.integration.scaling import torque_scale
 from poinsot.integration.segments import Segments
 from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.state_vector import StateVector
@@ -159,7 +160,7 @@ class Run:
         kind = KernelKind(order, *layout, self.wide, self.compiled)
         self.parameters = KernelParameters(problem, variables, self.starts, self.origins, kind)
         self.code = self.parameters.code
-        self.push = np.asarray(problem.system.torque_scale * variables.scale)
+        self.push = np.asarray(torque_scale(problem.system) * variables.scale)
         self.report = Report(
             np.zeros(self.origins.size, dtype=int),
             order=self.code.order,

@@ -14,6 +14,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
+from poinsot.integration.scaling import sizes_of_blocks
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.integration.turned_rows import turn_rows
 from poinsot.lazy import cached_property
@@ -363,7 +364,7 @@ def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     parts = system.inner_blocks
     if not parts:
         return {}
-    sizes, factors = system.sizes_of_blocks(state), {}
+    sizes, factors = sizes_of_blocks(system, state), {}
     for part in parts:
         momenta = {i for place in part.momentum_places for i in range(place.start, place.stop)}
         factors[part.name] = tuple(None if i in momenta else _power(sizes[part.name][..., i]) for i in range(part.size))
