@@ -25,6 +25,7 @@ from poinsot.integration.segments import Legs
 from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.integration.termination import INTERRUPTED, REASONS, reason
+from poinsot.mechanics.members import members_of
 from poinsot.taylor import kernels
 from poinsot.taylor.evaluation import WideReplay
 from poinsot.taylor.kernel_program import KernelProgram
@@ -312,7 +313,7 @@ class LoopedRun(Run):
         count = max(HANDED_BYTES * len(rows) // max(rows.nbytes, 1), 1)
         for first in range(0, members.size, count):
             some = slice(first, first + count)
-            variables = self.job.variables.of_members(members[some])
+            variables = members_of(self.job.variables, members[some])
             self.sink.take(members[some], self.times, Rows(variables, self.times, rows[some, self.turn]))
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import functools
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from threading import Lock
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -227,6 +227,11 @@ class Job:
     progress: Progress = False
     dense: bool = False
     device: str = "cpu"
+
+    _member_axes: ClassVar[Mapping[str, int]] = {"problem": 0, "variables": 0}
+
+    def _with_values(self, **values: Any) -> Self:
+        return replace(self, **values)
 
 
 class Run(ABC):

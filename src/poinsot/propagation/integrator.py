@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
 from poinsot.integration.formulations import Formulation
-from poinsot.integration.problem import Problem
 from poinsot.integration.runs import Memory, OneMotion, Report
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
@@ -19,7 +18,6 @@ from poinsot.propagation.event_record import KnownEvents, crossings
 from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.run_record import Method, Run
-from poinsot.propagation.selection import numbers_of_members, system_of_members
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Integrator"]
@@ -37,13 +35,6 @@ class Integrator(Driver):
     def formulation(self) -> Formulation:
         """The chart of attitude and momentum."""
         return self.variables.formulation
-
-    def of_members(self, members: slice) -> Integrator:
-        """Return the same for some members of an ensemble: what is decided stays."""
-        events = [numbers_of_members(event, members) for event in self.problem.events]
-        problem = Problem(system_of_members(self.system, members), events)
-        variables: Any = self.variables.of_members(members)  # type: ignore[arg-type]  # it only indexes
-        return dataclasses.replace(self, problem=problem, variables=variables)
 
     def telling(self, progress: Progress) -> Integrator:
         """Return the same that tells how much is done."""
