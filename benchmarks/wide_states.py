@@ -7,6 +7,7 @@ import numpy as np
 
 import poinsot as pt
 from poinsot.integration import run
+from poinsot.mechanics.members import members_of
 
 
 def ends_of(system, state, time, **options):
@@ -19,7 +20,7 @@ def ends_of(system, state, time, **options):
         run = tasks._run
         for member, task in zip(tasks._members[tasks.own].tolist(), tasks.queue.tasks, strict=True):
             assert task["time"].tolist() == [time, 0.0]
-            variables = run.job.variables.of_members(member)
+            variables = members_of(run.job.variables, member)
             scales = np.ones(variables.size)
             scales[variables.scaled] = variables.scale
             parts = zip(task["state"].tolist(), task["below"].tolist(), scales.tolist(), strict=True)

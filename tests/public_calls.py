@@ -89,7 +89,7 @@ INTERNAL = {
     *("try_event", "numbered", "variables"),
     *("from_msis",),  # its package is not among those of the tests
     *("turned", "update", "in_body", "rate_in_body", "moment", "angles_at", "axes_at", "to_planet"),
-    *("first", "of_members", "falls_on", "limits"),
+    *("first", "falls_on", "limits"),
 }
 """Methods that formulas and the package call, and not a user."""
 

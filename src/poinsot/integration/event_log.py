@@ -15,7 +15,7 @@ from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.termination import REASONS
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import kinds_of, of_each
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.printable import described, message_of, quoted
 from poinsot.taylor.detection import bit_of
@@ -183,12 +183,11 @@ def _acted(
     problem: Problem, variables: StateVector, number: int, member: int, time: float, row: NDArray[Any]
 ) -> NDArray[Any]:
     """Return the variables of the state that an event of a member returns; those of parts that it leaves out stay."""
-    variables = variables.of_members(member)
+    variables = members_of(variables, member)
     phase = variables.to_phase(np.array([time]), row[None])
     state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.system
-    event, *records = (_of_member(record, member) for record in (problem.events[number], *system.records))
-    body = system.with_records(records).at(state).acted_on
-    after = event.act(body, state)
+    body = system.with_records(members_of(record, member) for record in system.records).at(state).acted_on
+    after = members_of(problem.events[number], member).act(body, state)
     if type(after) is not type(state) or after.shape:
         what = described(after) if type(after) is not type(state) else "one of several members"
         kind = "State of one body" if type(state) is State else "PairState"
@@ -201,18 +200,6 @@ def _acted(
         raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
     new: NDArray[Any] = variables.with_state(row, after, np.array(time))
     return new
-
-
-def _of_member(record: Any, member: int) -> Any:
-    """Return a record with the numbers of one member."""
-    fields = {}
-    for name, kind in kinds_of(type(record)).items():
-        value = getattr(record, name)
-        if isinstance(kind, tuple):
-            fields[name] = value[member] if np.ndim(value) > len(kind) else value
-        else:
-            fields[name] = of_each(value, lambda inner: _of_member(inner, member))
-    return type(record).unchecked(**fields)
 
 
 def _why_failed(event: Event, error: Exception) -> str:

@@ -30,6 +30,7 @@ from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.integration.termination import INTERRUPTED, REASONS, HeldInterrupts, reason, reason_of_speed
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.printable import quoted
 from poinsot.taylor import kernels
@@ -118,7 +119,7 @@ class Run:
     ----------
     report : Report
     members : array (n,)
-        The members of this run: `of_members` makes the run of a slab, which shares all else.
+        The members of this run: `slab` makes the run of a slab, which shares all else.
     """
 
     kernel_name: ClassVar[str] = "looped"
@@ -325,7 +326,7 @@ class Run:
     ) -> tuple[Members, Array]:
         """Integrate some members; return the finished members, and their rows at the rising times."""
         rows = np.full((members.size, self.times.size, self.variables.size), np.nan)
-        slab = self.of_members(members, memory, rows)
+        slab = self.slab(members, memory, rows)
         slab._advance(show)
         finished = slab._finished
         with self.lock:
@@ -333,7 +334,7 @@ class Run:
             slab._record()
         return (members, rows) if finished.all() else (members[finished], rows[finished])
 
-    def of_members(self, members: Members, memory: LaneMemory, rows: Array) -> Run:
+    def slab(self, members: Members, memory: LaneMemory, rows: Array) -> Run:
         """Return the run of a slab of members in the memory of one thread; it shares the kernel and the report."""
         slab = copy.copy(self)
         slab._begin(members, memory, rows)
@@ -345,7 +346,7 @@ class Run:
         count = max(BYTES_AT_A_TIME * len(rows) // max(rows.nbytes, 1), 1)
         for first in range(0, members.size, count):
             some = slice(first, first + count)
-            variables = self.variables.of_members(members[some])
+            variables = members_of(self.variables, members[some])
             self.sink.take(members[some], self.times, Rows(variables, self.times, rows[some, self.turn]))
 
     @property

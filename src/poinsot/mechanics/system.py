@@ -19,6 +19,7 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, PairLoad, Potential, Torque
 from poinsot.mechanics.formula_trials import on_pairs, trial, try_event, try_formulas
 from poinsot.mechanics.integrals import Integral, integrals_of
+from poinsot.mechanics.members import EveryMember
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
 from poinsot.mechanics.state import Phase, State, state_with
 from poinsot.mechanics.typeset import system_html, system_latex
@@ -72,8 +73,8 @@ class System(Dynamics):
     moves_alone: ClassVar[bool] = True
     """Whether its forces are all that moves it."""
 
-    numbering: NDArray[np.int_] | None = None
-    """Which members of an ensemble they are that it has the numbers of; None of all."""
+    numbering: NDArray[np.int_] | EveryMember = EveryMember()
+    """Numbers that the members had in the ensemble from which they were selected."""
 
     _of: ClassVar[dict[type, type[System]]] = {}
 
@@ -205,7 +206,22 @@ class System(Dynamics):
     def numbered(self, count: int) -> NDArray[np.int_]:
         """Return the numbers of as many members in the ensemble that they were chosen from."""
         known = self.numbering
-        return np.arange(count) if known is None or known.size != count else known
+        return np.arange(count) if isinstance(known, EveryMember) or known.size != count else np.atleast_1d(known)
+
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        own = ("body", "forces", "numbering") if self._draws else ("body", "forces") if self.members else ()
+        return dict.fromkeys(own, 0)
+
+    def _with_values(self, body: Body, forces: tuple[Force, ...], **numbering: NDArray[np.int_]) -> System:
+        system = System(body, *forces, units=self.units)
+        system._complete(**numbering)
+        return system
+
+    @property
+    def _draws(self) -> bool:
+        """True if a part draws random numbers, which depend on the numbering of the members."""
+        return any(part.jump and part.jump.draws for part in self.parts)
 
     @cached_property
     def body_on_pairs(self) -> Body:

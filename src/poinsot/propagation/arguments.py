@@ -16,6 +16,7 @@ from poinsot.integration.run import ROUNDING
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn
+from poinsot.mechanics.members import common_axis
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import nearest, quoted, shortened
@@ -31,7 +32,7 @@ __all__ = [
     "checked_time",
     "checked_times",
     "checked_tolerance",
-    "members_of",
+    "common_members",
 ]
 
 
@@ -125,13 +126,9 @@ def check_bodies(system: System, state: State) -> None:
         )
 
 
-def members_of(system: Collection, state: State) -> tuple[int, ...]:
+def common_members(system: Collection, state: State) -> tuple[int, ...]:
     """Return () for one body, (members,) for an ensemble."""
-    shapes = {state.shape, state.time.shape, system.members} - {()}
-    if len(shapes) > 1:
-        counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
-        raise ValueError(f"state and system must have equally many members, got {counts}.")
-    return shapes.pop() if shapes else ()
+    return common_axis("state and system", {state.shape, state.time.shape, system.members})
 
 
 def broadcast_members(state: State, members: tuple[int, ...]) -> State:

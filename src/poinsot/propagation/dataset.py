@@ -72,9 +72,12 @@ class StoredPart(NamedTuple):
         """The number of its scalars."""
         return sum(self.variables.values())
 
-    def of_members(self, members: Any) -> StoredPart:
-        """Return the part of some members."""
-        return self if self.jump is None else self._replace(jump=self.jump.of_members(members))
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"jump": 0}
+
+    def _with_values(self, **values: Any) -> StoredPart:
+        return self._replace(**values)
 
 
 class Motion(NamedTuple):

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
 from poinsot.integration.report import Report
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.propagation.chunks import Part
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.integrator import Integrator
-from poinsot.propagation.selection import state_of_members
 from poinsot.propagation.stored_motion import (
     StoredEvents,
     crossings_in,
@@ -69,7 +69,7 @@ class EnsembleOfMotions:
     @functools.cached_property
     def _first(self) -> Trajectory:
         """The motion of the first member, without its numbers."""
-        return self._without_numbers(self.integrator.of_members(FIRST), state_of_members(self.state, FIRST))
+        return self._without_numbers(members_of(self.integrator, FIRST), members_of(self.state, FIRST))
 
     @property
     def members(self) -> int:
@@ -132,8 +132,8 @@ class EnsembleOfMotions:
 
     def computed(self, members: slice, names: Iterable[str], progress: Progress) -> Part:
         """Integrate some members."""
-        integrator = self.integrator.of_members(members).telling(progress)
-        motion, report = integrator.motion(state_of_members(self.state, members), self.times)
+        integrator = members_of(self.integrator, members).telling(progress)
+        motion, report = integrator.motion(members_of(self.state, members), self.times)
         failures = {str(members.start + member): why for member, why in motion.failures.items()}
         about = {"failures": failures, "run": told_run(motion.run)}
         return Part(motion.variables(tuple(names)), told_crossings(motion, members.start), about, report.interrupted)

@@ -17,10 +17,11 @@ from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import printable
-from poinsot.propagation.selection import Chosen, numbers_of_members
+from poinsot.propagation.selection import Chosen
 
 __all__ = ["EventRecord", "EventSource", "EventsOfMembers", "KnownEvents", "StoredEvent", "crossings"]
 
@@ -177,7 +178,7 @@ class EventsOfMembers:
     @property
     def watched(self) -> list[Event]:
         """The events, with the numbers of these members."""
-        return [numbers_of_members(event, self._members) for event in self._whole.watched]
+        return [members_of(event, self._members) for event in self._whole.watched]
 
     @property
     def counts(self) -> list[int]:
@@ -196,7 +197,7 @@ def _of_members(found: EventRecord, members: Chosen, system: System) -> EventRec
     first, last = np.searchsorted(found.members, whose, "left"), np.searchsorted(found.members, whose, "right")
     counts = last - first
     rows = np.repeat(last - np.cumsum(counts), counts) + np.arange(np.sum(counts))
-    event, again = numbers_of_members(found.event, members), np.repeat(np.arange(whose.size), counts)
+    event, again = members_of(found.event, members), np.repeat(np.arange(whose.size), counts)
     return replace(found._rows(rows), event=event, system=system, members=again)
 
 
@@ -222,4 +223,4 @@ def crossings(
 def _phase(variables: StateVector, members: Array, times: Array, rows: Array) -> Phase:
     if variables.of_one:
         return variables.to_phase(times, rows)
-    return changed(variables.of_members(members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])
+    return changed(members_of(variables, members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
-from typing import Any
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,6 @@ from poinsot.propagation.event_record import KnownEvents, crossings
 from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.pair_trajectory import trajectory_class
 from poinsot.propagation.run_record import Method, RunRecord
-from poinsot.propagation.selection import numbers_of_members, system_of_members
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Integrator"]
@@ -70,12 +70,10 @@ class Integrator:
         """The chart of attitude and momentum."""
         return self.variables.formulation
 
-    def of_members(self, members: slice) -> Integrator:
-        """Return the same for some members of an ensemble: what is decided stays."""
-        events = [numbers_of_members(event, members) for event in self.problem.events]
-        problem = Problem(system_of_members(self.system, members), events)
-        variables: Any = self.variables.of_members(members)  # type: ignore[arg-type]  # it only indexes
-        return dataclasses.replace(self, problem=problem, variables=variables)
+    _member_axes: ClassVar[Mapping[str, int]] = {"problem": 0, "variables": 0}
+
+    def _with_values(self, **values: Any) -> Self:
+        return dataclasses.replace(self, **values)
 
     def check_device(self, members: bool) -> None:
         """Raise a ValueError for a run that the device does not support, or a computer without the device."""

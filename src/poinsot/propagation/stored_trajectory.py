@@ -14,6 +14,7 @@ from poinsot.immutable import Immutable
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 from poinsot.printable import printable
@@ -21,7 +22,7 @@ from poinsot.propagation.dataset import StoredPart
 from poinsot.propagation.event_record import EventsOfMembers
 from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.run_record import RunRecord
-from poinsot.propagation.selection import Chosen, numbers_of_members, state_of_members
+from poinsot.propagation.selection import Chosen
 from poinsot.propagation.trajectory import Rows, Trajectory
 
 __all__ = ["Record", "StoredEnvironment", "StoredSystem", "StoredTrajectory", "stored_trajectory_class"]
@@ -86,8 +87,8 @@ class StoredSystem(Immutable):
 
     def of_members(self, members: Chosen) -> StoredSystem:
         """Return the body of some members."""
-        body = numbers_of_members(self._free.body, members)
-        parts = tuple(part.of_members(members) for part in self.parts)
+        body = members_of(self._free.body, members)
+        parts = tuple(members_of(part, members) for part in self.parts)
         return StoredSystem(body, self.units, self._written, self.not_rerunnable, self.integrals, parts)
 
     @property
@@ -173,7 +174,7 @@ class StoredTrajectory(Trajectory):
         system: Any = self.system
         initial, known, source = self.initial, self._record, self.event_source
         if members is not None:
-            system, initial = system.of_members(members), state_of_members(initial, members)
+            system, initial = system.of_members(members), members_of(initial, members)
             source = EventsOfMembers(source, members, system)
         integrals, drift = (
             {name: rows(values) for name, values in each.items()} for each in (known.integrals, known.drift)

@@ -28,6 +28,7 @@ from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
 from poinsot.mechanics.system import System
@@ -37,15 +38,7 @@ from poinsot.propagation.dataset import COLUMNS, OF_BODY, Motion, dataset_of
 from poinsot.propagation.event_record import EventRecord, EventsOfMembers, EventSource, KnownEvents, StoredEvent
 from poinsot.propagation.relative_motion import RelativeMotion
 from poinsot.propagation.run_record import RunRecord, told_kernel
-from poinsot.propagation.selection import (
-    Chosen,
-    Index,
-    checked_index,
-    refuse_other_names,
-    rows_of,
-    state_of_members,
-    system_of_members,
-)
+from poinsot.propagation.selection import Chosen, Index, checked_index, refuse_other_names, rows_of
 from poinsot.quantities import Times
 
 if TYPE_CHECKING:
@@ -407,7 +400,7 @@ class Trajectory(Summarized):
         """Return the motion that consists of some rows of the arrays of this one."""
         system, initial, source = self.system, self.initial, self.event_source
         if members is not None:
-            system, initial = system_of_members(system, members), state_of_members(initial, members)
+            system, initial = members_of(system, members), members_of(initial, members)
             source = EventsOfMembers(source, members, system)
 
         def environment() -> Environment:

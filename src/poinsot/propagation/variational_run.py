@@ -17,6 +17,7 @@ from poinsot.integration.rows import Sink
 from poinsot.integration.run import BOTH_WAYS, Run
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
@@ -28,10 +29,9 @@ from poinsot.propagation.arguments import (
     checked_threads,
     checked_times,
     checked_tolerance,
-    members_of,
+    common_members,
 )
 from poinsot.propagation.run_record import Method, RunRecord
-from poinsot.propagation.selection import state_of_members, system_of_members
 
 __all__ = ["TOGETHER", "VariationalRun"]
 
@@ -93,14 +93,14 @@ class VariationalRun:
         self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
         self._progress = sys.stderr.isatty() if progress is None else progress
         check_bodies(system, state)
-        self.system, self.problem, self.members = system, Problem(system), members_of(system, state)
+        self.system, self.problem, self.members = system, Problem(system), common_members(system, state)
         self.state = broadcast_members(state, self.members or (1,))
         variables = equations.state_vector(self.problem, self.state, chosen, "double")
         if inputs:  # comoving axes would change with their orbit
             orbits, views = shared_blocks(self.problem.between_knots().orbits, lambda orbit: not orbit.closed_form)
             variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
         self.formulation = chosen
-        self.variables = variables if self.members else variables.of_members(0)
+        self.variables = variables if self.members else members_of(variables, 0)
         self._scaled, self.units = variables.tangent_scales, self.variables.tangent_units
         self.size = len(self._scaled)
         first = 1 + len(variables.factors)  # behind the scales
@@ -116,8 +116,8 @@ class VariationalRun:
     ) -> VariationalRun:
         """Return the run of an ensemble of some members, with other inputs and their sizes."""
         return VariationalRun(
-            system_of_members(self.system, who),
-            state_of_members(self.state, who),
+            members_of(self.system, who),
+            members_of(self.state, who),
             self.times,
             self.formulation.name,
             self._tolerance,
