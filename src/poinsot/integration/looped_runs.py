@@ -29,12 +29,12 @@ from poinsot.taylor import kernels
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Evaluator, wide
 from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import Code, Output, Status
+from poinsot.taylor.kernels import ROUNDING, Code, Output, Status
 from poinsot.taylor.layouts import Layout
 from poinsot.taylor.lowering import Constants, Program
 from poinsot.taylor.square_roots import StartRoots
 
-__all__ = ["LoopedRun", "constants_of"]
+__all__ = ["ROUNDING", "LoopedRun", "constants_of"]
 
 SLAB_BYTES = 16_000_000
 """The most that a thread holds of its members' variables before it hands them over."""
@@ -49,9 +49,6 @@ NEGLIGIBLE = {"double": 1e-9, "quadruple": 1e-18}
 """The part of the size of a square root that counts for nothing when squared, by precision."""
 
 NONE, NO_TASKS = np.empty(0, dtype=int), np.empty((0, 4), dtype=int)
-
-ROUNDING = {"double": 2.0**-52, "quadruple": 2.0**-104}
-"""The distance from 1 to the next number, by precision: the smallest tolerance."""
 
 NEVER: Any = (lambda: None), ()
 """The kernel of the last run and which constants were zero in it, where there was none."""
