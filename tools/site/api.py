@@ -8,10 +8,11 @@ import textwrap
 
 from tools.site.names import NAMESPACES, public
 
+from poinsot.display.formulas import letters_of
+from poinsot.display.notation import LATEX, MATHML, written
 from poinsot.mechanics.force import Force, PairLoad
-from poinsot.mechanics.notation import LATEX, MATHML, written
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.typeset import letters_of, stated_formula
+from poinsot.mechanics.symbolic_formula import stated_formula
 
 __all__ = ["pages"]
 
