@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from poinsot.display.html_text import markup_table, rounded
-from poinsot.display.notation import LATEX, MATHML, Notation, written
+from poinsot.display.notation import LATEX, MATHML, Notation, typeset_stated
 from poinsot.taylor.graph import Node
 
 __all__ = [
@@ -111,7 +111,7 @@ class SystemSummary:
     Attributes
     ----------
     motion : str
-        The equations of motion in the syntax of `written`; empty for two bodies.
+        The equations of motion in the syntax of `typeset_stated`; empty for two bodies.
     body : str
     forces : sequence of ForceSummary
     conserved : sequence of str
@@ -134,15 +134,15 @@ def equations(formula: Formula | None, notation: Notation) -> list[str]:
     Raises
     ------
     ValueError
-        If a stated formula violates the syntax of `written`.
+        If a stated formula violates the syntax of `typeset_stated`.
     """
     if isinstance(formula, StatedFormula):
-        return written(formula.text, notation, LETTERS_OF_ORBITS, formula.orbit)
+        return typeset_stated(formula.text, notation, LETTERS_OF_ORBITS, formula.orbit)
     if formula is None:
         return []
     try:
         write = _NodeWriter(notation)
-        terms = notation.operators[2].join(map(write.sum, formula.components))
+        terms = notation.comma.join(map(write.sum, formula.components))
     except (NotTypesetError, RecursionError):  # a long formula may nest deeper than Python allows
         return []
     right = terms if len(formula.components) == 1 else notation.brackets.format(terms)
@@ -177,7 +177,7 @@ def system_html(system: SystemSummary) -> str:
 
 
 def _equations_of_motion(system: SystemSummary, notation: Notation) -> list[str]:
-    return written(system.motion, notation) if system.motion else []
+    return typeset_stated(system.motion, notation) if system.motion else []
 
 
 def _math_lines(formulas: Sequence[str]) -> str:
@@ -200,8 +200,7 @@ class _NodeWriter:
 
     def sum(self, x: Node | float) -> str:
         """Return a sum: terms with their signs, in alphabetical order."""
-        plus, minus, *_ = self.notation.operators
-        text = ""
+        plus, minus, text = self.notation.plus, self.notation.minus, ""
         for positive, product in sorted((self.product(term, sign) for sign, term in _terms(x)), key=lambda one: one[1]):
             text += (plus if text else "") + product if positive else minus + product
         return text.strip()
@@ -237,14 +236,18 @@ class _NodeWriter:
         if x.name == "sqrt":
             return self.notation.root.format(*arguments)
         if x.name == "less":
-            return self.notation.brackets.format(self.notation.operators[3].join(arguments))
-        return self.notation.call.format(x.name.replace("_", " "), self.notation.operators[2].join(arguments))
+            return self.notation.brackets.format(self.notation.less.join(arguments))
+        return self.notation.call.format(x.name.replace("_", " "), self.notation.comma.join(arguments))
 
     def number(self, x: float) -> str:
         """Return a number of six digits."""
         self.length += 1
         mantissa, _, exponent = f"{x:.6g}".partition("e")
-        return self.notation.ten.format(mantissa, int(exponent)) if exponent else self.notation.number.format(mantissa)
+        return (
+            self.notation.power_of_ten.format(mantissa, int(exponent))
+            if exponent
+            else self.notation.number.format(mantissa)
+        )
 
 
 def _terms(x: Node | float, sign: float = 1.0) -> Iterator[tuple[float, Node | float]]:

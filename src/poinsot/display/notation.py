@@ -1,4 +1,4 @@
-"""How mathematics is written, in LaTeX and MathML: names, fractions, sums, and formulas that classes state as text."""
+"""Notations of mathematics, LaTeX and MathML, and the syntax in which classes state formulas as text."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import ast
 import html
 import re
 import unicodedata
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from poinsot.printable import quoted
 
-__all__ = ["LATEX", "MATHML", "Notation", "split_name", "written"]
+__all__ = ["LATEX", "MATHML", "Notation", "split_name", "typeset_stated"]
 
 GREEK = frozenset(
     unicodedata.name(chr(code)).removeprefix("GREEK SMALL LETTER ").lower()
@@ -21,34 +21,61 @@ GREEK = frozenset(
 
 @dataclass(frozen=True)
 class Notation:
-    """How mathematics is written: templates of its parts, and how a name is."""
+    """Templates for the parts of a formula, and a function that writes a letter.
+
+    Attributes
+    ----------
+    fraction, power, subscript : str
+        Templates of two expressions.
+    root, brackets, norm, rate : str
+        Templates of one expression; `rate` is a time derivative.
+    call : str
+        Template of the name of a function and its arguments.
+    sum, sum_between : str
+        Templates of an index, for `sum_between` also its first and last value, and a summand.
+    number, power_of_ten : str
+        Templates of a number, and of a mantissa and an exponent of 10.
+    times, dot, cross, equals, plus, minus, comma, less : str
+        Signs between expressions.
+    letter : callable
+        Function that writes a name, with primes at its end, without an index.
+    """
 
     fraction: str
     power: str
     root: str
-    below: str
+    subscript: str
     call: str
     brackets: str
-    size: str
+    norm: str
     rate: str
-    total: str
-    total_between: str
+    sum: str
+    sum_between: str
     number: str
-    ten: str
+    power_of_ten: str
     times: str
     dot: str
     cross: str
     equals: str
-    operators: tuple[str, str, str, str]
+    plus: str
+    minus: str
+    comma: str
+    less: str
     letter: Callable[[str], str]
 
     def name(self, base: str, index: str) -> str:
-        """Return the name of a variable or a parameter."""
-        return self.below.format(self.letter(base), self.number.format(index)) if index else self.letter(base)
+        """Return the name of a variable or a parameter with its index, if it has one."""
+        return self.subscript.format(self.letter(base), self.number.format(index)) if index else self.letter(base)
 
 
 def split_name(name: str) -> tuple[str, str]:
-    """Return the name and the index of a parameter: "orbit.mu", "center_of_mass[0]", "C20"."""
+    """Return the name and the index of a parameter, such as "orbit.mu", "center_of_mass[0]" or "C20".
+
+    Examples
+    --------
+    >>> [split_name(name) for name in ("orbit.mu", "center_of_mass[0]", "C20")]
+    [('mu', ''), ('center_of_mass', '1'), ('C', '20')]
+    """
     word, *places = re.split(r"[\[\]]+", name.rpartition(".")[2].rstrip("]"))
     if letter := re.fullmatch(r"([A-Za-z])(\d+)", word):
         return letter[1], letter[2]
@@ -76,58 +103,74 @@ LATEX = Notation(
     fraction=r"\frac{{{}}}{{{}}}",
     power="{{{}}}^{{{}}}",
     root=r"\sqrt{{{}}}",
-    below="{}_{{{}}}",
+    subscript="{}_{{{}}}",
     call=r"\operatorname{{{}}}\left({}\right)",
     brackets=r"\left({}\right)",
-    size=r"\left|{}\right|",
+    norm=r"\left|{}\right|",
     rate=r"\dot{{{}}}",
-    total=r"\sum_{{{}}} {}",
-    total_between=r"\sum_{{{} = {}}}^{{{}}} {}",
+    sum=r"\sum_{{{}}} {}",
+    sum_between=r"\sum_{{{} = {}}}^{{{}}} {}",
     number="{}",
-    ten=r"{} \times 10^{{{}}}",
+    power_of_ten=r"{} \times 10^{{{}}}",
     times=r"\,",
     dot=r" \cdot ",
     cross=r" \times ",
     equals=" = ",
-    operators=(" + ", " - ", ", ", " < "),
+    plus=" + ",
+    minus=" - ",
+    comma=", ",
+    less=" < ",
     letter=_latex_letter,
 )
 MATHML = Notation(
     fraction="<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>",
     power="<msup><mrow>{}</mrow><mrow>{}</mrow></msup>",
     root="<msqrt>{}</msqrt>",
-    below="<msub>{}<mrow>{}</mrow></msub>",
+    subscript="<msub>{}<mrow>{}</mrow></msub>",
     call="<mi>{}</mi><mo>(</mo>{}<mo>)</mo>",
     brackets="<mo>(</mo>{}<mo>)</mo>",
-    size="<mo>|</mo>{}<mo>|</mo>",
+    norm="<mo>|</mo>{}<mo>|</mo>",
     rate="<mover>{}<mo>˙</mo></mover>",
-    total="<mrow><munder><mo>∑</mo>{}</munder>{}</mrow>",
-    total_between="<mrow><munderover><mo>∑</mo><mrow>{}<mo>=</mo>{}</mrow>{}</munderover>{}</mrow>",
+    sum="<mrow><munder><mo>∑</mo>{}</munder>{}</mrow>",
+    sum_between="<mrow><munderover><mo>∑</mo><mrow>{}<mo>=</mo>{}</mrow>{}</munderover>{}</mrow>",
     number="<mn>{}</mn>",
-    ten="<mn>{}</mn><mo>×</mo><msup><mn>10</mn><mn>{}</mn></msup>",
+    power_of_ten="<mn>{}</mn><mo>×</mo><msup><mn>10</mn><mn>{}</mn></msup>",
     times="<mo>&#8290;</mo>",
     dot="<mo>·</mo>",
     cross="<mo>⨯</mo>",
     equals="<mo>=</mo>",
-    operators=tuple(f"<mo>{sign}</mo>" for sign in ("+", "−", ",", "&lt;")),  # type: ignore[arg-type]
+    plus="<mo>+</mo>",
+    minus="<mo>−</mo>",
+    comma="<mo>,</mo>",
+    less="<mo>&lt;</mo>",
     letter=_mathml_letter,
 )
 
 
-def written(formula: str, notation: Notation, primed: Collection[str] = (), primes: int = 0) -> list[str]:
+def typeset_stated(formula: str, notation: Notation, primed: Collection[str] = (), primes: int = 0) -> list[str]:
     """Return the equations of a formula that is stated as Python, such as "N = K*cross(x, v); K = 3*mu*radius**5".
 
-    Indices are in square brackets, `dot` and `cross` products of vectors, `sum(x, i)` goes over all i and
-    `sum(x, n, 2, degree)` from 2 to the degree, as the last factor of a product; `rate(x)` is a time derivative. A
-    minus before a product is written before its brackets. `primed` letters get primes.
+    Indices are in square brackets. `dot` and `cross` are products of vectors. `sum(x, i)` is a sum over all i, and
+    `sum(x, n, 2, degree)` a sum from 2 to the degree; a sum must be the last factor of a product. `rate(x)` is a time
+    derivative. A minus before a product must be before its brackets.
+
+    Parameters
+    ----------
+    formula : str
+        Equations, separated by semicolons.
+    notation : Notation
+    primed : collection of str
+        Letters that get primes.
+    primes : int
+        Number of primes.
 
     Raises
     ------
     ValueError
-        If it is not written so.
+        If the formula violates this syntax.
     """
     marks = "'" * primes
-    writer = _Writer(notation, {name: name + marks for name in primed})
+    writer = _SyntaxWriter(notation, {name: name + marks for name in primed})
     try:
         sides = ([ast.parse(side.strip(), mode="eval").body for side in each.split("=")] for each in formula.split(";"))
         return [notation.equals.join(map(writer.text, both)) for both in sides]
@@ -139,49 +182,46 @@ def written(formula: str, notation: Notation, primed: Collection[str] = (), prim
 
 
 SUM, PRODUCT_OF_VECTORS, PRODUCT, ATOM = range(4)
-"""How tightly an expression holds together."""
-
-WRITTEN = frozenset({"name", "constant", "subscript", "unaryop", "binop", "call"})
-"""The kinds of expressions."""
+"""Precedence of an expression, the weakest first."""
 
 
-class _Writer:
-    """Writes the syntax tree of an expression, with brackets where it would read otherwise."""
+class _SyntaxWriter:
+    """Writer of the syntax tree of an expression, with brackets around operands of lower precedence."""
 
-    def __init__(self, notation: Notation, names: dict[str, str]) -> None:
+    def __init__(self, notation: Notation, names: Mapping[str, str]) -> None:
         self.notation, self.names = notation, names
 
     def text(self, node: ast.expr, least: int = SUM) -> str:
-        """Return an expression that holds together at least so tightly."""
-        kind = type(node).__name__.lower()
-        if kind not in WRITTEN:
-            raise ValueError(kind)
-        text, held = getattr(self, f"_{kind}")(node)
-        return self.notation.brackets.format(text) if held < least else str(text)
+        """Return an expression, in brackets if its precedence is below the least one."""
+        text, precedence = self._written(node)
+        return self.notation.brackets.format(text) if precedence < least else text
 
-    def _name(self, node: ast.Name) -> tuple[str, int]:
-        base, index = split_name(node.id)
-        return self.notation.name(self.names.get(base, base), index), ATOM
+    def _written(self, node: ast.expr) -> tuple[str, int]:
+        """Return an expression without brackets, and its precedence."""
+        match node:
+            case ast.Name():
+                base, index = split_name(node.id)
+                return self.notation.name(self.names.get(base, base), index), ATOM
+            case ast.Constant():
+                return self.notation.number.format(node.value), ATOM
+            case ast.Subscript():
+                indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+                return self.notation.subscript.format(self.text(node.value), "".join(map(self.text, indices))), ATOM
+            case ast.UnaryOp(op=ast.USub()):
+                return f"{self.notation.minus.strip()}{self.text(node.operand, PRODUCT_OF_VECTORS)}", SUM
+            case ast.BinOp():
+                return self._operation(node)
+            case ast.Call():
+                return self._call(node)
+        raise ValueError(node)
 
-    def _constant(self, node: ast.Constant) -> tuple[str, int]:
-        return self.notation.number.format(node.value), ATOM
-
-    def _subscript(self, node: ast.Subscript) -> tuple[str, int]:
-        indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
-        return self.notation.below.format(self.text(node.value), "".join(map(self.text, indices))), ATOM
-
-    def _unaryop(self, node: ast.UnaryOp) -> tuple[str, int]:
-        if not isinstance(node.op, ast.USub):
-            raise ValueError(node.op)
-        return f"{self.notation.operators[1].strip()}{self.text(node.operand, PRODUCT_OF_VECTORS)}", SUM
-
-    def _binop(self, node: ast.BinOp) -> tuple[str, int]:
+    def _operation(self, node: ast.BinOp) -> tuple[str, int]:
         notation = self.notation
         match node.op:
             case ast.Add():
-                return f"{self.text(node.left)}{notation.operators[0]}{self.text(node.right)}", SUM
+                return f"{self.text(node.left)}{notation.plus}{self.text(node.right)}", SUM
             case ast.Sub():
-                return f"{self.text(node.left)}{notation.operators[1]}{self.text(node.right, PRODUCT_OF_VECTORS)}", SUM
+                return f"{self.text(node.left)}{notation.minus}{self.text(node.right, PRODUCT_OF_VECTORS)}", SUM
             case ast.Mult():
                 return f"{self.text(node.left, PRODUCT)}{notation.times}{self.text(node.right, PRODUCT)}", PRODUCT
             case ast.Div():
@@ -191,14 +231,14 @@ class _Writer:
         raise ValueError(node.op)
 
     def _call(self, node: ast.Call) -> tuple[str, int]:
-        name, notation = getattr(node.func, "id", ""), self.notation
+        name, notation = node.func.id if isinstance(node.func, ast.Name) else "", self.notation
         if name in ("dot", "cross"):
             a, b = (self.text(each, PRODUCT) for each in node.args)
-            return f"{a}{getattr(notation, name)}{b}", PRODUCT_OF_VECTORS
+            return f"{a}{notation.dot if name == 'dot' else notation.cross}{b}", PRODUCT_OF_VECTORS
         if name in ("norm", "rate"):
-            return {"norm": notation.size, "rate": notation.rate}[name].format(self.text(node.args[0])), ATOM
+            return (notation.norm if name == "norm" else notation.rate).format(self.text(node.args[0])), ATOM
         if name == "sum":
             summand, *over = node.args
-            template = notation.total_between if len(over) > 1 else notation.total
+            template = notation.sum_between if len(over) > 1 else notation.sum
             return template.format(*map(self.text, over), self.text(summand, PRODUCT)), PRODUCT
-        return notation.call.format(name, notation.operators[2].join(map(self.text, node.args))), ATOM
+        return notation.call.format(name, notation.comma.join(map(self.text, node.args))), ATOM
