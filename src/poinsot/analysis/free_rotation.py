@@ -8,9 +8,9 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told
+from poinsot.double_double import DoubleDouble
 from poinsot.lazy import cached_property
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix

@@ -35,7 +35,7 @@ from poinsot.mechanics.state import State
 from poinsot.printable import quoted
 from poinsot.taylor import kernels
 from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import Code, Output, Queue, Status
+from poinsot.taylor.kernels import ROUNDING, Code, Output, Queue, Status
 from poinsot.taylor.layouts import Layout
 from poinsot.taylor.lowering import Program
 
@@ -43,9 +43,6 @@ __all__ = ["BOTH_WAYS", "ROUNDING", "Run"]
 
 BOTH_WAYS = (True, False)
 """Forwards, then backwards."""
-
-ROUNDING = {"double": 2.0**-52, "quadruple": 2.0**-104}
-"""Distance from 1 to the next number, by precision: the smallest tolerance."""
 
 MAX_SLAB_BYTES = 16_000_000
 """Largest size of the rows that a thread holds of its members."""

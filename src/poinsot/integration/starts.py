@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.algebra.double_double import DoubleDouble
+from poinsot.double_double import DoubleDouble
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.taylor.evaluation import WideEvaluator

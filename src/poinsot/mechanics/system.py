@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
+from poinsot.display.formulas import SystemSummary, system_html, system_latex
 from poinsot.errors import member_array
 from poinsot.functions import Vector
 from poinsot.lazy import cached_property
@@ -22,7 +23,7 @@ from poinsot.mechanics.integrals import Integral, integrals_of
 from poinsot.mechanics.members import EveryMember
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
 from poinsot.mechanics.state import Phase, State, state_with
-from poinsot.mechanics.typeset import system_html, system_latex
+from poinsot.mechanics.symbolic_formula import summary_of_system
 from poinsot.mechanics.units import checked_units, dated_units
 from poinsot.printable import described, nearest, quoted
 
@@ -130,10 +131,13 @@ class System(Dynamics):
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
 
     def _repr_html_(self) -> str:
-        return system_html(self)
+        return system_html(self._summary())
 
     def _repr_latex_(self) -> str:
-        return system_latex(self)
+        return system_latex(self._summary())
+
+    def _summary(self) -> SystemSummary:
+        return summary_of_system(self.body, self.forces, self.units, self.integrals)
 
     @cached_property
     def integrals(self) -> tuple[Integral, ...]:

@@ -508,7 +508,7 @@ class Trajectory(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         known = self.summary
         steps = f", order {known['order']}, {known['steps']} steps, tolerance {known['tolerance']:.3g}"
-        _, *ends = self._interpolant or [None]
+        ends = self._interpolant[1:] if self._interpolant else ()
         unit = self.system.units["time"]
         drift = [(name.removeprefix("drift_"), size) for name, size in known.items() if name.startswith("drift_")]
         return f"Trajectory of {rounded(repr(self.system))}", {
@@ -519,7 +519,7 @@ class Trajectory(Summarized):
             "kernel": told_kernel(known["kernel"], known["lanes"]),
             "variables": f"{known['formulation']}, {known['precision']} precision",
             "wall time": told(known["wall_time"], "s") if np.isfinite(known["wall_time"]) else "",
-            "dense output": "any time" if ends[:1] == [-np.inf] else told(ends, unit),
+            "dense output": "any time" if ends[:1] == (-np.inf,) else told(ends, unit),
             **self._told_errors(known),
             "drift": ", ".join(f"{name} {size:.2g}" for name, size in drift) or known.get("integrals", ""),
             "events": ", ".join(f"{event.kind} {count}" for event, count in self._counted_events),

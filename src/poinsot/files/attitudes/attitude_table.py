@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked, checked_fields
-from poinsot.display.html_text import PER_TIME, Summarized, told, told_times
+from poinsot.display.html_text import Summarized, told, told_times
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
 from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
@@ -20,6 +20,7 @@ from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
 from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory

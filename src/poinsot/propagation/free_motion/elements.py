@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.double_double import DoubleDouble, pick
+from poinsot.double_double import DoubleDouble, pick
 from poinsot.functions import Vector
 from poinsot.mechanics.kinetics import turned
 from poinsot.mechanics.state import State

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
+from poinsot.double_double import DoubleDouble
 from poinsot.integration.equations import state_vector
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
