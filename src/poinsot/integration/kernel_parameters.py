@@ -96,7 +96,7 @@ class KernelParameters:
     def __init__(
         self, problem: Problem, variables: StateVector, starts: Array, origins: Array, kind: KernelKind
     ) -> None:
-        self._problem, self._smooth, self._variables, self._kind = problem, problem.between_knots(), variables, kind
+        self._problem, self._smooth, self._variables, self._kind = problem, problem.smooth, variables, kind
         self._starts, self._origins = starts, origins
         self._constants = equations.constants(self._smooth, variables)
         self._inputs = equations.inputs(self._smooth, variables)
@@ -122,8 +122,7 @@ class KernelParameters:
         return kernel
 
     def _made(self, zeros: tuple[int, ...]) -> PreparedKernel:
-        whole = self._constants.whole_program()
-        program = whole if whole and not zeros else equations.program(self._smooth, self._variables, zeros)
+        program = equations.program(self._smooth, self._variables, zeros)
         values = program.wide_values() if self._kind.wide else program.values(wide)
         return PreparedKernel(
             self._kind.compiler(program, self._kind), values, StartRoots(program, self._variables.size)

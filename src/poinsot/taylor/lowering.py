@@ -99,45 +99,34 @@ class Program:
 
 
 class Constants:
-    """The values of the constants that a variable meets in formulas, for the inputs of a run.
-
-    Of the formulas it keeps these constants alone, so that a great many may be known, and the program until it is
-    asked for.
+    """Constants that a variable meets in formulas, evaluated for the inputs of a run.
 
     Parameters
     ----------
-    rates : sequence of scalars
-    program : Program
-        For runs in which none of the constants is zero.
+    formulas : sequence of scalars
+        Rates and values of events.
     jumps : bool
-        Whether tangent vectors may jump on the way.
+        Whether tangent vectors may jump at switches.
 
     Attributes
     ----------
-    size : int
-        How many operations there are.
     count : int
-        How many constants.
+        Number of constants.
     values : Evaluator
     switches : bool
-        Whether a formula branches on the way.
+        Whether a formula branches along the motion.
     latest : dict
-        By the kind of a run, a reference to what was found for the last one, and which constants were zero in it.
+        Kind of a kernel -> weak reference to the kernel of the last run, and the constants that were zero in it.
     """
 
-    def __init__(self, rates: Sequence[Any], program: Program, jumps: bool) -> None:
-        self.size, self.jumps, self.latest = program.decomposition.size, jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
-        self._program: Program | None = program
-        conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
-        met = _constants_met(rates)
+    def __init__(self, formulas: Sequence[Any], jumps: bool) -> None:
+        self.jumps, self.latest = jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
+        nodes = ordered(formulas)
+        conditions = {node.operands[0] for node in nodes if node.name == "where"}
+        met = _constants_met(formulas)
         self.count, self.values = len(met), Evaluator(met, wide)
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
-        self.switches = bool(conditions_of(rates))
-
-    def whole_program(self) -> Program | None:
-        """Return the program when it is asked for first, and forget it with its formulas; None later."""
-        program, self._program = self._program, None
-        return program
+        self.switches = any(node.name == "less" and node.varies for node in nodes)
 
     def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
         """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
