@@ -17,8 +17,7 @@ import numpy as np
 
 from poinsot import functions
 from poinsot.functions import Vector
-from poinsot.integration.formulations import Formulation
-from poinsot.integration.planar_motion import refuse_spatial_motion
+from poinsot.integration.formulations import Formulation, refuse_spatial_motion
 from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
 from poinsot.integration.scaling import momentum_ratios, momentum_scales

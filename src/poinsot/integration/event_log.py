@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.integration.dense_output import Action
+from poinsot.integration.dense_motion import Action
 from poinsot.integration.kernel_parameters import KernelParameters
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Recorded

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress, bar
-from poinsot.integration.dense_output import Action, DenseOutput, KeptSteps
+from poinsot.integration.dense_motion import Action, DenseOutput
 from poinsot.integration.equations import LANES
 from poinsot.integration.event_log import EventLog
 from poinsot.integration.kernel_parameters import KernelKind, KernelParameters
@@ -34,6 +34,7 @@ from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.printable import quoted
 from poinsot.taylor import kernels
+from poinsot.taylor.dense_output import StoredSteps
 from poinsot.taylor.kernel_program import KernelProgram
 from poinsot.taylor.kernels import ROUNDING, Code, Output, Queue, Status
 from poinsot.taylor.layouts import Layout
@@ -232,7 +233,7 @@ class Run:
                 parts[way].append(block if own.all() else block[own])
         tasks = self.queue.tasks
         dense = DenseOutput(self.variables, float(self.origins[0]), self.starts[0])
-        dense.parts = {way: KeptSteps(blocks) for way, blocks in parts.items()}
+        dense.parts = {way: StoredSteps(blocks) for way, blocks in parts.items()}
         dense.actions = self._actions
         if self.clock is not None and tasks.size:
             dense.last = tasks["state"][0].copy()
