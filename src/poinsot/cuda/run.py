@@ -21,17 +21,17 @@ MAX_OPERATIONS = 16_000
 class CudaRun(LoopedRun):
     """One of an ensemble."""
 
-    code: cuda_kernel.Code
+    code: cuda_kernel.CudaCode
     kernel_name = "cuda"
 
     @override
-    def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> cuda_kernel.Code:
+    def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> cuda_kernel.CudaCode:
         return cuda_kernel.compiled(program.decomposition, order)
 
     @override
     def _go_on_members(self) -> None:
         """Integrate chunks of members, half as many where the device has no room."""
-        left, kernel = self.fast_first(), cuda_kernel.Run(self.code)
+        left, kernel = self.fast_first(), cuda_kernel.CudaWorker(self.code)
         most = cuda_kernel.most_members(self.code, self.rising.size)
         with bar("members", left.size, self.job.progress) as told:
             while left.size and not self.stop:

@@ -40,7 +40,7 @@ class KeptSteps:
     Parameters
     ----------
     blocks : list of structured arrays (n,)
-        As `kernels.Run.kept` has them, one at least.
+        As `Worker.steps` has them, one at least.
     """
 
     def __init__(self, blocks: Sequence[NDArray[Any]]) -> None:

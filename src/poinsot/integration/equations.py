@@ -36,8 +36,8 @@ from poinsot.taylor.draws import normals
 from poinsot.taylor.graph import Evaluator, Graph, Node, ordered, tangents
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions_of, simplified
-from poinsot.taylor.rescaling import SMALL
-from poinsot.taylor.updates import Update
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
+from poinsot.taylor.sampling import Update
 
 FIRST = np.zeros(1, dtype=int)
 
@@ -84,7 +84,7 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
-    scale = np.exp2(np.rint(np.log2(SMALL / system.momentum_scale(state))))
+    scale = np.exp2(np.rint(np.log2(MOMENTUM_SCALE / system.momentum_scale(state))))
     parts, ratios = factors_of_parts(system, state), system.momentum_ratios(state)
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)

@@ -29,10 +29,11 @@ from poinsot.taylor import kernels
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Evaluator, wide
 from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import Code, Output, Status
 from poinsot.taylor.layouts import Layout
 from poinsot.taylor.lowering import Constants, Program
+from poinsot.taylor.queue import Kernel, Output, Worker
 from poinsot.taylor.square_roots import StartRoots
+from poinsot.taylor.tasks import Status
 
 __all__ = ["LoopedRun", "constants_of"]
 
@@ -105,7 +106,7 @@ class Ready:
     These are behind the constants in what a replay gives for numbers; those of roots depend on starts.
     """
 
-    code: Code
+    code: Kernel
     values: Evaluator | WideEvaluator
     roots: StartRoots
 
@@ -115,7 +116,7 @@ class LoopedRun(Run):
 
     Attributes
     ----------
-    code : Code
+    code : Kernel
     parameters : array (members, parameters)
         Those of members that have no knots.
     push : array () or (members,)
@@ -169,11 +170,11 @@ class LoopedRun(Run):
         values = program.wide_values() if self.wide else program.values(wide)
         return Ready(code, values, StartRoots(program, variables.size))
 
-    def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Code:
+    def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> Kernel:
         """Return the kernel of a program."""
         given = program.decomposition, order, lanes, layout
         if program.jumps:
-            return Code(KernelProgram(*given, self.wide, program.jumps))
+            return kernels.Code(KernelProgram(*given, self.wide, program.jumps))
         return kernels.compiled(*given, self.wide)
 
     def _table(self, ready: Ready, values: Sequence[Any], numbers: Sequence[Any], members: Any = slice(None)) -> Array:
@@ -234,7 +235,7 @@ class LoopedRun(Run):
         """Integrate; what is computed before Ctrl-C or a failure is kept."""
         job, origin = self.job, float(self.origins[0])
         rows = np.empty((1, self.rising.size, self.code.variables))
-        kernel = kernels.Run(self.code, keeps_steps=True) if job.dense else self.code.idle_run()
+        kernel = Worker(self.code, stores_steps=True) if job.dense else self.code.idle_worker()
         tasks = _Tasks(self, kernel, equations.FIRST, rows)
         ends = (origin, float(self.times[0]), float(self.times[-1]))
         with bar("time", max(ends) - min(ends), job.progress) as told:
@@ -245,7 +246,7 @@ class LoopedRun(Run):
         tasks.book()
         if job.dense:
             dense = self.report.dense = DenseOutput(job.variables, origin, self.starts[0])
-            kept = kernel.kept
+            kept = kernel.steps
             parts: dict[bool, list[Any]] = {way: [kept[0][:0]] for way in BOTH_WAYS}
             for block in kept:
                 for k, way in enumerate(tasks.forwards):
@@ -257,7 +258,7 @@ class LoopedRun(Run):
                 dense.last = tasks.queue.tasks["state"][0].copy()
             dense.reached = dict(zip(tasks.forwards, tasks.queue.tasks["time"][:, 0].tolist(), strict=True))
         else:
-            self.code.keep(kernel)
+            self.code.release(kernel)
 
     # ------------------------------------------------------------------ members
 
@@ -284,7 +285,7 @@ class LoopedRun(Run):
 
     def _serve(self, slabs: Iterable[NDArray[np.int_]], told: Callable[[float], None]) -> None:
         """Integrate slab after slab; the rows of small ones are handed over together."""
-        kernel, done = kernels.Run(self.code), list[tuple[NDArray[np.int_], Array]]()
+        kernel, done = Worker(self.code), list[tuple[NDArray[np.int_], Array]]()
         for members in slabs:
             done.append(self.integrate(kernel, members, told))
             if sum(rows.nbytes for _, rows in done) >= HANDED_BYTES:
@@ -322,7 +323,7 @@ class _Tasks:
     Parameters
     ----------
     run : LoopedRun
-    kernel : Run
+    kernel : Worker
         Its memory.
     members : array (n,)
     rows : array (n, times, size)
@@ -340,7 +341,7 @@ class _Tasks:
         if run.starts_below is not None and run.units is not None:
             self.queue.tasks["below"] = run.starts_below[chosen]
             self.queue.tasks["unit"] = run.units[chosen]
-        self.queue.tasks["push"] = run.push if run.push.ndim == 0 else run.push[chosen]
+        self.queue.tasks["torque_scale"] = run.push if run.push.ndim == 0 else run.push[chosen]
         if run.clock is not None:
             run.clock.set(self.queue.tasks, run.origins[chosen], members[self.own])
         self._legs = self._legs_of(members[self.own]) if run.job.problem.knots.size else None
@@ -423,7 +424,7 @@ class _Tasks:
 
     def _happen(self, noted: NotedEvents) -> NDArray[np.int_]:
         """Let happen what the kernel has noted of events; return the tasks that go on behind one."""
-        notes = self._kernel.happened()
+        notes = self._kernel.new_records()
         if self._run.stop and not self._run.one:  # members under way are not kept
             status = self.queue.tasks["status"][notes["task"]]
             notes = notes[(status != UNDER_WAY) & (status != PAUSED)]
@@ -439,8 +440,8 @@ class _Tasks:
             task, time = tasks[k], tasks["time"][k, :1]
             inputs = self._run.numbers_around(time, self._members[self.own[[k]]])
             numbers = [float(np.ravel(number)[0]) for number in inputs]
-            jump = Jump(saltation, task["state"], time[0], numbers, float(task["near"]))
-            before, behind = task["branches"].copy(), task["behind"].copy()
+            jump = Jump(saltation, task["state"], time[0], numbers, float(task["simultaneity"]))
+            before, behind = task["branches"].copy(), task["next_branches"].copy()
             task["branches"][:], task["parameters"][places] = behind, behind
             task["below"][job.variables.tangent_vectors] = 0.0
             try:

@@ -17,8 +17,9 @@ from poinsot.mechanics.environment import OrbitBlock
 from poinsot.taylor import kernels
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph
-from poinsot.taylor.kernels import Code, Output, Queue
+from poinsot.taylor.kernels import Code
 from poinsot.taylor.lowering import TIME, Events, simplified
+from poinsot.taylor.queue import Output, Queue, Worker
 
 __all__ = ["path"]
 
@@ -85,11 +86,11 @@ class Path:
         output = Output.of(np.array([direction * far]), rows, np.arange(members), first, counts, stride)
         queue = Queue(kernel.code, states, np.zeros(1), parameters, output)
         queue.tasks["below"] = start - states
-        run = kernels.Run(kernel.code, keeps_steps=True)
+        run = Worker(kernel.code, stores_steps=True)
         run.start(queue)
         while run.advance():
             pass
-        return _Branch.of(far, np.concatenate(run.kept), queue.tasks["time"])
+        return _Branch.of(far, np.concatenate(run.steps), queue.tasks["time"])
 
 
 path = Path

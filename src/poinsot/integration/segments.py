@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.taylor.kernel_program import Status
+from poinsot.taylor.tasks import Status
 
 __all__ = ["Legs"]
 

@@ -14,7 +14,7 @@ from poinsot.integration.event_log import NotedEvents
 from poinsot.integration.runs import Rows
 from poinsot.integration.termination import HeldInterrupts
 from poinsot.taylor import kernels
-from poinsot.taylor.kernels import Run
+from poinsot.taylor.queue import Queue, Worker
 
 pytestmark = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
 
@@ -46,7 +46,7 @@ def member(batch, i):
 @pytest.fixture
 def few_steps(monkeypatch):
     """A run looks for Ctrl-C after five steps."""
-    monkeypatch.setattr(Run.advance, "__defaults__", (5,))
+    monkeypatch.setattr(Worker.advance, "__defaults__", (5,))
 
 
 # ---------------------------------------------------------------------- which kernel
@@ -92,7 +92,7 @@ def test_what_a_run_left_in_the_memory_of_a_kernel_is_not_in_the_next_one(times,
     pt.propagate(TOP, starts[1], times[:1])
     assert np.array_equal(rows(first), kept)
     assert np.array_equal(rows(third), kept)
-    monkeypatch.setattr(kernels.Run, "queue", lambda run, *given: kernels.Queue(run._code, *given))
+    monkeypatch.setattr(Worker, "queue", lambda run, *given: Queue(run._kernel, *given))
     assert np.array_equal(rows(pt.propagate(TOP, starts[1], times)), rows(second))
     assert second.run.steps == pt.propagate(TOP, starts[1], times).run.steps
 
@@ -126,8 +126,8 @@ class PressedAtCall:
             sys.setprofile(None)
             return
         self.seen += 1
-        if event == "return" and frame.f_code is Run.advance.__code__:
-            self.reached = float(frame.f_locals["self"]._memory["time"][0, 0, 0])
+        if event == "return" and frame.f_code is Worker.advance.__code__:
+            self.reached = float(frame.f_locals["self"]._work["time"][0, 0, 0])
         if self.seen == self.at:
             sys.setprofile(None)
             os.kill(os.getpid(), signal.SIGINT)
