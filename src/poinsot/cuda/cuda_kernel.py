@@ -96,11 +96,7 @@ class CudaWorker:
         self._rows: Any = None
 
     def queue(
-        self,
-        states: NDArray[np.float64],
-        times: NDArray[np.float64],
-        parameters: NDArray[np.float64],
-        output: Output,
+        self, states: NDArray[np.float64], times: NDArray[np.float64], parameters: NDArray[np.float64], output: Output
     ) -> Queue:
         """Return a queue."""
         return Queue(self._code, states, times, parameters, output)

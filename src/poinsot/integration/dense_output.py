@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from poinsot.integration.state_vector import StateVector, blocks_of
 from poinsot.mechanics.state import Phase
-from poinsot.taylor import kernels
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value, machine_code, vector
 from poinsot.taylor.llvm_ir import Array as Memory
 
@@ -69,26 +68,13 @@ class KeptSteps:
         if side == "right":
             ends = np.nextafter(ends, -np.inf)
         _, orders, size = self._blocks[0]["coefficients"].shape
-        if kernels.available():
-            arrays = ends, self._starts, self._low, self._per_unit, self._addresses, np.ascontiguousarray(times)
-            return _compiled(orders, size)(sign, *arrays)
-        which = np.searchsorted(ends[1:-1], sign * times)
-        coefficients = np.concatenate([block["coefficients"] for block in self._blocks])
-        ahead = ((times - self._starts[which]) - self._low[which]) * self._per_unit[which]
-        return _evaluated(coefficients, which, ahead)
-
-
-def _evaluated(coefficients: Array, which: Array, ahead: Array) -> Array:
-    """Return the values of polynomials, chosen by their numbers, at times since the start of each."""
-    total: Array = coefficients[which, -1]
-    for order in range(coefficients.shape[1] - 2, -1, -1):
-        total = total * ahead[:, None] + coefficients[which, order]
-    return total
+        arrays = ends, self._starts, self._low, self._per_unit, self._addresses, np.ascontiguousarray(times)
+        return _compiled(orders, size)(sign, *arrays)
 
 
 @functools.cache
 def _compiled(orders: int, size: int) -> Callable[..., Array]:
-    """Return the same as machine code, for coefficients of one shape; it looks for the step of each time."""
+    """Return the evaluation of steps at times as machine code, for coefficients of one shape."""
 
     def body(count: Value, steps: Value, sign: Value, *arrays: Value) -> None:
         lines = count.function
@@ -116,7 +102,7 @@ def _compiled(orders: int, size: int) -> Callable[..., Array]:
 
     module, pointers = Module(), 7
     module.function("evaluate", "void", [INTEGER, INTEGER, DOUBLE, *[POINTER] * pointers], body)
-    engine = machine_code(str(module), ())
+    engine = machine_code(str(module))
     types: list[Any] = [ctypes.c_int64, ctypes.c_int64, ctypes.c_double, *[ctypes.c_void_p] * pointers]
     function = ctypes.CFUNCTYPE(None, *types)(engine.get_function_address("evaluate"))
 

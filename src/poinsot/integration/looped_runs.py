@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextvars
-import platform
 import time as clock
 import weakref
 from bisect import bisect_left
@@ -79,12 +78,7 @@ Array = NDArray[Any]
 
 
 def constants_of(job: Job) -> Constants:
-    """Return the constants of a job; raise a RuntimeError where no kernel can run."""
-    if job.device == "cpu" and not kernels.available():
-        raise RuntimeError(
-            f"the processor must multiply and add in one instruction (FMA), got {platform.machine()} without it. "
-            "Closed forms run here, as pt.free_motion does."
-        )
+    """Return the constants of a job."""
     return equations.looped_constants(job.problem.between_knots(), job.variables)
 
 

@@ -9,13 +9,12 @@ from __future__ import annotations
 import ctypes
 import functools
 import math
-import platform
 
 from poinsot.taylor.decomposition import Decomposition
 from poinsot.taylor.kernel_program import KernelProgram
 from poinsot.taylor.layouts import Layout
 from poinsot.taylor.llvm_functions import LIBRARY
-from poinsot.taylor.llvm_ir import host_features, machine_code
+from poinsot.taylor.llvm_ir import machine_code
 from poinsot.taylor.queue import Kernel
 
 __all__ = ["Code", "compiled", "order_of"]
@@ -36,12 +35,6 @@ class Code(Kernel):
         self._engine = machine_code(str(program.module), LIBRARY)
         address = self._engine.get_function_address("advance")
         self.advance = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)(address)
-
-
-@functools.cache
-def available() -> bool:
-    """Return whether kernels run here: on processors that multiply and add in one instruction."""
-    return platform.machine().lower() in ("arm64", "aarch64") or host_features().get("fma", False)
 
 
 @functools.lru_cache(MAX_KERNELS)

@@ -661,10 +661,7 @@ class FunctionText:
         return whole
 
     def repeat(
-        self,
-        carried: Sequence[Value],
-        going: Callable[..., Value],
-        body: Callable[..., Sequence[Value]],
+        self, carried: Sequence[Value], going: Callable[..., Value], body: Callable[..., Sequence[Value]]
     ) -> list[Value]:
         """Repeat a body while a condition holds; both take the carried values, and the body returns the next ones."""
         before, head, inside, after = self._block, self._label(), self._label(), self._label()
@@ -728,14 +725,18 @@ def host_features() -> dict[str, bool]:
     return dict(llvm.get_host_cpu_features())
 
 
-def machine_code(text: str, library: Sequence[str]) -> Any:
-    """Compile a module that calls some functions of the C library, or load it from disk; return the code's owner."""
+def machine_code(text: str, library: Sequence[str] = ()) -> Any:
+    """Compile a module, or load it from disk; return the owner of the code.
+
+    A module may call some functions of the C library. On a processor that does not multiply and add in one instruction
+    LLVM calls its `fma`, which gives the same bits in a much longer time.
+    """
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     own = ctypes.CDLL("ucrtbase" if platform.system() == "Windows" else None)
-    for name in library:
+    for name in ("fma", *library):
         llvm.add_symbol(name, ctypes.cast(getattr(own, name), ctypes.c_void_p).value)
     cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
     level = CODE_GENERATION if len(text) <= MAX_OPTIMIZED else 0

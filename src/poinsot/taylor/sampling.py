@@ -70,10 +70,7 @@ class Sampling(Part):
         self.of_tasks_and_lanes = [*((name, "f8", count) for name in SAMPLES), ("keys", "i8", count)]
         self.of_lanes = [(SAMPLE, "f8", ())]
         if jumps:
-            self.functions = {
-                "next_sample": self._next_sample,
-                "jump": functools.partial(self._jump, jumps),
-            }
+            self.functions = {"next_sample": self._next_sample, "jump": functools.partial(self._jump, jumps)}
 
     @override
     def taken(self, work: Work, task: Structure, lane: Value) -> None:

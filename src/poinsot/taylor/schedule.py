@@ -12,15 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from poinsot.taylor.decomposition import (
-    Decomposition,
-    Function,
-    Operand,
-    Operation,
-    Product,
-    Quotient,
-    Variable,
-)
+from poinsot.taylor.decomposition import Decomposition, Function, Operand, Operation, Product, Quotient, Variable
 
 __all__ = ["CoefficientRow", "InnerSum", "Schedule", "varying"]
 

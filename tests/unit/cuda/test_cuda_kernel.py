@@ -16,7 +16,6 @@ from unit.taylor.test_kernels import DECOMPOSITIONS, ORDER, SYSTEMS, decomposed,
 
 pytestmark = [
     cuda_on_cpu.needs_compiler,
-    pytest.mark.skipif(not kernels.available(), reason="needs llvmlite"),
 ]
 
 RESULTS = ("state", "time", "status", "steps", "index", "exponent", "pause")

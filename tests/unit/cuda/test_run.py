@@ -14,7 +14,6 @@ from poinsot.taylor import kernels
 
 pytestmark = [
     cuda_on_cpu.needs_compiler,
-    pytest.mark.skipif(not kernels.available(), reason="needs llvmlite"),
 ]
 
 COUNT = 100

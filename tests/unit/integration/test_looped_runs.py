@@ -1,7 +1,6 @@
 """Runs on looped kernels: which kernel they take, Ctrl-C, members that fail or start anywhere, reports."""
 
 import os
-import re
 import signal
 import sys
 
@@ -15,8 +14,6 @@ from poinsot.integration.runs import Rows
 from poinsot.integration.termination import HeldInterrupts
 from poinsot.taylor import kernels
 from poinsot.taylor.queue import Queue, Worker
-
-pytestmark = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
 
 BODY = pt.Body((1.3, 1.0, 0.7))
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.6, 0.5))
@@ -346,17 +343,3 @@ def test_events_beside_the_singular_angle(count):
     with pytest.raises(pt.PropagationError, match="Euler angles 3-1-3 are singular") as stopped:
         pt.propagate(pt.System(body), start, [4.0], events=events, formulation="euler_angles")
     assert stopped.value.time == pytest.approx(np.pi / 2 - 1e-6, abs=2e-15)  # three times the worst of 40 rates
-
-
-def test_a_processor_without_fused_multiply_add_is_refused(monkeypatch):
-    monkeypatch.setattr(kernels, "available", lambda: False)
-    monkeypatch.setattr("platform.machine", lambda: "x86_64")
-    sentence = (
-        "the processor must multiply and add in one instruction (FMA), got x86_64 without it. "
-        "Closed forms run here, as pt.free_motion does."
-    )
-    with pytest.raises(RuntimeError, match=f"^{re.escape(sentence)}$"):
-        pt.propagate(TOP, START, [1.0])
-    body = pt.Body((1.25, 1.0, 0.75))
-    motion = pt.free_motion(body, body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
-    assert np.all(np.isfinite(motion.quaternion))

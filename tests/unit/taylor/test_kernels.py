@@ -1,15 +1,18 @@
 """The looped kernel against heyoka's integrator, against mpmath's Taylor coefficients, and against itself."""
 
+import platform
 import subprocess
 import sys
 import threading
+from types import SimpleNamespace
 
 import heyoka as hy
+import llvmlite.binding
 import mpmath
 import numpy as np
 import pytest
 
-from poinsot.taylor import kernels, layouts, llvm_ir, recurrences, rescaling
+from poinsot.taylor import layouts, llvm_ir, recurrences, rescaling
 from poinsot.taylor.decomposition import (
     Coefficient,
     Decomposition,
@@ -29,8 +32,6 @@ from poinsot.taylor.layouts import Rolled
 from poinsot.taylor.queue import FOREVER, STEPS_IN_BLOCK, Output, Queue, Worker
 from poinsot.taylor.rescaling import LEAST_MOMENTUM, MOST_MOMENTUM
 from poinsot.taylor.tasks import Status
-
-pytestmark = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
 
 EPS = np.finfo(float).eps
 TOLERANCE = EPS
@@ -282,6 +283,17 @@ def test_optimization_changes_no_bit(layout, name, monkeypatch):
         found.append(integrated(code, states, times)[0])
     for other in found[1:]:
         np.testing.assert_array_equal(other, found[0])
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="needs an x86 processor")
+def test_a_processor_without_fused_multiply_add_gives_the_same_bits(monkeypatch):
+    times, states = [5.0], starts("top", 3)
+    expected = integrated(Code(KernelProgram(DECOMPOSITIONS["top"], ORDER, 2, "batch")), states, times)[0]
+    without = SimpleNamespace(flatten=lambda: "-fma,-fma4,-avx")
+    monkeypatch.setattr(llvmlite.binding, "get_host_cpu_name", lambda: "x86-64")
+    monkeypatch.setattr(llvmlite.binding, "get_host_cpu_features", lambda: without)
+    found = integrated(Code(KernelProgram(DECOMPOSITIONS["top"], ORDER, 2, "batch")), states, times)[0]
+    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("name", SYSTEMS)
