@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,10 @@ from poinsot.taylor.dense_output import StoredSteps
 __all__ = ["Action", "DenseOutput"]
 
 Array = NDArray[np.float64]
+Time = TypeVar("Time", bound=float | Array)
 
 
-class Action(NamedTuple):
+class Action(NamedTuple, Generic[Time]):
     """The variables after an event has acted at a time; times that differ by no more than `near` are the same.
 
     Attributes
@@ -29,13 +30,13 @@ class Action(NamedTuple):
         variables before both, and rows at later times those after both.
     """
 
-    time: Any
-    near: Any
+    time: Time
+    near: Time
     row: Array
-    since: Any = -np.inf
-    until: Any = np.inf
+    since: Time
+    until: Time
 
-    def at(self, times: Any) -> Any:
+    def at(self, times: float | Array) -> NDArray[np.bool_]:
         """Return whether rows at times are the variables after the action."""
         return (np.abs(times - self.time) <= self.near) & (times >= self.since) & (times < self.until)
 
@@ -61,7 +62,7 @@ class DenseOutput:
     def __init__(self, variables: StateVector, origin: float, start: Array) -> None:
         self._variables, self._origin, self._start = variables, origin, np.asarray(start, dtype=float)
         self.last: Array | None = None
-        self.actions: Sequence[Action] = ()
+        self.actions: Sequence[Action[float]] = ()
         self.parts: Mapping[bool, StoredSteps] = {}
         self.reached: dict[bool, float] = {}
 
@@ -89,7 +90,7 @@ class DenseOutput:
             rows[here] = some.row[here]
 
     @functools.cached_property
-    def _after_actions(self) -> Action:
+    def _after_actions(self) -> Action[Array]:
         """The last ones of actions at one time, by times that rise."""
         last = [
             one

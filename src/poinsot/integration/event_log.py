@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +29,7 @@ ZENO = 1e-5
 LARGEST = float(np.sqrt(np.finfo(float).max))
 """Momenta above this have rates that overflow."""
 
-Array = NDArray[Any]
+Array = NDArray[np.float64]
 
 
 class EventLog:
@@ -75,7 +74,7 @@ class EventLog:
         self._members, self._interrupt, self._stopping = members, interrupt, stopping
         tasks, events = queue.tasks, problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
-        self.actions: list[list[Action]] = [[] for _ in tasks]
+        self.actions: list[list[Action[float]]] = [[] for _ in tasks]
         self.failed: dict[int, str] = {}
         self.causes: dict[int, BaseException] = {}
         self._last = np.repeat(tasks["time"][:, :1], len(events), axis=1)
@@ -85,7 +84,7 @@ class EventLog:
         self._bits = [(i, *bit_of(i)) for i in range(len(events))]
         self._singular = bit_of(len(events))
 
-    def take(self, notes: Array) -> NDArray[np.int_]:
+    def take(self, notes: NDArray[np.void]) -> NDArray[np.int_]:
         """Let happen what was noted; return the tasks that stopped at an event and are to go on."""
         counts, rows = self._counts(notes), notes["state"]
         columns = [notes[name].tolist() for name in ("task", "crossed", "rising", "time", "simultaneity")]
@@ -105,7 +104,7 @@ class EventLog:
         tasks["status"][stopped] = Status.UNDER_WAY
         return stopped
 
-    def _counts(self, notes: Array) -> Array:
+    def _counts(self, notes: NDArray[np.void]) -> NDArray[np.bool_]:
         """Return which events count where they were noted, shape (notes, events)."""
         counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
         if notes.size:
@@ -142,13 +141,13 @@ class EventLog:
                 self._queue.tasks["status"][task] = Status.ENDED
         return acted
 
-    def _change(self, own: Any, before: Array, after: Array) -> None:
+    def _change(self, own: np.void, before: Array, after: Array) -> None:
         """Give a task the variables after an action; unchanged ones have their low parts in quadruple precision."""
         low = own["below"][: after.size]
         own["state"][: after.size], own["signs"] = after, 0.0
         low[:] = np.where(after == before, low, 0.0) if self._queue.wide else 0.0
 
-    def _put_rows(self, task: int, action: Action) -> None:
+    def _put_rows(self, task: int, action: Action[float]) -> None:
         """Put the variables after an action into the rows at its time, which the kernel writes before the action."""
         own, output = self._queue.tasks[task], self._queue.output
         rows, stride = output.rows.reshape(-1, action.row.size), int(own["stride"])
@@ -180,9 +179,7 @@ class EventLog:
         return False
 
 
-def _acted(
-    problem: Problem, variables: StateVector, number: int, member: int, time: float, row: NDArray[Any]
-) -> NDArray[Any]:
+def _acted(problem: Problem, variables: StateVector, number: int, member: int, time: float, row: Array) -> Array:
     """Return the variables of the state that an event of a member returns; those of parts that it leaves out stay."""
     variables = members_of(variables, member)
     phase = variables.to_phase(np.array([time]), row[None])
@@ -199,7 +196,7 @@ def _acted(
     largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
     if largest > LARGEST:
         raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
-    new: NDArray[Any] = variables.with_state(row, after, np.array(time))
+    new: Array = variables.with_state(row, after, np.array(time))
     return new
 
 

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +79,7 @@ class Formulation(ABC):
         """The number of variables."""
         return sum(self.blocks.values())
 
-    def split(self, variables: Any) -> list[Any]:
+    def split(self, variables: Sequence[Scalar]) -> list[Vector]:
         """Return the blocks of a flat sequence of scalars."""
         ends = np.cumsum(list(self.blocks.values()))
         return [functions.Vector(variables[end - n : end]) for end, n in zip(ends, self.blocks.values(), strict=True)]
@@ -88,17 +87,17 @@ class Formulation(ABC):
     turns = True
     """Whether its attitude may refer to turning axes."""
 
-    def nearness(self, variables: Any) -> Scalar | None:  # noqa: ARG002
+    def nearness(self, variables: Sequence[Scalar]) -> Scalar | None:  # noqa: ARG002
         """Return what falls to zero where the variables become singular; None if they never do."""
         return None
 
     @abstractmethod
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         """Return the attitude and the angular momentum along the body axes."""
 
     @abstractmethod
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         """Return the time derivatives of the variables.
 
@@ -124,13 +123,13 @@ class LiePoisson(Formulation):
     tangent: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
 
     @override
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         q, g = self.split(variables)
         return Attitude.from_quaternion(q), g
 
     @override
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         q, _ = self.split(variables)
         return [*_turned(q, omega, turning), *g_rate]
@@ -164,17 +163,17 @@ class Planar(LiePoisson):
             )
 
     @override
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         return super().physical(_planar(variables))
 
     @override
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         return _planar(super().rates(_planar(variables), omega, g_rate, torque, turning))
 
 
-def _planar(variables: Any) -> list[Scalar]:
+def _planar(variables: Sequence[Scalar]) -> list[Scalar]:
     """Return the variables with literal zeros for those that are always zero."""
     q0, _, _, q3, _, _, g3 = variables
     return [q0, 0.0, 0.0, q3, 0.0, 0.0, g3]
@@ -221,13 +220,13 @@ class Canonical(Formulation):
     conjugate = True
 
     @override
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         q, Q = self.split(variables)
         return Attitude.from_quaternion(q), Vector(0.5 * quat.imaginary(quat.product(quat.conjugate(q), Q)))
 
     @override
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         q, Q = self.split(variables)
         push = quat.product(q, quat.pure(2 * torque))
@@ -256,11 +255,11 @@ class EulerAngles(Formulation):
     turns = False
 
     @override
-    def nearness(self, variables: Any) -> Scalar | None:
+    def nearness(self, variables: Sequence[Scalar]) -> Scalar | None:
         return functions.sin(variables[1]) ** 2 - euler.SINGULAR_SINE**2
 
     @override
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         angles, momenta = self.split(variables)
         g = Vector(euler.angular_momentum_from_momenta(angles, momenta, self.sequence))
         q = euler.quaternion_from_angles(angles, self.sequence)
@@ -268,7 +267,7 @@ class EulerAngles(Formulation):
 
     @override
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         angles, _ = self.split(variables)
         _, g = self.physical(variables)
@@ -292,7 +291,7 @@ class EulerAngles(Formulation):
         }
 
 
-def _turned(x: Any, omega: Vector, turning: Vector | None) -> Any:
+def _turned(x: Vector, omega: Vector, turning: Vector | None) -> Iterable[Scalar]:
     """Return x (0, omega/2), less (0, turning) x / 2 if x refers to turning axes: rates are added before products."""
     half_omega = 0.5 * omega
     if turning is None:

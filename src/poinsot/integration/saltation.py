@@ -20,7 +20,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable, Container, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +28,12 @@ from numpy.typing import NDArray
 from poinsot.functions import Vector, cross
 from poinsot.integration.tangent_vectors import UNIT, Variations
 from poinsot.integration.variational import TangentVector, VariationalEquations
-from poinsot.taylor.graph import Evaluator, Graph, Node, ordered, replaced, tangents
+from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered, replaced, tangents
 
 __all__ = ["Jump", "NoDerivative", "Saltation"]
 
-Array = NDArray[Any]
+Array = NDArray[np.floating]
+Scalars = Sequence[GraphScalar]
 Values = Callable[..., Array]
 
 AT_ONCE, AT_ZERO = 2.0**10, 2.0**24
@@ -76,8 +77,8 @@ class Saltation:
         self,
         graph: Graph,
         own: Sequence[Node],
-        rates: Sequence[Any],
-        conditions: Mapping[Node, Any],
+        rates: Scalars,
+        conditions: Mapping[Node, GraphScalar],
         linear: VariationalEquations,
         variations: Variations,
     ) -> None:
@@ -137,21 +138,22 @@ class Saltation:
             self._known[name, number] = self._values(outputs)
         return self._known[name, number]
 
-    def _along(self, function: Any) -> Any:
-        return tangents([function], dict(zip(self._own, self._rates, strict=True)))[0]
+    def _along(self, function: GraphScalar) -> GraphScalar:
+        slope: GraphScalar = tangents([function], dict(zip(self._own, self._rates, strict=True)))[0]
+        return slope
 
-    def _in_chart(self, changes: list[Any], vector: TangentVector) -> list[Any]:
+    def _in_chart(self, changes: list[GraphScalar], vector: TangentVector) -> list[GraphScalar]:
         """Return changes of the velocity as those in a chart of rotation vectors."""
         for i, theta in enumerate(vector.thetas):
             own = slice(6 * i, 6 * i + 3)
             changes[own] = Vector(changes[own]) + 0.5 * cross(theta, Vector(self._linear.velocity[own]))
         return self._linear.chosen(changes)
 
-    def _values(self, outputs: Sequence[Any]) -> Values:
+    def _values(self, outputs: Scalars) -> Values:
         """Return what computes outputs for inputs of the run and groups of numbers by name, shape (outputs, ...)."""
         replay = Evaluator(outputs, np.longdouble, [*itertools.chain(*self._given.values())])
 
-        def values(inputs: Sequence[Any], **groups: Sequence[Any]) -> Array:
+        def values(inputs: Sequence[float], **groups: Sequence[float] | Array) -> Array:
             given = [groups.get(name, [0.0] * len(group)) for name, group in self._given.items()]
             with np.errstate(all="ignore"):
                 return np.stack(np.broadcast_arrays(*replay([*itertools.chain(*given), *inputs])))
@@ -174,7 +176,7 @@ class Jump:
         The time within which all is at once.
     """
 
-    def __init__(self, saltation: Saltation, row: Array, time: Any, inputs: Sequence[Any], near: float) -> None:
+    def __init__(self, saltation: Saltation, row: Array, time: float, inputs: Sequence[float], near: float) -> None:
         self._saltation, self._inputs, self._near = saltation, inputs, near
         first = row.size - saltation.variations.size
         self._own, self._variables = [*row[:first], time], row[first:].astype(np.longdouble)
@@ -271,13 +273,13 @@ class _Crossing(NamedTuple):
     """
 
     number: int
-    slope: Any
-    bend: Any
+    slope: np.floating
+    bend: np.floating
     distance: float
     shift: Array
 
 
-def _jumping(graph: Graph, rates: Sequence[Any], conditions: Container[Node]) -> set[Node]:
+def _jumping(graph: Graph, rates: Scalars, conditions: Container[Node]) -> set[Node]:
     """Return the conditions at which rates may jump: all but those at which they are seen to be continuous."""
     switches = [node for node in ordered(rates) if node.name == "where" and node.operands[0] in conditions]
     return {node.operands[0] for node in switches if not _is_continuous(graph, node)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 
@@ -39,7 +39,8 @@ STRUCTURAL = ("structure", "along_orbits", "size", "charts", "momenta")
 CHART, TANGENT = "attitude and momentum", "tangent vectors"
 """Names of slots that no part has."""
 
-Factors = tuple[Any, ...]
+Number = float | Array
+Factors = tuple[Number | None, ...]
 """What each variable of a slot is multiplied by, powers of two; None for the scale of the momenta."""
 
 
@@ -49,12 +50,12 @@ class Slot(NamedTuple):
     place: slice
     factors: Factors
 
-    def physical(self, variables: Any, scale: Scalar) -> Vector:
+    def physical(self, variables: Sequence[Scalar], scale: Scalar) -> Vector:
         """Return the variables in physical units, scalars of any kind."""
         factors = zip(variables[self.place], self.factors, strict=True)
         return Vector(x * (1 / (scale if factor is None else factor)) for x, factor in factors)
 
-    def scaled(self, values: Any, scale: Scalar) -> list[Scalar]:
+    def scaled(self, values: Iterable[Scalar], scale: Scalar) -> list[Scalar]:
         """Return values in physical units as the variables."""
         return [x * (scale if factor is None else factor) for x, factor in zip(values, self.factors, strict=True)]
 
@@ -89,13 +90,13 @@ class StateVector:
     """
 
     formulation: Formulation
-    scale: Any
+    scale: Number
     parts: Mapping[str, Factors]
     orbits: tuple[OrbitBlock, ...] = ()
     views: Views = ()
     comoving: bool = False
     variations: Variations | None = None
-    ratios: Mapping[str, Any] = field(default_factory=lambda: {"": 1.0})
+    ratios: Mapping[str, Number] = field(default_factory=lambda: {"": 1.0})
 
     def sharing(self, known: dict[Any, Any]) -> StateVector:
         """Return the variables with what another system of the structure has found of its own; `known` keeps it."""
@@ -181,7 +182,7 @@ class StateVector:
         return self.formulation, tuple(self.ratios), parts, blocks, self.views, self.comoving, variations
 
     @property
-    def factors(self) -> tuple[Any, ...]:
+    def factors(self) -> tuple[Number, ...]:
         """The ratios of further bodies and the factors of parts that are numbers: parameters of a kernel."""
         _, *ratios = self.ratios.values()
         return *ratios, *[factor for own in self.parts.values() for factor in own if factor is not None]
@@ -333,7 +334,7 @@ class StateVector:
 
     # ------------------------------------------------------------------ symbols
 
-    def physical(self, variables: Any, scale: Scalar) -> dict[str, Vector]:
+    def physical(self, variables: Sequence[Scalar], scale: Scalar) -> dict[str, Vector]:
         """Return the variables of parts in physical units, by the name of the part."""
         return {name: self.slots[name].physical(variables, scale) for name in self.parts}
 
@@ -366,7 +367,7 @@ def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     return factors
 
 
-def _power(size: Any) -> Any:
+def _power(size: Number) -> Number:
     """Return the powers of two that bring sizes near a tenth, without rounding; 1 for a size of zero."""
     sound = (size > 0) & (size < np.inf)
     return np.exp2(np.round(np.log2(MOMENTUM_SCALE / np.where(sound, size, MOMENTUM_SCALE))))[()]

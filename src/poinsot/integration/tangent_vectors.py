@@ -7,7 +7,7 @@ small again by a power of two, and n raised.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 __all__ = ["STEPS_AT_A_TIME", "UNIT", "Variations"]
 
 Array = NDArray[np.float64]
+Rows = TypeVar("Rows", NDArray[np.float64], NDArray[np.floating], NDArray[np.object_])
 
 INITIAL_EXPONENT = -10
 """Binary exponent of a vector at the start: large enough for the step control where the motion itself is at rest."""
@@ -64,8 +65,8 @@ class Variations:
     count: int
     inputs: tuple[tuple[int, ...], ...] = ()
     order: int = 1
-    initial: Any = field(default=None, compare=False)
-    sizes: Any = field(default=(), compare=False)
+    initial: Array | None = field(default=None, compare=False)
+    sizes: NDArray[np.int_] | tuple[()] = field(default=(), compare=False)
 
     @property
     def size(self) -> int:
@@ -87,7 +88,7 @@ class Variations:
         """Which of the variables scale as momenta do."""
         return [place for place, scales in enumerate(self.scaled * (self.total + len(self.pairs))) if scales]
 
-    def split(self, rows: Any) -> tuple[Any, Any, Any, Any]:
+    def split(self, rows: Rows) -> tuple[Rows, Rows, Rows, Rows]:
         """Return views of u (..., vectors, k), of pairs (..., pairs, k), of n and of units in rows of variables."""
         k, first, second = len(self.scaled), self.total * len(self.scaled), len(self.pairs) * len(self.scaled)
         u, pairs, n, units = np.split(rows, [first, first + second, first + second + self.total], axis=-1)

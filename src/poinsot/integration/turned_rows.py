@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +14,15 @@ from poinsot.functions import Vector
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value, machine_code
 from poinsot.taylor.llvm_ir import Array as Memory
 
+Reals = NDArray[np.floating]
+
 __all__ = ["MANY", "turn_rows"]
 
 MANY = 8192
 """Number of rows above which machine code multiplies them: 7 ms to compile, then a sixth of the time of NumPy."""
 
 
-def turn_rows(turns: NDArray[Any], rows: NDArray[Any]) -> None:
+def turn_rows(turns: Reals, rows: Reals) -> None:
     """Replace quaternions q by the products p q with others, in place; shapes (..., 4), or what NumPy broadcasts."""
     if rows.shape == turns.shape and rows.size >= 4 * MANY and rows.dtype == turns.dtype == np.float64:
         each, flat = np.ascontiguousarray(turns), rows.reshape(-1, 4)
@@ -33,7 +34,7 @@ def turn_rows(turns: NDArray[Any], rows: NDArray[Any]) -> None:
         rows[..., place] = component
 
 
-def _components(array: NDArray[Any]) -> Sequence[Any]:
+def _components(array: Reals) -> Sequence[float | Reals]:
     """Return the numbers of one quaternion, of which floats of Python are the fastest, or the columns of rows."""
     return array.tolist() if array.ndim == 1 else quat.components(array)
 
