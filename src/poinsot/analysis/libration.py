@@ -17,7 +17,7 @@ from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.members import expanded
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.printable import quoted
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import OfTwoBodies
 
 __all__ = ["Librations", "librations"]
 
@@ -82,7 +82,7 @@ class Librations(Summarized):
 
 
 @checked
-def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
+def librations(motion: OfTwoBodies, body: str = "secondary") -> Librations:
     """Return yaw, pitch and roll of one of two bodies relative to their orbit.
 
     `pt.analysis.frequencies(found.yaw, found.times)` gives the free frequencies of a libration as lines of these
@@ -90,7 +90,7 @@ def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
 
     Parameters
     ----------
-    motion : PairTrajectory
+    motion : Trajectory
         Motion of two bodies, or an ensemble.
     body : {"secondary", "primary"}
         Body whose angles are returned.

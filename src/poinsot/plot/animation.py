@@ -23,7 +23,7 @@ from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_membe
 from poinsot.plot.solid_parts import triangles
 from poinsot.plot.solids import right_and_up, view_direction
 from poinsot.printable import quoted
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ class _Moving:
 
 def _bodies(motion: Trajectory, times: Array) -> list[_Moving]:
     """Return the bodies of a motion."""
-    if not isinstance(motion, PairTrajectory):
+    if not is_of_two_bodies(motion):
         return [_moving(motion, times, triangles(motion.system.body), 1.0, PURPLE)]
     pair = motion.system.pair
     shares = [sign * (1 - mass / pair.total_mass) for mass, sign in zip(pair.masses, (-1, 1), strict=True)]

@@ -31,7 +31,7 @@ from poinsot.plot.labels import (
 from poinsot.plot.page_arrays import base64_of, packed, rows_of
 from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
@@ -108,7 +108,7 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
     """Return what the page shows, of one body or of two, and of other motions beside it."""
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
-    own = _of_pair(motion) if isinstance(motion, PairTrajectory) else _of_body(motion)
+    own = _of_pair(motion) if is_of_two_bodies(motion) else _of_body(motion)
     rates, plots = own.pop("rates"), own.pop("plots")
     momentum = own["arrays"]["angular_momentum_space"] = motion.angular_momentum_space
     own["largest"]["angular_momentum"] = _longest(momentum)
@@ -164,7 +164,7 @@ def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
 
 def _moving(motion: Trajectory) -> dict[str, Array]:
     """Return what places and turns the bodies, by the names that the page has for it."""
-    if not isinstance(motion, PairTrajectory):
+    if not is_of_two_bodies(motion):
         return {"quaternion": motion.quaternion, "omega_body": motion.omega_body}
     arrays = {"position": motion.position, "velocity": motion.velocity}
     for name, one in motion.of_bodies.items():
@@ -172,7 +172,7 @@ def _moving(motion: Trajectory) -> dict[str, Array]:
     return arrays
 
 
-def _of_pair(motion: PairTrajectory) -> dict[str, Any]:
+def _of_pair(motion: Trajectory) -> dict[str, Any]:
     """Return what is shown of two bodies."""
     pair, distance = motion.system.pair, motion.distance
     rates, bodies, largest, reach = {}, {}, {}, 0.0

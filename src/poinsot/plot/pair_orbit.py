@@ -12,7 +12,7 @@ from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solid_parts import surfaces
 from poinsot.plot.solids import draw_path
 from poinsot.plot.time_axis import instant
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import OfTwoBodies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +26,7 @@ BODIES = {"primary": BLUE, "secondary": VERMILION}
 
 @plot
 def mutual_orbit(
-    motion: PairTrajectory,
+    motion: OfTwoBodies,
     *,
     ax: Axes | None = None,
     length_unit: str | None = None,
@@ -39,7 +39,7 @@ def mutual_orbit(
 
     Parameters
     ----------
-    motion : PairTrajectory
+    motion : Trajectory
         Motion of two bodies, whose samples a line joins. A body made of a shape is drawn as the convex hull of each of
         its parts, and any other body as the homogeneous ellipsoid with its mass and moments.
     {options}
@@ -79,7 +79,7 @@ def mutual_orbit(
     return panel
 
 
-def _plane(motion: PairTrajectory) -> Array:
+def _plane(motion: OfTwoBodies) -> Array:
     """Return the line of centres and the direction across it in the plane of the orbit, at the first time; (3, 2)."""
     out = motion.position[0] / np.linalg.norm(motion.position[0])
     onwards = motion.velocity[0] - motion.velocity[0] @ out * out

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +13,34 @@ from poinsot.display.progress import Progress
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
 from poinsot.integration.runs import Memory, OneMotion, Report
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
+from poinsot.propagation.columns import ORBIT_VARIABLES
 from poinsot.propagation.driver import Driver
-from poinsot.propagation.event_record import KnownEvents, crossings
+from poinsot.propagation.event_record import NO_EVENTS, EventRecords, crossings
 from poinsot.propagation.memory import refuse_larger_than_memory
-from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.rows import ComputedRows
 from poinsot.propagation.run_record import Method, Run
 from poinsot.propagation.selection import numbers_of_members, system_of_members
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Integrator"]
+
+
+class Kept(Protocol):
+    """Rows of a sink."""
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """Times of the rows."""
+
+    @property
+    def phase(self) -> Phase:
+        """State variables by name."""
+
+    @property
+    def rows(self) -> Mapping[str, NDArray[np.float64]]:
+        """State variables and further rows by name."""
 
 
 class Integrator(Driver):
@@ -57,26 +75,26 @@ class Integrator(Driver):
             refuse_larger_than_memory(members[0], times.size, numbers)
         kept = Memory(self.variables, members[0], times, **self._of_orbits) if members else OneMotion()
         report = self.run(state, times, kept)
-        motion = self.trajectory(state, kept, report)
-        if self.problem.events:
-            rising = bool(times[0] <= times[-1])
-            found = crossings(self.system, self.problem.events, self.variables, report.events, rising)
-            motion._complete(event_source=KnownEvents(found))
-        return motion, report
+        return self.trajectory(state, kept, report, times), report
 
-    def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
-        """Return the motion of rows that a sink has kept."""
-        problem, variables, many = self.problem, self.variables, bool(state.time.ndim)
-        method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR
-        return trajectory_class(problem.system)(
+    def trajectory(self, state: State, kept: Kept, report: Report, times: NDArray[np.float64]) -> Trajectory:
+        """Return the motion from the rows of a sink."""
+        problem, variables, many, events = self.problem, self.variables, bool(state.time.ndim), NO_EVENTS
+        if problem.events:
+            rising = bool(times[0] <= times[-1])
+            found = crossings(problem.system, problem.events, variables, report.events, rising)
+            events = EventRecords.of(found)
+        columns = (lambda: {ORBIT_VARIABLES: kept.rows["orbits"]}) if self._of_orbits else dict
+        return Trajectory(
             problem.system,
             state,
             kept.times,
-            lambda: kept.phase,
-            Run.of(report, method, variables.formulation.name, self.precision),
+            ComputedRows(lambda: kept.phase, columns, events),
+            Run.of(
+                report, Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR, variables.formulation.name, self.precision
+            ),
             (report.dense, *report.dense.ends) if report.dense else None,
             report.failures if many else {},
-            (lambda: variables.environment(problem, kept.times, kept.rows["orbits"])) if self._of_orbits else None,
         )
 
     @property

@@ -27,8 +27,9 @@ from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
 from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
-from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.integrator import Integrator, Kept
 from poinsot.propagation.memory import refuse_larger_than_memory
+from poinsot.propagation.rows import MemoryRows
 from poinsot.propagation.run_record import Method, Run, versions
 from poinsot.propagation.selection import state_of_members
 from poinsot.propagation.trajectory import Trajectory
@@ -108,7 +109,7 @@ def free_motion(
         phase = rotation.phase(t)
         interpolant = (rotation.phase, -np.inf, np.inf)
     run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions())
-    return Trajectory(system, state, t, lambda: phase, run, interpolant)
+    return Trajectory(system, state, t, MemoryRows(phase), run, interpolant)
 
 
 class _ClosedForm(Integrator):
@@ -122,9 +123,9 @@ class _ClosedForm(Integrator):
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
-    def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
+    def trajectory(self, state: State, kept: Kept, report: Report, times: Array) -> Trajectory:
         run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
-        return Trajectory(self.system, state, kept.times, lambda: kept.phase, run)
+        return Trajectory(self.system, state, times, MemoryRows(kept.phase), run)
 
 
 def _in_chunks(system: System, state: State, times: Array, provenance: Mapping[str, Any]) -> EnsembleOfMotions:
