@@ -68,9 +68,6 @@ INTERNAL = {
         "at",
         "given_parts",
         "attracted_moment",
-        "momentum_scale",
-        "momentum_scale_of_members",
-        "traced_sizes",
         "inertia",
         "internal_energy",
         "momentum",
@@ -89,10 +86,10 @@ INTERNAL = {
         "sniff",
     ),
     *("seen_from", "power", "with_attitude", "with_separation", "on", "load", "truncation", "check_start"),
-    *("try_event", "numbered", "variables", "momentum_ratios", "sizes_of_blocks"),
+    *("try_event", "numbered", "variables"),
     *("from_msis",),  # its package is not among those of the tests
     *("turned", "update", "in_body", "rate_in_body", "moment", "angles_at", "axes_at", "to_planet"),
-    *("first", "of_members", "falls_on", "limits"),
+    *("first", "falls_on", "limits"),
 }
 """Methods that formulas and the package call, and not a user."""
 

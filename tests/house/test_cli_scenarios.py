@@ -19,7 +19,7 @@ from poinsot.cli import app, plots
 from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
 from poinsot.files.scenarios import scenario as scenarios
 from poinsot.plot.distribution import QUANTITIES
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 WIDE = {"COLUMNS": "400"}

@@ -61,11 +61,15 @@ def circles(edges):
     return [names for names in found if len(names) > 1]
 
 
+def contracts():
+    """Return the contracts on imports by their names."""
+    rows = tomllib.loads(PROJECT.read_text())["tool"]["importlinter"]["contracts"]
+    return {row["name"]: row for row in rows}
+
+
 def layers():
     """Return the layers of the project, the uppermost first; modules of one layer stand side by side."""
-    contracts = tomllib.loads(PROJECT.read_text())["tool"]["importlinter"]["contracts"]
-    rows = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
-    return [[name.strip() for name in row.split("|")] for row in rows]
+    return [[name.strip() for name in row.split("|")] for row in contracts()["imports go down"]["layers"]]
 
 
 def place_of(module, rows):
@@ -98,6 +102,18 @@ def test_no_import_goes_up():
 def test_every_module_is_in_a_layer():
     outside = [name for name in modules() if place_of(name, layers()) is None]
     assert outside == ["poinsot"]
+
+
+def test_every_package_imports_the_compiler_by_one_rule():
+    """Packages above the bridge and below it have a contract each; `integration` and `cuda` import any module."""
+    names = [name for row in layers() for name in row]
+    bridge, compiler = names.index("poinsot.integration"), names.index("poinsot.taylor")
+    above = contracts()["results and analyses reach the compiler through integration alone"]
+    below = contracts()["descriptions import the graph of formulas alone"]
+    assert sorted(above["source_modules"]) == sorted(set(names[:bridge]) - {"poinsot.cuda"})
+    assert sorted(below["source_modules"]) == sorted(names[bridge + 1 : compiler])
+    for contract in (above, below):
+        assert contract["forbidden_modules"] == ["poinsot.taylor"]
 
 
 def test_the_judges_find_what_they_look_for():

@@ -8,7 +8,7 @@ from laws.test_every_force_in_files import FIRST, OF_ONE, OF_TWO, PAIR, RUN, lab
 from laws.test_every_part import BODY, PARTS
 from poinsot.mechanics.state import state_of
 from poinsot.propagation import column_reader
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 
 ROWS = 101
 RANDOM = np.random.default_rng(7)

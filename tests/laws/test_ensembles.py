@@ -9,7 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.integration import equations, looped_runs
+from poinsot.integration import equations, run
 from poinsot.taylor import kernels
 
 MOST = 17
@@ -223,7 +223,7 @@ COUNTS, THREADS, CHUNKS = (1, 7, 8, 9, MOST), (1, 2), (5000, 50)
 def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, threads, chunk, monkeypatch):
     advance = kernels.Run.advance
     monkeypatch.setattr(kernels.Run, "advance", lambda run, budget=None: advance(run, budget or chunk))
-    monkeypatch.setattr(looped_runs, "SLAB_BYTES", 1)
+    monkeypatch.setattr(run, "MAX_SLAB_BYTES", 1)
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
 
 
@@ -366,7 +366,7 @@ def both(system_of, starts, call):
 
 @pytest.mark.parametrize(("switch", "fails", "chunk"), [("table", True, 10), ("members' times", False, 700)])
 def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monkeypatch):
-    monkeypatch.setattr(looped_runs, "STEPS_AT_A_TIME", {1: chunk})
+    monkeypatch.setattr(run, "STEPS_AT_A_TIME", {1: chunk})
 
     def call(*given):
         return pt.analysis.state_transition(*given, TIMES["both ways"])
@@ -382,7 +382,7 @@ def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monk
 
 
 def test_second_derivatives_are_those_of_members_alone(monkeypatch):
-    monkeypatch.setattr(looped_runs, "STEPS_AT_A_TIME", {2: 20})
+    monkeypatch.setattr(run, "STEPS_AT_A_TIME", {2: 20})
 
     def call(*given):
         return pt.analysis.state_transition(*given, TIMES["both ways"], order=2)

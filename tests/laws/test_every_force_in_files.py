@@ -11,7 +11,7 @@ from laws.test_every_force import MAGNETIC_FIELDS
 from laws.test_every_part import PARTS
 from poinsot.files.scenarios.registry import keys_of
 from poinsot.files.scenarios.scenario import rebuilt_system
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.system_text import text_of
 
 ELLIPSE = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, epoch=0.2)

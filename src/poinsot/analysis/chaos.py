@@ -22,7 +22,9 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.display.progress import bar
 from poinsot.errors import PropagationInterrupted, member_array, refuse_nonpositive, refuse_other_members
-from poinsot.integration.runs import Memory, Report, Rows
+from poinsot.integration.report import Report
+from poinsot.integration.rows import Memory, Rows
+from poinsot.integration.scaling import momentum_scale_of_members, orbital_rate
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.probing import time_scales
 from poinsot.mechanics.state import Phase, State, changed, state_of
@@ -33,7 +35,7 @@ from poinsot.propagation.arguments import checked_times
 from poinsot.propagation.chunks import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import analysed_in_chunks
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
 
@@ -94,7 +96,7 @@ class ChaosIndicators(Summarized):
         Physica D 231, 30).
     failures : dict
         Map from the number of a failed member to the reason; its rows are NaN from the time of failure.
-    run : Run
+    run : RunRecord
         Method, number of steps, tolerance and versions.
 
     Examples
@@ -118,7 +120,7 @@ class ChaosIndicators(Summarized):
     mean_megno: Array
     gali: Array
     failures: dict[int, str]
-    run: Run
+    run: RunRecord
 
     @property
     def lyapunov(self) -> Array:
@@ -313,7 +315,7 @@ class LyapunovSpectrum(Summarized):
         for planar motion. If all torques derive from potentials, each exponent has its opposite in the limit.
     failures : dict
         Map from the number of a failed member to the reason; its rows are NaN from the time of failure.
-    run : Run
+    run : RunRecord
         Method, number of steps, tolerance and versions.
 
     Examples
@@ -328,7 +330,7 @@ class LyapunovSpectrum(Summarized):
     times: Array
     exponents: Array
     failures: dict[int, str]
-    run: Run
+    run: RunRecord
 
     @property
     def dataset(self) -> xarray.Dataset:
@@ -499,8 +501,8 @@ def _directions(count: int, k: int) -> Array:
 def _fastest(system: System, state: State) -> Array:
     """Return the rates of the fastest angle that motions need to be looked at along: the orbit's, else the body's."""
     if isinstance(system, PairSystem):
-        return np.asarray(system.pace(state))
-    own = np.asarray(system.momentum_scale_of_members(state) / np.min(system.body.moments, axis=-1))
+        return np.asarray(orbital_rate(system, state))
+    own = np.asarray(momentum_scale_of_members(system, state) / np.min(system.body.moments, axis=-1))
     paths = [orbit.with_axes(1) for orbit in system.orbits]
     each = [functions.norm(path.velocity_at(path.sample_time)) > 0 for path in paths]
     moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)

@@ -18,8 +18,9 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
-from poinsot.display.html_text import PER_TIME, Summarized, told
+from poinsot.display.html_text import Summarized, told
 from poinsot.functions import Vector
+from poinsot.integration.scaling import momentum_scale
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
@@ -31,6 +32,7 @@ from poinsot.mechanics.pair_system import OfOneBody
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_time
 from poinsot.quantities import Time
@@ -185,7 +187,7 @@ class _Balance:
         largest, rate = float(np.max(system.body.moments)), float(np.linalg.norm(self.omega_space))
         at_rest = system.body.state((1, 0, 0, 0), angular_momentum_body=(0, 0, largest * rate))
         rotors = float(np.linalg.norm(self.body.angular_momentum(np.zeros(3))))
-        rigid = float(system.momentum_scale(at_rest))
+        rigid = float(momentum_scale(system, at_rest))
         self.momentum, self.stiffness = rigid + rotors, rigid**2 / largest + rotors * rate
         self.slenderness = _slenderness(system.body)
         self.slow = min(SLOW * self.slenderness, 0.01)

@@ -15,6 +15,7 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, told
 from poinsot.errors import level_of_user
 from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.two_body_motion import two_bodies
 
 __all__ = ["Revolutions", "apsidal_precession", "revolutions"]
 
@@ -156,7 +157,7 @@ def apsidal_precession(motion: OfTwoBodies) -> Any:
     across = moving.x + 1j * moving.y
     speed = moving.vx + 1j * moving.vy
     turning = (np.conj(across) * speed).imag
-    vector = -1j * speed * turning / np.asarray(motion.system.pair.mu) - across / motion.distance
+    vector = -1j * speed * turning / np.asarray(two_bodies(motion.system).mu) - across / motion.distance
     lines = lines_of(vector, motion.times, LINES)
     pace = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
     slow = np.flatnonzero((np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > ROUND))[:1]
@@ -240,7 +241,7 @@ def _polished(motion: OfTwoBodies, times: Array) -> Array:
     for _ in range(2):
         state: Any = motion(times)
         place = state.position @ axes
-        speed = state.momentum @ axes / float(motion.system.pair.reduced_mass)
+        speed = state.momentum @ axes / float(two_bodies(motion.system).reduced_mass)
         # near the passage the second component is the longitude times the first
         times = times - place[:, 1] / speed[:, 1]
     return times

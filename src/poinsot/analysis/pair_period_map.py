@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.pair_point import PairPoint, symmetry_axis, units_of_pair
 from poinsot.analysis.period_map import FIRM, LARGEST_STEP, ROUNDS, SETTLED, carried
+from poinsot.integration.scaling import orbital_rate
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState
 
@@ -54,7 +55,7 @@ class PairPeriodMap:
 
     def __init__(self, system: PairSystem, guess: PairState) -> None:
         self.system, self.time, self.start = system, float(guess.time), PairPoint.of(guess)
-        self.units = units_of_pair(system, float(np.linalg.norm(guess.position)), float(system.pace(guess)))
+        self.units = units_of_pair(system, float(np.linalg.norm(guess.position)), float(orbital_rate(system, guess)))
         self.axes = tuple(map(symmetry_axis, system.rigid_bodies))
 
     def about(self, point: PairPoint) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from poinsot.display.html_text import curves, rounded, told, told_times
 
 __all__ = [
-    "DetectedEvent",
     "MotionDescription",
     "error_report",
     "exceptions",
@@ -36,15 +35,6 @@ ENTRIES |= {*ERRORS, "integrals"}
 
 
 @dataclass(frozen=True)
-class DetectedEvent:
-    """Event of a motion: its kind, the number of its zeros, and the times of the zeros if it is terminal."""
-
-    kind: str
-    count: int
-    end: float | None
-
-
-@dataclass(frozen=True)
 class MotionDescription:
     """Contents of the summary of a motion.
 
@@ -64,8 +54,10 @@ class MotionDescription:
         Description of the store, "" without one.
     dense : tuple of float
         First and last time of the dense output, () without one.
-    events : sequence of DetectedEvent
-        Detected events.
+    events : sequence of tuples
+        Kind of each event and the number of its zeros.
+    ends : sequence of tuples
+        Kind, number of zeros and first time of each terminal event that ended the motion, or members of it.
     """
 
     system: str
@@ -76,7 +68,8 @@ class MotionDescription:
     failed: int
     store: str
     dense: tuple[float, ...]
-    events: Sequence[DetectedEvent]
+    events: Sequence[tuple[str, int]]
+    ends: Sequence[tuple[str, int, float]]
 
 
 def error_report(errors: Mapping[str, Array], conserves: bool) -> dict[str, str | float]:
@@ -119,18 +112,13 @@ def motion_summary(motion: MotionDescription) -> tuple[str, dict[str, str]]:
         "dense output": "any time" if motion.dense[:1] == (-np.inf,) else told(motion.dense or None, unit),
         **{text: f"{known[name]:.3g}" for name, text in ERRORS.items() if name in known},
         "drift": ", ".join(f"{name} {size:.2g}" for name, size in drift) or str(known.get("integrals", "")),
-        "events": ", ".join(f"{event.kind} {event.count}" for event in motion.events),
-        "ended": "; ".join(_ends(motion)),
+        "events": ", ".join(f"{kind} {count}" for kind, count in motion.events),
+        "ended": "; ".join(
+            f"{f'{count} members' if motion.members else f'at t = {told(time)}'}, by {kind}"
+            for kind, count, time in motion.ends
+        ),
         **{name: str(text) for name, text in known.items() if name not in ENTRIES and not name.startswith("drift_")},
     }
-
-
-def _ends(motion: MotionDescription) -> Iterator[str]:
-    """Yield a description of each terminal event that ended the motion, or members of it."""
-    for event in motion.events:
-        if event.end is not None:
-            when = f"{event.count} members" if motion.members else f"at t = {told(event.end)}"
-            yield f"{when}, by {event.kind}"
 
 
 def sketch_of_motion(times: Array, lines: Mapping[str, Array], errors: Mapping[str, Array], unit: str) -> str:

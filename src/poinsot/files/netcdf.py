@@ -31,8 +31,8 @@ from poinsot.propagation.dataset import read_parts, state_variables, told_parts,
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.recorded import RecordedSystem, recorded_integral
-from poinsot.propagation.rows import MemoryRows, RowSource, StoreRows
-from poinsot.propagation.run_record import Method, Run
+from poinsot.propagation.row_source import MemoryRows, RowSource, StoreRows
+from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.selection import Chosen
 from poinsot.propagation.stored_motion import (
     arrays_in,
@@ -495,7 +495,9 @@ class _Reading:
         """Return the body with the numbers of the file, without its forces."""
         data, bodies = self.data, [self._body(name) for name in self.bodies]
         names = [name.removeprefix("integral_") for name in self._named_arrays("integral_")]
-        body = bodies[0] if self.bodies == ONE else TwoBodies(*bodies, self._array("G"), masses=self._array("masses"))
+        body: Body | TwoBodies = bodies[0]
+        if self.bodies != ONE:
+            body = TwoBodies(bodies[0], bodies[1], self._array("G"), masses=self._array("masses"))
         integrals = tuple(recorded_integral(name, data[f"integral_{name}"].attrs) for name in names)
         text = str(data.attrs.get("system", "unknown"))
         system = RecordedSystem(body, self._units(), text, reason, integrals, self.parts)
@@ -541,7 +543,7 @@ class _Reading:
         own = {name: self._array(f"own_{name}") for name in self.own}
         return _with_orbit({name: self._array(name) for name in self.sizes}) | own
 
-    def _run(self) -> Run:
+    def _run(self) -> RunRecord:
         said = self.data.attrs
         versions = {name.removeprefix("version_"): str(said[name]) for name in said if name.startswith("version_")}
         method, formulation, precision = (str(said[key]) for key in RUN[:3])
@@ -549,7 +551,9 @@ class _Reading:
             raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {quoted(method)}.")
         tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
         kernel, lanes = str(said.get("kernel", ""))[:40], int(said.get("lanes", 0))
-        run = Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes)
+        run = RunRecord(
+            Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes
+        )
         return run if self.store is None else run_in(self.store, run)
 
 

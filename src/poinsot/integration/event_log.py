@@ -1,4 +1,4 @@
-"""What is done with the events that a looped kernel has noted: they are recorded, act on the state and end a motion."""
+"""Log of the events that a kernel has found: they are recorded, act on the state and end a motion."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.integration.dense_output import Action
+from poinsot.integration.kernel_parameters import KernelParameters
 from poinsot.integration.problem import Problem
+from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.termination import REASONS
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import kinds_of, of_each
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.printable import described, message_of, quoted
 from poinsot.taylor.detection import bit_of
 from poinsot.taylor.kernels import Queue, Status
-from poinsot.taylor.replay import Replay
 
-__all__ = ["NotedEvents", "Recorded"]
+__all__ = ["EventLog"]
 
 ZENO = 1e-5
 """Actions are without end where the time between them shrinks from one to the next, by this at last."""
@@ -28,56 +29,49 @@ ZENO = 1e-5
 LARGEST = float(np.sqrt(np.finfo(float).max))
 """Momenta above this have rates that overflow."""
 
-Recorded = tuple[int, float, int, NDArray[Any]]
-"""Number of the event, time, sign of the rate in time, variables."""
-
 Array = NDArray[Any]
 
 
-class NotedEvents:
-    """The events of the tasks of a queue.
+class EventLog:
+    """Events of the tasks of a queue.
 
     Parameters
     ----------
     problem : Problem
     variables : StateVector
-    counting : Replay
-        What is positive where zeros count, of variables, time and inputs.
+    parameters : KernelParameters
     queue : Queue
     members : array (n,)
-        Of each task.
-    inputs : callable
-        Times and members to the values of the inputs of the formulas.
+        Member of each task.
     interrupt : callable
         Called on Ctrl-C within an action.
-    stopped : callable
-        Whether the run is to stop, so that nothing acts any more.
+    stopping : callable
+        Returns True if the run is to stop, so that events act no more.
 
     Attributes
     ----------
     records : list of lists of Recorded
-        What happened to each task.
+        Occurrences of events in each task.
     actions : list of lists of Action
-        What the actions of each task have made.
+        Results of the actions in each task.
     failed : dict
-        Task -> why it stopped at an action.
+        Task -> reason why it stopped at an action.
     causes : dict
-        Task -> what an action raised.
+        Task -> exception raised by an action.
     """
 
     def __init__(
         self,
         problem: Problem,
         variables: StateVector,
-        counting: Replay,
+        parameters: KernelParameters,
         queue: Queue,
         members: NDArray[np.int_],
-        inputs: Callable[[Array, NDArray[np.int_]], list[Any]],
         interrupt: Callable[[], None],
-        stopped: Callable[[], bool],
+        stopping: Callable[[], bool],
     ) -> None:
-        self._problem, self._variables, self._counting, self._queue = problem, variables, counting, queue
-        self._members, self._inputs, self._interrupt, self._stopped = members, inputs, interrupt, stopped
+        self._problem, self._variables, self._parameters, self._queue = problem, variables, parameters, queue
+        self._members, self._interrupt, self._stopping = members, interrupt, stopping
         tasks, events = queue.tasks, problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
         self.actions: list[list[Action]] = [[] for _ in tasks]
@@ -114,8 +108,8 @@ class NotedEvents:
         """Return which events count where they were noted, shape (notes, events)."""
         counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
         if notes.size:
-            given = [*notes["state"].T, notes["time"], *self._inputs(notes["time"], members)]
-            for i, value in enumerate(self._counting(given)):
+            given = [*notes["state"].T, notes["time"], *self._parameters.inputs_around(notes["time"], members)]
+            for i, value in enumerate(self._parameters.counting(given)):
                 counts[:, i] = value > 0
         return counts
 
@@ -140,8 +134,8 @@ class NotedEvents:
         acted = False
         for number, direction in new:
             event = self._problem.events[number]
-            self.records[task].append((number, time, direction, row.copy()))
-            if event.acts and not self._stopped():
+            self.records[task].append(Recorded(number, time, direction, row.copy()))
+            if event.acts and not self._stopping():
                 acted |= self._act(task, number, time, row)
             if event.terminal:
                 self._queue.tasks["status"][task] = Status.ENDED
@@ -189,12 +183,11 @@ def _acted(
     problem: Problem, variables: StateVector, number: int, member: int, time: float, row: NDArray[Any]
 ) -> NDArray[Any]:
     """Return the variables of the state that an event of a member returns; those of parts that it leaves out stay."""
-    variables = variables.of_members(member)
+    variables = members_of(variables, member)
     phase = variables.to_phase(np.array([time]), row[None])
     state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.system
-    event, *records = (_of_member(record, member) for record in (problem.events[number], *system.records))
-    body = system.with_records(records).at(state).acted_on
-    after = event.act(body, state)
+    body = system.with_records(members_of(record, member) for record in system.records).at(state).acted_on
+    after = members_of(problem.events[number], member).act(body, state)
     if type(after) is not type(state) or after.shape:
         what = described(after) if type(after) is not type(state) else "one of several members"
         kind = "State of one body" if type(state) is State else "PairState"
@@ -207,18 +200,6 @@ def _acted(
         raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
     new: NDArray[Any] = variables.with_state(row, after, np.array(time))
     return new
-
-
-def _of_member(record: Any, member: int) -> Any:
-    """Return a record with the numbers of one member."""
-    fields = {}
-    for name, kind in kinds_of(type(record)).items():
-        value = getattr(record, name)
-        if isinstance(kind, tuple):
-            fields[name] = value[member] if np.ndim(value) > len(kind) else value
-        else:
-            fields[name] = of_each(value, lambda inner: _of_member(inner, member))
-    return type(record).unchecked(**fields)
 
 
 def _why_failed(event: Event, error: Exception) -> str:

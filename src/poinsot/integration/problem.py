@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from operator import attrgetter
 from typing import Any, ClassVar
 
@@ -41,6 +41,11 @@ class Problem(Collection):
         self.refuse_other_axes()
         for event in events:
             system.try_event(event)
+
+    _member_axes: ClassVar[Mapping[str, int]] = {"system": 0, "events": 0}
+
+    def _with_values(self, system: System, events: tuple[Event, ...]) -> Problem:
+        return Problem(system, events)
 
     @property
     @override

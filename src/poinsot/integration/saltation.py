@@ -28,8 +28,7 @@ from numpy.typing import NDArray
 from poinsot.functions import Vector, cross
 from poinsot.integration.tangent_vectors import UNIT, Variations
 from poinsot.integration.variational import TangentVector, VariationalEquations
-from poinsot.taylor.graph import Graph, Node, ordered, replaced, tangents
-from poinsot.taylor.replay import Replay
+from poinsot.taylor.graph import Evaluator, Graph, Node, ordered, replaced, tangents
 
 __all__ = ["Jump", "NoDerivative", "Saltation"]
 
@@ -150,7 +149,7 @@ class Saltation:
 
     def _values(self, outputs: Sequence[Any]) -> Values:
         """Return what computes outputs for inputs of the run and groups of numbers by name, shape (outputs, ...)."""
-        replay = Replay(outputs, np.longdouble, [*itertools.chain(*self._given.values())])
+        replay = Evaluator(outputs, np.longdouble, [*itertools.chain(*self._given.values())])
 
         def values(inputs: Sequence[Any], **groups: Sequence[Any]) -> Array:
             given = [groups.get(name, [0.0] * len(group)) for name, group in self._given.items()]

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.algebra.double_double import DoubleDouble
+from poinsot.double_double import DoubleDouble
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["low_parts", "unit_of_time"]
@@ -65,7 +65,7 @@ def _chart_below(formulation: Any, rows: NDArray[Any], body: Any) -> NDArray[np.
 
 
 @functools.cache
-def _chart(formulation: Any) -> tuple[WideReplay, list[int], int]:
+def _chart(formulation: Any) -> tuple[WideEvaluator, list[int], int]:
     """Return the errors of a chart's variables with their derivatives, the places of these variables, and the count.
 
     A quaternion of the attitude is only lengthened, so that its direction has no error. Errors are those of the angular
@@ -85,4 +85,4 @@ def _chart(formulation: Any) -> tuple[WideReplay, list[int], int]:
         pairs += [(a, b / square) for a, b in entries]
     errors, places = [a - b for a, b in pairs], [place for place in range(size) if place not in known]
     slopes = [slope for place in places for slope in tangents(errors, {own[place]: 1.0})]
-    return WideReplay([*errors, *slopes], own), places, len(errors)
+    return WideEvaluator([*errors, *slopes], own), places, len(errors)

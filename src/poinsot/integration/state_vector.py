@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
+from poinsot.integration.scaling import sizes_of_blocks
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.integration.turned_rows import turn_rows
 from poinsot.lazy import cached_property
@@ -227,15 +228,10 @@ class StateVector:
         parts = [self.scale if x is None else x for own in self.parts.values() for x in own]
         return np.stack(np.broadcast_arrays(*rigid, *parts), axis=-1)
 
-    def of_members(self, members: int | NDArray[np.int_]) -> StateVector:
-        """Return that of one member of an ensemble, or of some."""
+    _member_axes: ClassVar[Mapping[str, int]] = {"scale": 0, "parts": 0, "orbits": 0, "ratios": 0}
 
-        def chosen(number: Any) -> Any:
-            return number[members] if np.ndim(number) else number
-
-        orbits = tuple(block.with_numbers(map(chosen, block.numbers)) for block in self.orbits)
-        own = replace(self, scale=chosen(self.scale), orbits=orbits)
-        return own.with_factors(map(chosen, self.factors)) if self.factors else own
+    def _with_values(self, **values: Any) -> StateVector:
+        return replace(self, **values)
 
     # ------------------------------------------------------------------ numbers
 
@@ -363,7 +359,7 @@ def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
     parts = system.inner_blocks
     if not parts:
         return {}
-    sizes, factors = system.sizes_of_blocks(state), {}
+    sizes, factors = sizes_of_blocks(system, state), {}
     for part in parts:
         momenta = {i for place in part.momentum_places for i in range(place.start, place.stop)}
         factors[part.name] = tuple(None if i in momenta else _power(sizes[part.name][..., i]) for i in range(part.size))

@@ -11,7 +11,7 @@ from poinsot.errors import exactly_one, member_array, refuse_nonpositive, refuse
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 
-__all__ = ["circular_orbit", "upright"]
+__all__ = ["circular_orbit", "mean_motion", "upright"]
 
 Array = NDArray[Any]
 
@@ -49,6 +49,11 @@ def _distance(mu: Array, excess: Array, rate: Array) -> Array:
         if np.all(np.abs(step) <= np.spacing(r)):
             break
     return np.asarray(r)
+
+
+def mean_motion(pair: Any, distance: Any) -> Any:
+    """Return the mean motion sqrt(G M / r^3) of two point masses on a circular orbit."""
+    return np.sqrt(pair.G * pair.total_mass / distance**3)
 
 
 def upright(body: Body) -> Array:

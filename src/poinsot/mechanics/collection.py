@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,8 @@ from poinsot.mechanics.members import common_axis, expanded
 from poinsot.mechanics.parameters import Parametric, union_of_knots
 
 __all__ = ["Collection"]
+
+Answer = TypeVar("Answer")
 
 SAME_KNOT = 64
 """Roundings of a time by which two tables may miss each other's knots."""
@@ -51,6 +53,17 @@ class Collection(Immutable):
         if question not in answers:
             answers[question] = question(self, *given)
         return answers[question]
+
+    def once(self, question: Callable[[Self], Answer]) -> Answer:
+        """Return the answer to a question about the collection with its numbers: it is asked once."""
+        if question not in self._once:
+            self._once[question] = question(self)
+        answer: Answer = self._once[question]
+        return answer
+
+    @cached_property
+    def _once(self) -> dict[Callable[..., Any], Any]:
+        return {}
 
     @cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:

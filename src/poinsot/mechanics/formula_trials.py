@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,83 +13,52 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.dynamics import Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.force import Force, Load, Potential, Torque, derived_torque
+from poinsot.mechanics.force import Force, Load, Potential, derived_torque
 from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import described, message_of
-from poinsot.taylor.graph import Graph
-from poinsot.taylor.replay import Replay
 
-__all__ = ["PAIR", "on_pairs", "sample_torque", "trial", "try_event", "try_pair_force"]
+__all__ = [
+    "ATTITUDES",
+    "PAIR",
+    "RATES",
+    "body_in_rotation",
+    "on_pairs",
+    "trial",
+    "try_event",
+    "try_formulas",
+    "try_pair_force",
+]
 
 PAIR = np.array([1.0, 1.0])
 RATES = np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]])
 ATTITUDES = np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]])
 
 
-def sample_torque(system: Dynamics) -> float:
-    """Return the sum of the torques of forces on the first member's body at rest, at a sample.
-
-    Of a potential it is the difference of the energies at two samples, if that is larger. The formulas of a structure
-    are tried once, and traced where they run on symbols.
+def try_formulas(system: Dynamics) -> None:
+    """Run the formula of each force once on arrays of two values.
 
     Raises
     ------
     TypeError
         If a formula does not return what it must.
     """
-    first = [number.item(0) for number in system.numbers]
-    times = [sample_time(orbits_of(force)) + 0.25 for force in system.forces]
-    traced = system.known(_traced_samples)
-    with np.errstate(all="ignore"):
-        found = traced([*first, *times]) if traced else [*_samples(system.with_numbers(map(np.float64, first)), times)]
-        each = np.reshape(np.array(found, dtype=float), (-1, 5)).tolist()
-    return math.fsum(_size_of(*sample) for sample in each)
-
-
-def _size_of(*sample: float) -> float:
-    *torque, here, there = sample
-    return max(filter(math.isfinite, (math.hypot(*torque), abs(there - here))), default=0.0)
-
-
-def _traced_samples(system: Dynamics) -> Replay | None:
-    """Try the formulas of a structure, and return what gives their samples; None if they do not run on symbols."""
-    graph, body = Graph(), on_pairs(system)
+    body = on_pairs(system)
     for force in system.forces:
         _try_force(force, body)
-    inputs = [graph.input(place) for place in range(len(system.numbers) + len(system.forces))]
-    twin = system.with_numbers(inputs)
-    try:
-        return Replay([*_samples(twin, inputs[len(system.numbers) :])], np.float64)
-    except Exception:  # such as that of a table, which is looked into at a time
-        return None
-
-
-def _samples(system: Dynamics, times: Sequence[Scalar]) -> Iterator[Scalar]:
-    """Yield the torque of each force on the body at rest, and its energies at two samples."""
-    bodies = [_started(system, 0.25, Vector(omega)) for omega in RATES.T.tolist()]
-    attitudes = [Attitude.from_quaternion(q) for q in ATTITUDES.tolist()]
-    for force, time in zip(system.forces, times, strict=True):
-        environment = Environment(time)
-        if isinstance(force, Potential):
-            here, there = map(Instant, bodies, attitudes, (environment, environment))
-            yield from (*derived_torque(force, here), force.energy(here), force.energy(there))
-        elif isinstance(force, Torque):
-            yield from (*force.torque(Instant(bodies[0], attitudes[0], environment, RATES.T[0].tolist())), 0.0, 0.0)
-        else:
-            yield from (0.0,) * 5
 
 
 def on_pairs(system: Dynamics) -> Body:
     """Return the first member's body with its parts, on arrays of two values for trials of formulas."""
     twin = system.with_numbers(number.item(0) * PAIR for number in system.numbers)
-    return _started(twin, 0.25 * PAIR, Vector(RATES))
+    return body_in_rotation(twin, 0.25 * PAIR, Vector(RATES))
 
 
-def _started(system: Dynamics, time: Scalar, omega: Vector) -> Body:
+def body_in_rotation(system: Dynamics, time: Scalar, omega: Vector) -> Body:
+    """Return the body with its parts at their initial values for an angular velocity."""
     own = {part.name: Vector(x + 0.0 * time for x in part.start(time, omega)) for part in system.parts}
     return system.body_at(own, time)
 

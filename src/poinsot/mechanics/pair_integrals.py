@@ -12,6 +12,7 @@ from poinsot import functions
 from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
+from poinsot.mechanics.circular_pair import mean_motion
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import PairLoad
 from poinsot.mechanics.integrals import EPS, ROUNDINGS, Integral, component_of
@@ -78,7 +79,7 @@ def _rates_at(system: Any, count: int, forced: bool = False) -> tuple[list[Array
     that to the other branches.
     """
     given, graph, twin = _samples(system, count), Graph(), system.beside((*system.members, count))
-    pair, pace = twin.pair, np.asarray(system_pace(system))[..., None]
+    pair, pace = twin.pair, np.asarray(mean_motion(system.pair, system.sample_distance))[..., None]
 
     def variables(values: Any) -> Vector:
         return Vector(map(graph.variable, values))
@@ -111,12 +112,6 @@ def _rates_at(system: Any, count: int, forced: bool = False) -> tuple[list[Array
     shape = (*system.members, 2 * count)
     found = [np.broadcast_to(np.asarray(row, dtype=float), shape) for row in (rows[0], here - there, *rows[1:])]
     return [row.reshape(*row.shape[:-1], 2, -1) for row in found], branching
-
-
-def system_pace(system: Any) -> Any:
-    """Return the mean motion of a circular orbit at the distance of the samples."""
-    pair = system.pair
-    return np.sqrt(pair.G * pair.total_mass / system.sample_distance**3)
 
 
 def _largest(values: Any) -> Any:

@@ -15,6 +15,7 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.circular_pair import mean_motion
 from poinsot.mechanics.dynamics import Turning, by_class, stacked
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
@@ -31,7 +32,7 @@ from poinsot.mechanics.two_bodies import BODIES, TwoBodies, check_name_of_body
 from poinsot.printable import described, quoted
 from poinsot.taylor.graph import Graph, gradient
 
-__all__ = ["OfOneBody", "PairSystem", "TwoBodies"]
+__all__ = ["ORBIT", "OfOneBody", "PairSystem", "TwoBodies"]
 
 NOTHING = Vector((0.0, 0.0, 0.0))
 
@@ -99,7 +100,6 @@ class PairSystem(System, of=TwoBodies):
         for force in self.forces:
             force.check(self.pair)
             try_pair_force(force, self._trial(force), self.derived_load)
-        self.sample_torque = 0.0
 
     @override
     def try_event(self, event: Event) -> None:
@@ -109,7 +109,7 @@ class PairSystem(System, of=TwoBodies):
         """Return the first member's bodies on arrays of two values, for trials of formulas."""
         twin = self.with_numbers(np.ravel(number)[0] * PAIR for number in self.numbers).pair
         attitudes = [Attitude.from_quaternion(Vector(q.T)) for q in ATTITUDES]
-        n = np.sqrt(twin.G * twin.total_mass / self.sample_distance**3)
+        n = mean_motion(twin, self.sample_distance)
         position = Vector(self.sample_distance * x for x in np.array([[0.6, 0.0], [0.8, -0.6], [0.0, 0.8]]))
         momentum = Vector(0.5 * twin.reduced_mass * self.sample_distance * n * x for x in (-0.8, 0.6, 0.1))
         own = [Vector(body.angular_momentum(Vector(n * x for x in (0.1, 0.2, 0.9)))) for body in twin.bodies.values()]
@@ -178,41 +178,6 @@ class PairSystem(System, of=TwoBodies):
     def speed(self, state: State) -> Any:
         instant: Any = self.beside(state.shape).at(state)
         return np.maximum(*(functions.norm(each.omega_body) for each in (instant.primary, instant.secondary)))
-
-    # ------------------------------------------------------------------ sizes
-
-    @override
-    def momentum_scale(self, state: State) -> Any:
-        return self._momentum_scales(state)[0]
-
-    @override
-    def momentum_ratios(self, state: State) -> dict[str, Any]:
-        first, second = self._momentum_scales(state)
-        return {"primary": 1.0, "secondary": np.exp2(np.rint(np.log2(first / second)))[()]}
-
-    def _momentum_scales(self, state: Any) -> list[Any]:
-        """Return the larger of |g| of each body and what it has if it turns with the orbit; shapes (...)."""
-        pace = self.pace(state)
-        moments = (np.max(np.asarray(body.moments), axis=-1) for body in self.rigid_bodies)
-        return [
-            np.maximum(np.linalg.norm(each.angular_momentum_body, axis=-1), largest * pace)
-            for each, largest in zip(state.of_bodies.values(), moments, strict=True)
-        ]
-
-    def pace(self, state: Any) -> Any:
-        """Return the mean motion of a circular orbit at the distance of a state."""
-        return np.sqrt(self.pair.G * self.pair.total_mass / np.linalg.norm(state.position, axis=-1) ** 3)
-
-    @cached_property
-    @override
-    def torque_scale(self) -> Any:
-        return np.zeros(self.members)[()]
-
-    @override
-    def sizes_of_blocks(self, state: Any) -> dict[str, NDArray[np.float64]]:
-        distance, mass = np.linalg.norm(state.position, axis=-1), self.pair.reduced_mass
-        momentum = np.maximum(np.linalg.norm(state.momentum, axis=-1), mass * distance * self.pace(state))
-        return {ORBIT.name: np.stack([distance] * 3 + [np.broadcast_to(momentum, distance.shape)] * 3, axis=-1)}
 
     # ------------------------------------------------------------------ formulas
 

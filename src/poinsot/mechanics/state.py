@@ -81,6 +81,8 @@ class State(Summarized):
     body_names: ClassVar[tuple[str, ...]] = ("",)
     """What the names of its rigid bodies begin with in a phase."""
 
+    _member_axes: ClassVar[Mapping[str, int]] = {"phase": 1, "time": 0, "jumped": 0}
+
     jumped: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})
     """The name of a part to True where the state holds the variables after a jump of the part at the state's time.
 
@@ -106,6 +108,9 @@ class State(Summarized):
         _check_tangent(q, Q)
         parts = {name: np.broadcast_to(values, (*members, values.shape[-1])) for name, values in parts.items()}
         self.phase: Phase = {"quaternion": q, "conjugate_momenta": Q, **parts}
+
+    def _with_values(self, phase: Phase, time: Any, jumped: Mapping[str, Any]) -> State:
+        return state_of(phase, np.asarray(time), jumped)
 
     @classmethod
     @checked

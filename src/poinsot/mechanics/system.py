@@ -2,37 +2,30 @@
 
 from __future__ import annotations
 
-import functools
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot import functions
 from poinsot.checked import checked
+from poinsot.display.formulas import SystemSummary, system_html, system_latex
 from poinsot.errors import member_array
 from poinsot.functions import Vector
 from poinsot.lazy import cached_property
-from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body, started
-from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
 from poinsot.mechanics.dynamics import Dynamics, scalars, stacked
-from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, PairLoad, Potential, Torque
-from poinsot.mechanics.formula_trials import on_pairs, sample_torque, trial, try_event
-from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.formula_trials import on_pairs, trial, try_event, try_formulas
 from poinsot.mechanics.integrals import Integral, integrals_of
+from poinsot.mechanics.members import EveryMember
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
-from poinsot.mechanics.probing import sample_times, samples
-from poinsot.mechanics.state import Phase, State, changed, state_of, state_with
-from poinsot.mechanics.typeset import system_html, system_latex
+from poinsot.mechanics.state import Phase, State, state_with
+from poinsot.mechanics.symbolic_formula import summary_of_system
 from poinsot.mechanics.units import checked_units, dated_units
 from poinsot.printable import described, nearest, quoted
-from poinsot.taylor.graph import Graph
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -43,12 +36,6 @@ __all__ = ["System"]
 
 OF_EVERY_RUN = attrgetter("orbits", "knots", "span")
 """What every run asks for: computed with the system."""
-
-SMALLEST, LARGEST = 2.0**-512, 2.0**512
-"""Of a scale of momenta: the squares of others would underflow, and count as zero, or overflow."""
-
-AT_REST = 1e-9
-"""Of the rate of a variable whose part has no momentum: what is slower is at rest, and its rate mostly rounding."""
 
 
 class System(Dynamics):
@@ -87,8 +74,8 @@ class System(Dynamics):
     moves_alone: ClassVar[bool] = True
     """Whether its forces are all that moves it."""
 
-    numbering: NDArray[np.int_] | None = None
-    """Which members of an ensemble they are that it has the numbers of; None of all."""
+    numbering: NDArray[np.int_] | EveryMember = EveryMember()
+    """Numbers that the members had in the ensemble from which they were selected."""
 
     _of: ClassVar[dict[type, type[System]]] = {}
 
@@ -134,7 +121,7 @@ class System(Dynamics):
         check_parts(self.body, self.forces)
         for force in self.forces:
             force.check(self._displaced)
-        self.sample_torque = sample_torque(self)
+        self.known(try_formulas)
 
     def try_event(self, event: Event) -> None:
         """Raise a TypeError for an event whose formulas are none."""
@@ -144,10 +131,13 @@ class System(Dynamics):
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
 
     def _repr_html_(self) -> str:
-        return system_html(self)
+        return system_html(self._summary())
 
     def _repr_latex_(self) -> str:
-        return system_latex(self)
+        return system_latex(self._summary())
+
+    def _summary(self) -> SystemSummary:
+        return summary_of_system(self.body, self.forces, self.units, self.integrals)
 
     @cached_property
     def integrals(self) -> tuple[Integral, ...]:
@@ -220,97 +210,32 @@ class System(Dynamics):
     def numbered(self, count: int) -> NDArray[np.int_]:
         """Return the numbers of as many members in the ensemble that they were chosen from."""
         known = self.numbering
-        return np.arange(count) if known is None or known.size != count else known
+        return np.arange(count) if isinstance(known, EveryMember) or known.size != count else np.atleast_1d(known)
+
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        own = ("body", "forces", "numbering") if self._draws else ("body", "forces") if self.members else ()
+        return dict.fromkeys(own, 0)
+
+    def _with_values(self, body: Body, forces: tuple[Force, ...], **numbering: NDArray[np.int_]) -> System:
+        system = System(body, *forces, units=self.units)
+        system._complete(**numbering)
+        return system
+
+    @property
+    def _draws(self) -> bool:
+        """True if a part draws random numbers, which depend on the numbering of the members."""
+        return any(part.jump and part.jump.draws for part in self.parts)
 
     @cached_property
     def body_on_pairs(self) -> Body:
         """The first member's body with its parts, on arrays of two values for trials of formulas."""
         return on_pairs(self)
 
-    def momentum_scale(self, state: State) -> Any:
-        """Return the size of the angular momentum that the motion from a state will have, roughly; shape (...).
-
-        The larger of |g| and what the forces would give a body at rest; 1 where all is zero.
-        """
-        return self._momentum_scale(state, self.torque_scale)
-
-    def momentum_scale_of_members(self, state: State) -> Any:
-        """Return the same for one body as for it among members: from the samples of torques that members have."""
-        return self._momentum_scale(state, self._scale(self._strongest_at_samples(self.known(_branches))))
-
-    def _momentum_scale(self, state: State, largest: Any) -> Any:
-        each = [state.angular_momentum_body]
-        for part in self.parts:
-            each += [state.own[part.name][..., place] for place in part.momentum_places]
-        largest = _largest(largest, *[_length(*_columns(momenta)) for momenta in each])
-        return _smallest(largest + (largest < SMALLEST), LARGEST)
-
     @property
     def rigid_bodies(self) -> tuple[Body, ...]:
         """The bodies: one or two."""
         return (self.body,)
-
-    def momentum_ratios(self, state: State) -> dict[str, Any]:  # noqa: ARG002
-        """Return the factors that scale the angular momenta of the bodies to the size of the first."""
-        return {"": 1.0}
-
-    def sizes_of_blocks(self, state: State) -> dict[str, NDArray[np.float64]]:
-        """Return the sizes of the variables of parts, or their change while the body rotates by a radian; (..., k).
-
-        A part at rest goes as far as one without momentum in a body that turns as fast, about any axis. Those of parts
-        that are angular momenta alone are left out.
-        """
-        names = [part.name for part in self.parts if part.momenta < set(part.variables)]
-        if not names:
-            return {}
-        twin, g = self.beside(state.shape), np.linalg.norm(state.angular_momentum_body, axis=-1)
-        without = {"quaternion": state.quaternion, **changed(state.own, np.zeros_like)}
-        turning = [state_of(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)]
-        with np.errstate(all="ignore"):
-            speed = np.asarray(self.speed(state))[..., None]
-            fastest = np.where(speed > 0, speed, 1.0)
-            each = [twin.block_rates(twin.at(start)) for start in (state, *turning)]
-        sizes = {}
-        for name in names:
-            here, *there = (np.abs(np.stack(np.broadcast_arrays(*rates[name]), axis=-1)) for rates in each)
-            farthest = np.max(there, axis=0)
-            changes = np.where(here > AT_REST * farthest, here, farthest) / fastest
-            sizes[name] = np.maximum(np.abs(state.own[name]), changes)
-        return sizes
-
-    @cached_property
-    def torque_scale(self) -> Any:
-        """The angular momentum that differences of energies, and torques, at samples stand for; shape (...)."""
-        branching = self.known(_branches)
-        one = not branching and not self.members
-        return self._scale(self.sample_torque if one else self._strongest_at_samples(branching))
-
-    def _scale(self, torque: Any) -> Any:
-        return np.sqrt(_largest(*_columns(self.body.moments)) * torque)
-
-    def _strongest_at_samples(self, branching: bool) -> Any:
-        with np.errstate(all="ignore"):
-            graph, sizes = self.traced_sizes()
-            found = [graph.evaluated(sizes), *[on_branches(graph, sizes)] * branching]
-            return functools.reduce(np.maximum, map(self._summed, found))
-
-    def _summed(self, sizes: list[Any]) -> Any:
-        """Return the sum of the largest torques, and of the largest energies over the least, of each member."""
-        ranges = (
-            np.max(size, axis=-1) - (np.min(size, axis=-1) if isinstance(force, Potential) else 0.0)
-            for force, size in zip(self.forces, map(np.atleast_1d, sizes), strict=True)
-        )
-        return sum(np.nan_to_num(each, posinf=0.0) for each in ranges)
-
-    def traced_sizes(self) -> tuple[Graph, list[Any]]:
-        """Return the energies of potentials, or the sizes of torques, on a body at rest at samples, and their graph."""
-        (q, _, _), t = samples(self, BRANCHES), sample_times(self, BRANCHES)
-        graph, twin, at_rest = Graph(), self.beside((*self.members, BRANCHES)), Vector((0.0, 0.0, 0.0))
-        time = graph.variable(t)
-        body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)
-        instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), Environment(time), at_rest)
-        with np.errstate(all="ignore"):
-            return graph, [_size(force, instant) for force in twin.forces]
 
     @property
     def _displaced(self) -> Body:
@@ -318,31 +243,3 @@ class System(Dynamics):
         own = {part.name: Vector((1.0,) * part.size) for part in self.parts}
         parts = self.with_numbers(self.numbers).parts
         return CompositeBody.of(self.body, parts, own, 0.0) if parts else self.body
-
-
-def _columns(array: NDArray[np.float64]) -> Any:
-    """Return the components of one vector as numbers, in a tenth of NumPy's time, or those of members as arrays."""
-    return array.tolist() if array.ndim == 1 else array.T
-
-
-def _combined(of_numbers: Callable[..., Any], of_arrays: Callable[..., Any], *operands: Any) -> Any:
-    """Combine numbers, or those of members in arrays: NumPy takes a microsecond for three numbers."""
-    return functools.reduce(of_arrays, operands) if np.ndarray in map(type, operands) else of_numbers(*operands)
-
-
-_largest = functools.partial(_combined, max, np.maximum)
-_smallest = functools.partial(_combined, min, np.minimum)
-_length = functools.partial(_combined, math.hypot, np.hypot, 0.0)  # a single component has a sign, its length none
-
-
-def _size(force: Any, instant: Instant) -> Any:
-    if isinstance(force, Part):
-        return 0.0
-    if isinstance(force, Potential):
-        return force.energy(instant)
-    return functions.norm(force.torque(instant))
-
-
-def _branches(system: System) -> bool:
-    """Whether the formula of a force has a condition on the time or an orbit."""
-    return bool(conditions(system.traced_sizes()[1]))

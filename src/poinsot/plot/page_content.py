@@ -33,6 +33,7 @@ from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
 from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
@@ -174,7 +175,7 @@ def _moving(motion: Trajectory) -> dict[str, Array]:
 
 def _of_pair(motion: Trajectory) -> dict[str, Any]:
     """Return what is shown of two bodies."""
-    pair, distance = motion.system.pair, motion.distance
+    pair, distance = two_bodies(motion.system), motion.distance
     rates, bodies, largest, reach = {}, {}, {}, 0.0
     for (name, one), mass, sign in zip(motion.of_bodies.items(), pair.masses, (-1, 1), strict=True):
         rates[name] = np.linalg.norm(one.omega_body, axis=-1)

@@ -13,6 +13,7 @@ from poinsot.plot.solid_parts import surfaces
 from poinsot.plot.solids import draw_path
 from poinsot.plot.time_axis import instant
 from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.two_body_motion import two_bodies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,7 +66,7 @@ def mutual_orbit(
     path, panel = unit.factor * motion.position @ across, one_panel(ax, (6.4, 6.4), title)
     draw_path(panel, path, color=GREY, linewidth=0.8, label="orbit of the secondary")
     places = {"primary": np.zeros(2), "secondary": path[-1]}
-    for (body, colour), mass in zip(BODIES.items(), motion.system.pair.masses, strict=True):
+    for (body, colour), mass in zip(BODIES.items(), two_bodies(motion.system).masses, strict=True):
         one = motion.of_bodies[body]
         label = f"{body} at {instant(motion, -1, time_unit)}" if body == "secondary" else body
         for points in surfaces(one.system.body, mass):

@@ -20,8 +20,8 @@ from poinsot.mechanics.system import System
 from poinsot.propagation.body_of_pair import body_systems
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
-from poinsot.propagation.rows import LazyColumns, RowSource, recorded_columns, selected
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.row_source import LazyColumns, RowSource, recorded_columns, selected
+from poinsot.propagation.run_record import RunRecord
 
 __all__ = ["ColumnReader"]
 
@@ -45,11 +45,11 @@ class ColumnReader:
         Times of the rows.
     rows : RowSource
         Source of the rows.
-    run : Run
+    run : RunRecord
         Run of the motion, whose formulation defines the variables of integrated orbits.
     """
 
-    def __init__(self, system: System, initial: State, times: Array, rows: RowSource, run: Run) -> None:
+    def __init__(self, system: System, initial: State, times: Array, rows: RowSource, run: RunRecord) -> None:
         self._system, self._initial, self._times, self._rows, self._run = system, initial, times, rows, run
 
     def __getstate__(self) -> dict[str, object]:

@@ -23,6 +23,7 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.propagation.recorded import FORMULAS_MISSING, RecordedPart, RecordedSystem
+from poinsot.propagation.two_body_motion import two_bodies
 
 __all__ = [
     "COLUMNS",
@@ -121,7 +122,7 @@ def _orbit(place: slice) -> Callable[[ColumnBlock], Array]:
 
 def _velocity(block: ColumnBlock) -> Array:
     momentum = block["momentum"]
-    return np.asarray(momentum / block.system.pair.with_axes(momentum.ndim).reduced_mass)  # type: ignore[attr-defined]
+    return np.asarray(momentum / two_bodies(block.system).with_axes(momentum.ndim).reduced_mass)
 
 
 def _norm_error(block: ColumnBlock) -> Array:
@@ -348,8 +349,9 @@ class ColumnBlock:
         recorded: Mapping[str, Array],
         systems: Callable[[], Mapping[str, System]],
     ) -> None:
-        self.system, self.state, self._environment, self._systems = system, state, environment, systems
-        self._recorded = recorded
+        self.system: System = system
+        self.state: State = state
+        self._environment, self._systems, self._recorded = environment, systems, recorded
         self._computed: dict[str, Array] = {}
 
     @property

@@ -18,7 +18,7 @@ from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.propagation.columns import RENAMED, Column, columns_of_states
 from poinsot.propagation.recorded import RecordedPart
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.two_body_motion import two_bodies
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class Described(Protocol):
         """State variables by name."""
 
     @property
-    def run(self) -> Run:
+    def run(self) -> RunRecord:
         """Run of the motion."""
 
     @property
@@ -273,13 +273,14 @@ def _initial(state: State, system: System, units: DerivedUnits) -> Iterator[tupl
 def _bodies(state: State, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
     """Yield the variables of the bodies: moments, axes and masses."""
     for name, body in zip(state.of_bodies, system.rigid_bodies, strict=True):
+        mass: Array | None = body.mass  # type: ignore[attr-defined]  # a field of Body with a default
         of = f", of the {name}" if name else ""
         moments = _named(units.inertia, f"principal moments of inertia{of}")
         axes = {**_named("1", f"principal axes along the body axes, in columns{of}"), "frame": "body"}
         yield named(name, "moments"), _fixed(body.moments, moments, "axis")
         yield named(name, "principal_axes"), _fixed(body.principal_matrix, axes, "axis", "principal_axis")
-        if body.mass is not None:
-            yield named(name, "mass"), _fixed(body.mass, _named(units.mass, f"mass{of}"))
+        if mass is not None:
+            yield named(name, "mass"), _fixed(mass, _named(units.mass, f"mass{of}"))
     if len(system.rigid_bodies) > 1:
         pair = two_bodies(system)
         yield "masses", _fixed(pair.masses, _named(units.mass, "masses of primary and secondary"), "body")

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
-from poinsot.integration.runs import Report
+from poinsot.integration.report import Report
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.propagation.chunks import Part
 from poinsot.propagation.columns import Requirement, columns_of
 from poinsot.propagation.dataset import state_variables
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.integrator import Integrator
-from poinsot.propagation.selection import state_of_members
 from poinsot.propagation.stored_motion import (
     crossings_in,
     motion_in,
@@ -72,7 +72,7 @@ class EnsembleOfMotions:
     @functools.cached_property
     def _first(self) -> Trajectory:
         """The motion of the first member, without its numbers."""
-        return self._without_numbers(self.integrator.of_members(FIRST), state_of_members(self.state, FIRST))
+        return self._without_numbers(members_of(self.integrator, FIRST), members_of(self.state, FIRST))
 
     @property
     def members(self) -> int:
@@ -136,8 +136,8 @@ class EnsembleOfMotions:
 
     def computed(self, members: slice, names: Iterable[str], progress: Progress) -> Part:
         """Integrate some members."""
-        integrator = self.integrator.of_members(members).telling(progress)
-        motion, report = integrator.motion(state_of_members(self.state, members), self.times)
+        integrator = members_of(self.integrator, members).telling(progress)
+        motion, report = integrator.motion(members_of(self.state, members), self.times)
         failures = {str(members.start + member): why for member, why in motion.failures.items()}
         about = {"failures": failures, "run": told_run(motion.run)}
         return Part(motion.variables(tuple(names)), told_crossings(motion, members.start), about, report.interrupted)

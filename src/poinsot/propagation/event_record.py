@@ -12,13 +12,14 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told
-from poinsot.integration.event_log import Recorded
+from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.event import Event
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.selection import Chosen, numbers_of_members
+from poinsot.propagation.selection import Chosen
 
 __all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 
@@ -139,10 +140,17 @@ class EventRecords:
         """Number of zeros of each event."""
         return [len(found) for found in self.records] if self._counts is None else self._counts()
 
+    @property
+    def ends(self) -> list[tuple[str, int, float]]:
+        """Kind, number of zeros and first time of each terminal event that ended the motion, or members of it."""
+        counted = enumerate(zip(self.watched, self.counts, strict=True))
+        ended = [(number, event.kind, count) for number, (event, count) in counted if event.terminal and count]
+        return [(kind, count, float(self.records[number].times[0])) for number, kind, count in ended]
+
     def of_members(self, members: Chosen, system: System) -> EventRecords:
         """Return the records of some members, which are renumbered; `system` is the system of these members."""
         return EventRecords(
-            lambda: [numbers_of_members(event, members) for event in self._watched()],
+            lambda: [members_of(event, members) for event in self._watched()],
             lambda _: tuple(_of_members(found, members, system) for found in self._read(members)),
         )
 
@@ -156,7 +164,7 @@ def _of_members(found: EventRecord, members: Chosen, system: System) -> EventRec
     first, last = np.searchsorted(found.members, whose, "left"), np.searchsorted(found.members, whose, "right")
     counts = last - first
     rows = np.repeat(last - np.cumsum(counts), counts) + np.arange(np.sum(counts))
-    event, again = numbers_of_members(found.event, members), np.repeat(np.arange(whose.size), counts)
+    event, again = members_of(found.event, members), np.repeat(np.arange(whose.size), counts)
     return replace(found._rows(rows), event=event, system=system, members=again)
 
 
@@ -182,4 +190,4 @@ def crossings(
 def _phase(variables: StateVector, members: Array, times: Array, rows: Array) -> Phase:
     if variables.of_one:
         return variables.to_phase(times, rows)
-    return changed(variables.of_members(members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])
+    return changed(members_of(variables, members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple, NoReturn
+from typing import ClassVar, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,6 @@ from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import printable
-from poinsot.propagation.selection import Chosen, numbers_of_members
 
 __all__ = ["RecordedEvent", "RecordedPart", "RecordedSystem", "recorded_integral"]
 
@@ -40,9 +39,12 @@ class RecordedPart(NamedTuple):
         """Number of scalars."""
         return sum(self.variables.values())
 
-    def of_members(self, members: Chosen | slice) -> RecordedPart:
-        """Return the part of some members."""
-        return self if self.jump is None else self._replace(jump=self.jump.of_members(members))
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"jump": 0}
+
+    def _with_values(self, jump: Jump | None) -> RecordedPart:
+        return self._replace(jump=jump)
 
 
 class RecordedSystem(Immutable):
@@ -95,10 +97,9 @@ class RecordedSystem(Immutable):
         """The two bodies of a motion of two."""
         return self.body
 
-    def of_members(self, members: Chosen) -> RecordedSystem:
-        """Return the system of some members."""
-        body = numbers_of_members(self._free.body, members)
-        parts = tuple(part.of_members(members) for part in self.parts)
+    _member_axes: ClassVar[Mapping[str, int]] = {"body": 0, "parts": 0}
+
+    def _with_values(self, body: Body | TwoBodies, parts: tuple[RecordedPart, ...]) -> RecordedSystem:
         return RecordedSystem(body, self.units, self._text, self.not_rerunnable, self.integrals, parts)
 
     @property

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from poinsot.immutable import read_only
 
 if TYPE_CHECKING:
-    from poinsot.integration.runs import Report
+    from poinsot.integration.report import Report
 
 
 class Method(StrEnum):
@@ -29,7 +29,7 @@ class Method(StrEnum):
 
 
 @dataclass(frozen=True)
-class Run:
+class RunRecord:
     """How a trajectory was computed.
 
     Attributes
@@ -62,7 +62,7 @@ class Run:
     lanes: int = 0
 
     @classmethod
-    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> Run:
+    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> RunRecord:
         """Return what a driver reports of a run."""
         steps = sum(report.steps.tolist())
         own = (report.tolerance, report.order, steps, report.wall_time)
@@ -75,7 +75,7 @@ class Run:
         return own | {"method": str(self.method)}
 
     def attributes(self, failures: Mapping[int, str]) -> dict[str, str | float]:
-        """Return the attributes of a dataset, with the reasons why members stopped: of the machine only the versions."""
+        """Return the attributes of a dataset, with the reasons why members stopped, without the wall time."""
         return {
             **{key: value for key, value in self.entries.items() if key != "wall_time"},
             **({"failures": json.dumps(dict(failures))} if failures else {}),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,11 @@ from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.event_record import NO_EVENTS, EventRecord, EventRecords
 from poinsot.propagation.recorded import RecordedEvent
 from poinsot.propagation.reductions import reduced
-from poinsot.propagation.rows import StoreRows
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.row_source import StoreRows
+from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.selection import Chosen
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.zarr_group import JoinedArrays, StoredArray
+from poinsot.propagation.zarr_group import JoinedArrays
 
 __all__ = [
     "arrays_in",
@@ -45,7 +45,7 @@ __all__ = [
 
 
 def motion_in(
-    store: EnsembleStore, system: System, initial: State, run: Run, events: EventRecords = NO_EVENTS
+    store: EnsembleStore, system: System, initial: State, run: RunRecord, events: EventRecords = NO_EVENTS
 ) -> Trajectory | None:
     """Return the motion of a system; None if the store does not contain the state variables."""
     phase = phase_in(store)
@@ -58,9 +58,10 @@ def motion_in(
     )
 
 
-def arrays_in(store: EnsembleStore) -> dict[str, StoredArray]:
-    """Return the arrays of a store of any version by their present names."""
-    return {RENAMED.get(name, name): array for name, array in store.arrays.items()}
+def arrays_in(store: EnsembleStore) -> dict[str, NDArray[np.float64]]:
+    """Return the arrays of a store of any version by their present names; they are read when they are indexed."""
+    found = {RENAMED.get(name, name): array for name, array in store.arrays.items()}
+    return cast("dict[str, NDArray[np.float64]]", found)
 
 
 def result_in(store: EnsembleStore) -> Any:
@@ -93,7 +94,7 @@ def times_in(store: EnsembleStore) -> str:
     return along.pop() if len(along) == 1 else ""
 
 
-def run_in(store: EnsembleStore, run: Run) -> Run:
+def run_in(store: EnsembleStore, run: RunRecord) -> RunRecord:
     """Return how the chunks that are whole were computed."""
     told = [about["run"] for _, about in store.asides()]
     if not told:
@@ -102,7 +103,7 @@ def run_in(store: EnsembleStore, run: Run) -> Run:
     return dataclasses.replace(run, **each, steps=sum(one["steps"] for one in told))
 
 
-def told_run(run: Run) -> dict[str, Any]:
+def told_run(run: RunRecord) -> dict[str, Any]:
     """Return what a chunk says of how it was computed; `run_in` reads it."""
     return {name: getattr(run, name) for name in ("order", "tolerance", "steps", "kernel", "lanes")}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
@@ -31,17 +32,9 @@ from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.dataset import dataset_of_motion, dataset_of_store, with_present_names
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.relative_motion import RelativeMotion, euler_angles, relative_motion
-from poinsot.propagation.rows import ComputedRows, RowSource, selected
-from poinsot.propagation.run_record import Method, Run
-from poinsot.propagation.selection import (
-    Chosen,
-    Index,
-    checked_index,
-    refuse_other_names,
-    rows_of,
-    state_of_members,
-    system_of_members,
-)
+from poinsot.propagation.row_source import ComputedRows, RowSource, selected
+from poinsot.propagation.run_record import Method, RunRecord
+from poinsot.propagation.selection import Chosen, Index, checked_index, refuse_other_names, rows_of
 from poinsot.quantities import Times
 
 if TYPE_CHECKING:
@@ -77,7 +70,7 @@ class Trajectory(Summarized):
         Initial state, from which drifts are measured.
     times : array (n,)
         Requested times, in the order of the call.
-    run : Run
+    run : RunRecord
         Method, order, number of steps, tolerance and versions.
     failures : dict
         Map from the number of a failed member to the reason; its rows are NaN from the time of failure. For a motion of
@@ -97,9 +90,9 @@ class Trajectory(Summarized):
     system: System
     initial: State
     times: Array
-    run: Run
+    run: RunRecord
     failures: dict[int, str]
-    provenance: dict[str, object]
+    provenance: dict[str, Any]
     _rows: RowSource
     _reader: ColumnReader
     _dense: Dense | None
@@ -114,7 +107,7 @@ class Trajectory(Summarized):
         initial: State,
         times: Array,
         rows: RowSource,
-        run: Run,
+        run: RunRecord,
         dense: Dense | None = None,
         failures: Mapping[int, str] | None = None,
     ) -> None:
@@ -433,10 +426,10 @@ class Trajectory(Summarized):
         """True if the first axis of arrays is the axis of members."""
         return next(iter(self.phase.values())).ndim == 3
 
-    def __iter__(self) -> Iterator[Trajectory | State]:
+    def __iter__(self) -> Iterator[Any]:
         return (self[i] for i in range(len(self)))
 
-    def __getitem__(self, index: Index) -> Trajectory | State:
+    def __getitem__(self, index: Index) -> Any:
         """Return members of an ensemble, or times of one body, chosen by an index of the first axis."""
         return self._isel(member=index) if self.is_ensemble else self._isel(time=index)
 
@@ -502,7 +495,7 @@ class Trajectory(Summarized):
         system, initial, rows = self.system, self.initial, selected(self._rows, members, at)
         rows.events = self._rows.events
         if members is not None:
-            system, initial = system_of_members(system, members), state_of_members(initial, members)
+            system, initial = members_of(system, members), members_of(initial, members)
             rows.events = rows.events.of_members(members, system)
         chosen = range(1) if members is None else np.atleast_1d(members).tolist()
         failures = {new: why for new, old in enumerate(chosen) if (why := self._why_ended(old))}
@@ -540,8 +533,7 @@ class Trajectory(Summarized):
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
-        counts, ensemble = zip(self._rows.events.watched, self._rows.events.counts, strict=True), self.is_ensemble
-        ends = lambda number: 0.0 if ensemble else float(self.events[number].times[0])  # noqa: E731
+        log, ensemble = self._rows.events, self.is_ensemble
         return display.motion_summary(
             display.MotionDescription(
                 system=repr(self.system),
@@ -552,10 +544,8 @@ class Trajectory(Summarized):
                 failed=len(self.failures),
                 store="" if self.store is None else str(self.store),
                 dense=() if self._dense is None else self._dense[1:],
-                events=[
-                    display.DetectedEvent(event.kind, count, ends(number) if event.terminal and count else None)
-                    for number, (event, count) in enumerate(counts)
-                ],
+                events=[(event.kind, count) for event, count in zip(log.watched, log.counts, strict=True)],
+                ends=log.ends,
             )
         )
 
@@ -601,7 +591,7 @@ class Trajectory(Summarized):
         return dataset_of_motion(self, {name: (each, arrays[name]) for name, each in columns.items() if name in arrays})
 
     @property
-    def _kept_provenance(self) -> dict[str, object]:
+    def _kept_provenance(self) -> dict[str, Any]:
         return {key: self.provenance[key] for key in KEPT_PROVENANCE if key in self.provenance}
 
     @property

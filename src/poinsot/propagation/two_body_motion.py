@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,8 +42,7 @@ OF_ONE_BODY = frozenset(
 
 def two_bodies(system: System) -> TwoBodies:
     """Return the two bodies of a system."""
-    pair: TwoBodies = system.body  # type: ignore[assignment]
-    return pair
+    return cast(TwoBodies, system.body)
 
 
 def refuse_one_body(system: System, name: str) -> None:

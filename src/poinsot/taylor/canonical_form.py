@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from poinsot.taylor.decomposition import Coefficient, Function, Quotient, Select, State, Sum, Time
-from poinsot.taylor.graph import Node, ordered, partials
-from poinsot.taylor.replay import HELD
+from poinsot.taylor.graph import HELD, Node, ordered, partials
 from poinsot.taylor.shared_products import Monomial
 
 __all__ = ["TIME", "Drafts"]

@@ -7,6 +7,7 @@ on a symbol varies.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import operator
@@ -19,7 +20,21 @@ import numpy as np
 from poinsot import functions
 from poinsot.functions import Comparable, Scalar, Vector
 
-__all__ = ["Graph", "Node", "gradient", "needed", "number", "ordered", "partials", "replaced", "ruled", "tangents"]
+__all__ = [
+    "HELD",
+    "Evaluator",
+    "Graph",
+    "Node",
+    "gradient",
+    "needed",
+    "number",
+    "ordered",
+    "partials",
+    "replaced",
+    "ruled",
+    "tangents",
+    "wide",
+]
 
 LARGEST_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
@@ -490,3 +505,96 @@ def needed(outputs: Iterable[Node], known: Container[int]) -> list[Node]:
             found[node.place] = node
             waiting += node.nodes
     return [found[place] for place in sorted(found)]
+
+
+HELD = "held"
+"""Name of constants that no input gives: conditions and square roots, which change at switches and at the start."""
+
+wide: Callable[[Any], Any] = np.longdouble(1).__mul__
+"""Convert a number or an array to long double, in a quarter of the time of `np.longdouble`."""
+
+MAX_SELECTIONS = 8
+"""Sets of inputs that change together, for which an evaluator stores the operations to repeat."""
+
+_Operation = tuple[int, Callable[..., Any], tuple[int, ...], int]
+"""Register of the result, function, registers of the operands, and the inputs that it depends on, as bits."""
+
+_LastCall = tuple[tuple[Any, ...], list[Any], tuple[Any, ...]]
+"""Numbers of a call, all registers, and the values of the outputs."""
+
+NO_CALL: _LastCall = (), [], ()
+
+
+class Evaluator:
+    """Evaluation of formulas for the inputs of a run, node by node. Constants named `HELD` are zero.
+
+    For scalars, a call repeats only the operations that depend on inputs whose numbers differ from the last call.
+
+    Parameters
+    ----------
+    outputs : sequence of scalars
+        Nodes or numbers.
+    typed : callable
+        Conversion of each input, a scalar or an array, to the type of the arithmetic.
+    first : sequence of Node
+        Nodes whose values come first in a call; inputs of the run follow.
+    """
+
+    def __init__(self, outputs: Sequence[Any], typed: Callable[[Any], Any], first: Sequence[Node] = ()) -> None:
+        self._typed, self._registers = typed, list[Any]()
+        nodes = [x for x in outputs if isinstance(x, Node)]
+        given = {node.place: number for number, node in enumerate(first)}
+        inputs = [node for node in needed(nodes, given) if node.name == "input"]
+        given |= {node.place: len(first) + node.operands[0] for node in inputs}
+        places = {place: self._register() for place in given}
+        bits = {places[place]: 1 << number for place, number in given.items()}
+        self._given = [(number, places[place]) for place, number in given.items()]
+        self._operations: list[_Operation] = []
+        for node in needed(nodes, given):
+            if node.name in ("value", HELD):
+                places[node.place] = self._register(node.value if node.name == "value" else 0.0)
+            else:
+                operands = tuple(
+                    [places[x.place] if isinstance(x, Node) else self._register(x) for x in node.arguments]
+                )
+                places[node.place] = result = self._register()
+                bits[result] = functools.reduce(operator.or_, (bits.get(x, 0) for x in operands), 0)
+                function = OPERATORS.get(node.name) or operation_of(node)
+                self._operations.append((result, function, operands, bits[result]))
+        self._outputs = [places[x.place] if isinstance(x, Node) else self._register(x) for x in outputs]
+        self._selections: dict[int, list[_Operation]] = {}
+        self._count, self._last = max([number + 1 for number, _ in self._given], default=0), NO_CALL
+
+    def _register(self, value: Any = 0.0) -> int:
+        if isinstance(value, Fraction):
+            value = np.longdouble(value.numerator) / np.longdouble(value.denominator)
+        self._registers.append(value)
+        return len(self._registers) - 1
+
+    def __call__(self, given: Sequence[Any]) -> tuple[Any, ...]:
+        """Return the values, scalars or arrays: the same tuple as in the last call if all numbers are equal."""
+        scalars = np.ndarray not in map(type, given)
+        last, known, values = self._last if scalars else NO_CALL  # threads exchange it whole
+        changed = sum([
+            1 << number
+            for number, x, y in zip(range(self._count), given, last, strict=False)
+            if x is not y and (x != y or (not x and math.copysign(1.0, x) != math.copysign(1.0, y)))
+        ]) if last else -1  # fmt: skip
+        if changed:
+            known = (known or self._registers).copy()
+            for number, place in self._given:
+                if changed >> number & 1:
+                    known[place] = self._typed(given[number])
+            for result, function, operands, _ in self._selection(changed):
+                known[result] = function(*[known[place] for place in operands])
+            values = tuple([known[place] for place in self._outputs])
+            self._last = (tuple(given), known, values) if scalars else NO_CALL
+        return values
+
+    def _selection(self, changed: int) -> list[_Operation]:
+        """Return the operations that depend on inputs, which are given as bits; all where such sets are many."""
+        if changed == -1 or (changed not in self._selections and len(self._selections) >= MAX_SELECTIONS):
+            return self._operations
+        if changed not in self._selections:
+            self._selections[changed] = [one for one in self._operations if one[3] & changed]
+        return self._selections[changed]

@@ -24,7 +24,10 @@ from poinsot.taylor.layouts import Layout
 from poinsot.taylor.llvm_functions import LIBRARY
 from poinsot.taylor.llvm_ir import host_features, machine_code
 
-__all__ = ["Code", "Output", "Queue", "Run", "Status", "available", "compiled", "order_of"]
+__all__ = ["CACHED", "ROUNDING", "Code", "Output", "Queue", "Run", "Status", "available", "compiled", "order_of"]
+
+ROUNDING = {"double": 2.0**-52, "quadruple": 2.0**-104}
+"""Distance from 1 to the next number, by precision: the smallest tolerance."""
 
 CACHED = 128
 """Kernels that are kept."""

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from poinsot.taylor.canonical_form import TIME, Drafts
 from poinsot.taylor.conserved_squares import without_squares
 from poinsot.taylor.decomposition import Crossing, Decomposition
-from poinsot.taylor.evaluation import WideReplay
-from poinsot.taylor.graph import Node, ordered, replaced
-from poinsot.taylor.replay import Replay, wide
+from poinsot.taylor.evaluation import WideEvaluator
+from poinsot.taylor.graph import Evaluator, Node, ordered, replaced, wide
 from poinsot.taylor.shared_products import Assembly
 from poinsot.taylor.updates import Jumps, Update
 
@@ -77,13 +76,13 @@ class Program:
         decomposition = replace(self.decomposition, parameters=first + len(constants))
         return replace(self, decomposition=decomposition, parameters=[*self.parameters, *constants], jumps=jumps)
 
-    def values(self, typed: Callable[[Any], Any]) -> Replay:
+    def values(self, typed: Callable[[Any], Any]) -> Evaluator:
         """Return what gives the values of `given` and of the parameters for the inputs of a run, 0 for those held."""
-        return Replay([*self.given, *self.parameters], typed)
+        return Evaluator([*self.given, *self.parameters], typed)
 
-    def wide_values(self) -> WideReplay:
+    def wide_values(self) -> WideEvaluator:
         """Return the computation of the same in double-double arithmetic: high parts of all, then low parts."""
-        return WideReplay([*self.given, *self.parameters])
+        return WideEvaluator([*self.given, *self.parameters])
 
     @functools.cached_property
     def powers(self) -> NDArray[np.int_]:
@@ -119,7 +118,7 @@ class Constants:
         How many operations there are.
     count : int
         How many constants.
-    values : Replay
+    values : Evaluator
     switches : bool
         Whether a formula branches on the way.
     latest : dict
@@ -131,7 +130,7 @@ class Constants:
         self._program: Program | None = program
         conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
         met = _constants_met(rates)
-        self.count, self.values = len(met), Replay(met, wide)
+        self.count, self.values = len(met), Evaluator(met, wide)
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
         self.switches = bool(conditions_of(rates))
 

@@ -19,7 +19,7 @@ from in_order import in_order
 from poinsot import functions as fn
 from poinsot.files.scenarios.scenario import parsed_scenario, repetition
 from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.system_text import text_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.integration import equations, looped_runs
+from poinsot.integration import equations, run
 from poinsot.taylor import kernels
 
 BODY = pt.Body((1.0, 2.0, 3.0))
@@ -181,8 +181,8 @@ def test_what_stops_one_thread_stops_all(monkeypatch):
     def leave(state):
         raise SystemExit(3)
 
-    for runs in (looped_runs,):
-        monkeypatch.setattr(runs, "SLAB_BYTES", 1)
+    for runs in (run,):
+        monkeypatch.setattr(runs, "MAX_SLAB_BYTES", 1)
     slow = event(leave)
     with pytest.raises(SystemExit):
         pt.propagate(FREE, spinning(np.append(RATES[BAD], np.full(10_000, 0.3))), TIMES, events=[slow], threads=2)

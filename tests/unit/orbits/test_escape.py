@@ -6,6 +6,7 @@ import sympy
 from scipy.integrate import solve_ivp
 
 import poinsot as pt
+from poinsot.integration.scaling import momentum_scale
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.taylor.graph import Graph, tangents
@@ -269,11 +270,11 @@ def test_members_along_hyperbolas_of_their_own():
 
 def test_other_numbers_use_the_same_kernel_also_across_the_parabola(forget_kernels):
     from poinsot.integration import equations
-    from poinsot.integration.looped_runs import Ready
+    from poinsot.integration.kernel_parameters import PreparedKernel
 
     forget_kernels()
     nearly, bent = (pt.propagate(systems(name)["space"], START, RUN).quaternion for name in ("nearly", "bent"))
-    assert sum(isinstance(known, Ready) for known in equations.known._known.values()) == 1
+    assert sum(isinstance(known, PreparedKernel) for known in equations.known._stored.values()) == 1
     parabola = pt.propagate(systems("parabola")["space"], START, RUN).quaternion  # e - 1 is zero
     assert np.max(np.abs(parabola - nearly)) < 1e-11
     assert np.max(np.abs(parabola - bent)) > 1e-4
@@ -305,4 +306,4 @@ def test_a_distant_epoch_does_not_hide_the_passage():
     assert system.integrals == ()
     alone = pt.System(BODY, pt.GravityGradient(orbit))
     at_rest = BODY.state((0.6, 0.8, 0, 0), omega_body=(0, 0, 0), time=1e12 - 100)
-    assert 0.1 < alone.momentum_scale(at_rest) < 10
+    assert 0.1 < momentum_scale(alone, at_rest) < 10

@@ -16,7 +16,7 @@ from poinsot.analysis import polhodes
 from poinsot.plot import page_content
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION
 from poinsot.plot.solids import Ellipsoid, Solid, right_and_up, solid_axes, view_direction
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 
 SI = {"time": "s", "inertia": "kg m2"}
 TURNED = Rotation.from_rotvec([0.4, -0.9, 0.5]).as_matrix()

@@ -13,7 +13,7 @@ from PIL import Image, ImageSequence
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 

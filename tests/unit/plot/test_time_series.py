@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot.mechanics.euler import SEQUENCES
 from poinsot.mechanics.frame import from_roll_pitch_yaw, roll_pitch_yaw
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 
 ORBIT = pt.KeplerOrbit(
     398600.4418,

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.plot.view import View
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 
 SI = {"time": "s", "inertia": "kg m2"}
 TURNED = Rotation.from_rotvec([0.4, -0.9, 0.5]).as_matrix()

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from in_order import in_order
-from poinsot.propagation.rows import MemoryRows
+from poinsot.propagation.row_source import MemoryRows
 
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]
 TIMES = np.linspace(-1, 9, 21)

@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked, checked_fields
-from poinsot.display.html_text import PER_TIME, Summarized, told, told_times
+from poinsot.display.html_text import Summarized, told, told_times
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
 from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
@@ -20,9 +20,10 @@ from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
-from poinsot.propagation.rows import MemoryRows
-from poinsot.propagation.run_record import Method, Run, versions
+from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -135,7 +136,7 @@ class AttitudeTable(Summarized):
         (times, unit), q = self._times_of(system), self.quaternion
         phase = {"quaternion": q, "angular_momentum_body": system.body.angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
-        run = Run(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
+        run = RunRecord(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
         motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, MemoryRows(phase), run)
         known: dict[str, Any] = {}
         if self.calendar is not None and system.calendar is None and system.units["time"] in SECONDS:

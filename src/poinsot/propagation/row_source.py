@@ -1,9 +1,8 @@
-"""Sources of the rows of a motion: arrays in memory, rows that are computed on first access, and stores of ensembles."""
+"""Sources of the rows of a motion: arrays in memory, rows computed on first access, and stores of ensembles."""
 
 from __future__ import annotations
 
 import functools
-import operator
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Protocol
 
@@ -34,7 +33,7 @@ Array = NDArray[np.float64]
 Columns = Mapping[str, Array]
 """Recorded columns by name. Arrays of a store have the interface of arrays and are read when they are indexed."""
 
-Summary = Mapping[str, object]
+Summary = Mapping[str, str | float]
 
 
 class LazyColumns(Columns):
@@ -55,7 +54,7 @@ class LazyColumns(Columns):
             self._known[name] = self._read[name]()
         return self._known[name]
 
-    def __contains__(self, name: object) -> bool:
+    def __contains__(self, name: object) -> bool:  # without reading the column
         return name in self._read
 
     def __iter__(self) -> Iterator[str]:
@@ -230,8 +229,13 @@ def recorded_columns(source: RowSource) -> LazyColumns:
             read["momentum"] = functools.partial(_components, values, slice(3, None))
         else:
             read[name if name in RIGID else f"own_{name}"] = functools.partial(np.asarray, values)
-    columns = source.columns
-    return LazyColumns(read | {name: functools.partial(operator.getitem, columns, name) for name in columns})
+    for name in source.columns:
+        read[name] = functools.partial(_column, source.columns, name)
+    return LazyColumns(read)
+
+
+def _column(columns: Columns, name: str) -> Array:
+    return np.asarray(columns[name])
 
 
 def _components(values: Array, places: slice) -> Array:

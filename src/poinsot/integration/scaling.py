@@ -1,0 +1,255 @@
+"""Sizes of momenta and of other variables along a motion, which the integrated variables are scaled by."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot import functions
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
+from poinsot.mechanics.circular_pair import mean_motion
+from poinsot.mechanics.environment import Environment, orbits_of, sample_time
+from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
+from poinsot.mechanics.formula_trials import ATTITUDES, RATES, body_in_rotation
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.pair_system import ORBIT, PairSystem
+from poinsot.mechanics.probing import sample_times, samples
+from poinsot.mechanics.state import PairState, State, changed, state_of
+from poinsot.mechanics.system import System
+from poinsot.taylor.graph import Evaluator, Graph
+
+__all__ = [
+    "momentum_ratios",
+    "momentum_scale",
+    "momentum_scale_of_members",
+    "momentum_scales",
+    "orbital_rate",
+    "sample_torque",
+    "sizes_of_blocks",
+    "torque_scale",
+    "traced_sizes",
+]
+
+MIN_SCALE, MAX_SCALE = 2.0**-512, 2.0**512
+"""Limits of a momentum scale: squares of smaller scales underflow to zero, and squares of larger scales overflow."""
+
+AT_REST = 1e-9
+"""Part of the rate of a variable with a momentum below which the part counts as resting: the rate is then rounding."""
+
+
+def momentum_scale(system: System, state: State) -> Any:
+    """Return the approximate size of the angular momentum along the motion from a state; shape (...).
+
+    The size for one body is the larger of |g| and the momentum that the forces would give a body at rest, or 1 if both
+    are zero. The size for two bodies refers to the primary.
+    """
+    return next(iter(momentum_scales(system, state).values()))
+
+
+def momentum_scale_of_members(system: System, state: State) -> Any:
+    """Return the momentum scale of a single body, with torques at the same samples as for members of an ensemble."""
+    strongest = _strongest_at_samples(system, system.known(_has_branches))
+    return _momentum_scale(system, state, _momentum_of(system, strongest))
+
+
+def momentum_scales(system: System, state: State) -> dict[str, Any]:
+    """Return the approximate sizes of the angular momenta along the motion from a state, by the name of the body.
+
+    The size for one of two bodies is the larger of |g| and the momentum of a body that rotates with the orbit.
+    """
+    if isinstance(system, PairSystem):
+        rate = orbital_rate(system, state)
+        moments = [np.max(np.asarray(body.moments), axis=-1) for body in system.rigid_bodies]
+        return {
+            name: np.maximum(np.linalg.norm(each.angular_momentum_body, axis=-1), largest * rate)
+            for (name, each), largest in zip(state.of_bodies.items(), moments, strict=True)
+        }
+    return {"": _momentum_scale(system, state, torque_scale(system))}
+
+
+def momentum_ratios(sizes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the powers of two that scale the angular momenta of bodies to the size of the first body's."""
+    first, *others = sizes
+    return {first: 1.0, **{name: np.exp2(np.rint(np.log2(sizes[first] / sizes[name])))[()] for name in others}}
+
+
+def _momentum_scale(system: System, state: State, largest: Any) -> Any:
+    each = [state.angular_momentum_body]
+    for part in system.parts:
+        each += [state.own[part.name][..., place] for place in part.momentum_places]
+    largest = _largest(largest, *[_length(*_columns(momenta)) for momenta in each])
+    return _smallest(largest + (largest < MIN_SCALE), MAX_SCALE)
+
+
+def orbital_rate(system: PairSystem, state: Any) -> Any:
+    """Return the mean motion of a circular orbit of two bodies at the distance of a state; shape (...)."""
+    return mean_motion(system.pair, np.linalg.norm(state.position, axis=-1))
+
+
+# ---------------------------------------------------------------------- torques
+
+
+def torque_scale(system: System) -> Any:
+    """Return the angular momentum that corresponds to the torques at samples; shape () or (members,).
+
+    The momentum is sqrt(I N) with the largest moment of inertia I and the torque N on a body at rest. Zero for two
+    bodies, whose momenta are scaled by the orbital rate.
+    """
+    return system.once(_torque_scale)
+
+
+def _torque_scale(system: System) -> Any:
+    if isinstance(system, PairSystem):
+        return np.zeros(system.members)[()]
+    branching = system.known(_has_branches)
+    one = not branching and not system.members
+    return _momentum_of(system, sample_torque(system) if one else _strongest_at_samples(system, branching))
+
+
+def _momentum_of(system: System, torque: Any) -> Any:
+    return np.sqrt(_largest(*_columns(system.body.moments)) * torque)
+
+
+def _strongest_at_samples(system: System, branching: bool) -> Any:
+    with np.errstate(all="ignore"):
+        graph, sizes = traced_sizes(system)
+        found = [graph.evaluated(sizes), *[on_branches(graph, sizes)] * branching]
+        return functools.reduce(np.maximum, (_summed(system.forces, each) for each in found))
+
+
+def _summed(forces: Sequence[Force], sizes: Sequence[Any]) -> Any:
+    """Return the sum over the forces of the largest torque, or of the range of the energy, of each member."""
+    ranges = (
+        np.max(size, axis=-1) - (np.min(size, axis=-1) if isinstance(force, Potential) else 0.0)
+        for force, size in zip(forces, map(np.atleast_1d, sizes), strict=True)
+    )
+    return sum(np.nan_to_num(each, posinf=0.0) for each in ranges)
+
+
+def traced_sizes(system: System) -> tuple[Graph, list[Any]]:
+    """Return the graph and the sizes of energies or torques on a body at rest at samples, one for each force."""
+    (q, _, _), t = samples(system, BRANCHES), sample_times(system, BRANCHES)
+    graph, twin, at_rest = Graph(), system.beside((*system.members, BRANCHES)), Vector((0.0, 0.0, 0.0))
+    time = graph.variable(t)
+    body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)
+    instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), Environment(time), at_rest)
+    with np.errstate(all="ignore"):
+        return graph, [_size(force, instant) for force in twin.forces]
+
+
+def _size(force: Force, instant: Instant) -> Any:
+    if isinstance(force, Potential):
+        return force.energy(instant)
+    return functions.norm(force.torque(instant)) if isinstance(force, Torque) else 0.0
+
+
+def _has_branches(system: System) -> bool:
+    """Return True if the formula of a force has a condition on the time or on an orbit."""
+    return bool(conditions(traced_sizes(system)[1]))
+
+
+def sample_torque(system: System) -> float:
+    """Return the sum of the torques of the forces on the first member's body at rest at a sample.
+
+    The difference of the energies at two samples replaces the torque of a potential if the difference is larger.
+    """
+    first = [number.item(0) for number in system.numbers]
+    times = [sample_time(orbits_of(force)) + 0.25 for force in system.forces]
+    traced = system.known(_traced_samples)
+    with np.errstate(all="ignore"):
+        found = traced([*first, *times]) if traced else [*_samples(system.with_numbers(map(np.float64, first)), times)]
+        each = np.reshape(np.array(found, dtype=float), (-1, 5)).tolist()
+    return math.fsum(_larger(*sample) for sample in each)
+
+
+def _larger(*sample: float) -> float:
+    *torque, here, there = sample
+    return max(filter(math.isfinite, (math.hypot(*torque), abs(there - here))), default=0.0)
+
+
+def _traced_samples(system: System) -> Evaluator | None:
+    """Return the evaluator of the samples for all numbers of a structure, or None if formulas reject symbols."""
+    graph = Graph()
+    inputs = [graph.input(place) for place in range(len(system.numbers) + len(system.forces))]
+    twin = system.with_numbers(inputs)
+    try:
+        return Evaluator([*_samples(twin, inputs[len(system.numbers) :])], np.float64)
+    except Exception:  # such as an error from a table, which is read at a time
+        return None
+
+
+def _samples(system: System, times: Sequence[Scalar]) -> Iterator[Scalar]:
+    """Yield the torque of each force on the body at rest, and its energies at two samples."""
+    bodies = [body_in_rotation(system, 0.25, Vector(omega)) for omega in RATES.T.tolist()]
+    attitudes = [Attitude.from_quaternion(q) for q in ATTITUDES.tolist()]
+    for force, time in zip(system.forces, times, strict=True):
+        environment = Environment(time)
+        if isinstance(force, Potential):
+            here, there = map(Instant, bodies, attitudes, (environment, environment))
+            yield from (*derived_torque(force, here), force.energy(here), force.energy(there))
+        elif isinstance(force, Torque):
+            yield from (*force.torque(Instant(bodies[0], attitudes[0], environment, RATES.T[0].tolist())), 0.0, 0.0)
+        else:
+            yield from (0.0,) * 5
+
+
+# ---------------------------------------------------------------------- variables of parts and of the relative orbit
+
+
+def sizes_of_blocks(system: System, state: State) -> dict[str, NDArray[np.float64]]:
+    """Return the sizes of the variables of parts or of the relative orbit, by the name of the block; each (..., k).
+
+    The size of a variable of a part is the larger of its value and its change while the body rotates by a radian. The
+    size for a part at rest is the change of a part without momentum in a body that rotates as fast about any axis. The
+    result omits parts whose variables are all angular momenta.
+    """
+    if isinstance(state, PairState):
+        return {ORBIT.name: _sizes_of_orbit(system, state)}
+    names = [part.name for part in system.parts if part.momenta < set(part.variables)]
+    if not names:
+        return {}
+    twin, g = system.beside(state.shape), np.linalg.norm(state.angular_momentum_body, axis=-1)
+    without = {"quaternion": state.quaternion, **changed(state.own, np.zeros_like)}
+    turning = [state_of(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)]
+    with np.errstate(all="ignore"):
+        speed = np.asarray(system.speed(state))[..., None]
+        fastest = np.where(speed > 0, speed, 1.0)
+        each = [twin.block_rates(twin.at(start)) for start in (state, *turning)]
+    sizes = {}
+    for name in names:
+        here, *there = (np.abs(np.stack(np.broadcast_arrays(*rates[name]), axis=-1)) for rates in each)
+        farthest = np.max(there, axis=0)
+        changes = np.where(here > AT_REST * farthest, here, farthest) / fastest
+        sizes[name] = np.maximum(np.abs(state.own[name]), changes)
+    return sizes
+
+
+def _sizes_of_orbit(system: Any, state: PairState) -> NDArray[np.float64]:
+    distance, mass = np.linalg.norm(state.position, axis=-1), system.pair.reduced_mass
+    momentum = np.maximum(np.linalg.norm(state.momentum, axis=-1), mass * distance * orbital_rate(system, state))
+    return np.stack([distance] * 3 + [np.broadcast_to(momentum, distance.shape)] * 3, axis=-1)
+
+
+# ---------------------------------------------------------------------- numbers, or arrays of the numbers of members
+
+
+def _columns(array: NDArray[np.float64]) -> Any:
+    """Return the components of one vector as numbers, in a tenth of NumPy's time, or those of members as arrays."""
+    return array.tolist() if array.ndim == 1 else array.T
+
+
+def _combined(of_numbers: Callable[..., Any], of_arrays: Callable[..., Any], *operands: Any) -> Any:
+    """Combine numbers, or arrays of the numbers of members. NumPy takes a microsecond for three numbers."""
+    return functools.reduce(of_arrays, operands) if np.ndarray in map(type, operands) else of_numbers(*operands)
+
+
+_largest = functools.partial(_combined, max, np.maximum)
+_smallest = functools.partial(_combined, min, np.minimum)
+_length = functools.partial(_combined, math.hypot, np.hypot, 0.0)  # a single component has a sign, its length none
