@@ -410,10 +410,9 @@ READ = {
 """Calls of the methods of motions, and the values of attributes that are no numbers."""
 
 UNREAD = {
-    **dict.fromkeys(("member", "isel", "variables", "variable_names", "state_variables"), "a choice of rows"),
+    **dict.fromkeys(("member", "isel", "variables", "variable_names", "column"), "a choice of rows"),
     **dict.fromkeys(("events", "summary", "calendar", "reference_frame", "has_dense_output"), "text, or no array"),
     **dict.fromkeys(("is_ensemble", "phase", "of_bodies"), "the arrays of the other attributes"),
-    "loads": "the function that computes the forces and torques on each body",
 }
 
 

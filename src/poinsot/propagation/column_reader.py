@@ -50,7 +50,7 @@ class ColumnReader:
     """
 
     def __init__(self, system: System, initial: State, times: Array, rows: RowSource, run: RunRecord) -> None:
-        self._system, self._initial, self._times, self._rows, self._run = system, initial, times, rows, run
+        self.system, self.initial, self.times, self.rows, self.run = system, initial, times, rows, run
 
     def __getstate__(self) -> dict[str, object]:
         """Return the reader without values that follow from the rows."""
@@ -59,22 +59,22 @@ class ColumnReader:
     @property
     def is_ensemble(self) -> bool:
         """True if the first axis of the rows is the axis of members."""
-        return next(iter(self._rows.phase.values())).ndim == 3
+        return next(iter(self.rows.phase.values())).ndim == 3
 
     @property
     def state(self) -> State:
         """States in all rows."""
-        return state_of(changed(self._rows.phase, np.asarray), self._times)
+        return state_of(changed(self.rows.phase, np.asarray), self.times)
 
     @property
     def table(self) -> dict[str, Column]:
         """Columns of the motion by name."""
-        return columns_of(self._system, self._recorded)
+        return columns_of(self.system, self._recorded)
 
     def environment(self, rows: RowSource | None = None, times: Array | None = None) -> Environment:
         """Return the environment at the times, or at the times of some rows."""
-        t, columns = self._times if times is None else times, (self._rows if rows is None else rows).columns
-        if ORBIT_VARIABLES not in columns or isinstance(self._system, RecordedSystem):
+        t, columns = self.times if times is None else times, (self.rows if rows is None else rows).columns
+        if ORBIT_VARIABLES not in columns or isinstance(self.system, RecordedSystem):
             return Environment(t)
         problem, variables = self._variables
         return variables.environment(problem, t, np.asarray(columns[ORBIT_VARIABLES]))
@@ -82,21 +82,21 @@ class ColumnReader:
     @cached_property
     def _variables(self) -> tuple[Problem, StateVector]:
         """Integrated variables, which give the variables of orbits their meaning."""
-        watched = [event for event in self._rows.events.watched if not isinstance(event, RecordedEvent)]
-        problem, formulation = Problem(self._system, watched), formulation_of(self._run.formulation)
-        return problem, equations.state_vector(problem, self._initial, formulation, self._run.precision)
+        watched = [event for event in self.rows.events.watched if not isinstance(event, RecordedEvent)]
+        problem, formulation = Problem(self.system, watched), formulation_of(self.run.formulation)
+        return problem, equations.state_vector(problem, self.initial, formulation, self.run.precision)
 
     @cached_property
     def _systems(self) -> Mapping[str, System]:
-        return body_systems(self._system)
+        return body_systems(self.system)
 
     @property
     def _recorded(self) -> LazyColumns:
-        return recorded_columns(self._rows)
+        return recorded_columns(self.rows)
 
     def block(self, environment: Callable[[], Environment]) -> ColumnBlock:
         """Return all rows, with the function that returns their environment."""
-        return ColumnBlock(self._system, self.state, environment, self._rows.columns, lambda: self._systems)
+        return ColumnBlock(self.system, self.state, environment, self.rows.columns, lambda: self._systems)
 
     def read(self, names: Collection[str]) -> dict[str, Array]:
         """Return columns by name: recorded columns as they are, others computed in blocks of times."""
@@ -104,7 +104,7 @@ class ColumnReader:
         found = {name: np.asarray(recorded[name]) for name in names if name in recorded}
         if not (left := {*names} - found.keys()):
             return found
-        columns = columns_of(self._system, recorded)
+        columns = columns_of(self.system, recorded)
         drifts = {name: each for name in columns if name in left and (each := columns[name].drift_of) is not None}
         wanted = left - drifts.keys() | {f"integral_{each.name}" for each in drifts.values()}
         wanted |= {"kinetic_energy", "potential_energy"} if drifts else set()
@@ -115,11 +115,11 @@ class ColumnReader:
                 values = block[name]
                 if name not in found:
                     shape = [*values.shape]
-                    shape[len(along)] = self._times.size
+                    shape[len(along)] = self.times.size
                     found[name] = np.empty(shape, values.dtype)
                 found[name][*along, at] = values
         for name, each in drifts.items():
-            found[name] = _drift(each, self._initial, found[f"integral_{each.name}"], sizes)
+            found[name] = _drift(each, self.initial, found[f"integral_{each.name}"], sizes)
         return {name: found[name] for name in names}
 
     def of_integrals(self, prefix: str) -> dict[str, Array]:
@@ -129,24 +129,25 @@ class ColumnReader:
 
     def _blocks(self) -> Iterator[tuple[slice, ColumnBlock]]:
         """Yield the rows in blocks of times; one block if formulas round by all the times together, as orbits do."""
-        dated = any(isinstance(each, Dated) for record in self._system.records for each in within(record))
-        rows, members = self._rows.in_memory(), EVERY if self.is_ensemble else None
-        count = max(self._times.size, 1)
-        step = count if dated else ROWS_OF_BLOCK // self._members or count
+        dated = any(isinstance(each, Dated) for record in self.system.records for each in within(record))
+        rows, members = self.rows.in_memory(), EVERY if self.is_ensemble else None
+        count = max(self.times.size, 1)
+        step = count if dated else ROWS_OF_BLOCK // max(self.members, 1) or count
         for first in range(0, count, step):
             at = slice(first, first + step)
-            some, times = selected(rows, members, at), self._times[at]
+            some, times = selected(rows, members, at), self.times[at]
             state = state_of(some.phase, times)
             yield (
                 at,
                 ColumnBlock(
-                    self._system, state, partial(self.environment, some, times), some.columns, lambda: self._systems
+                    self.system, state, partial(self.environment, some, times), some.columns, lambda: self._systems
                 ),
             )
 
     @property
-    def _members(self) -> int:
-        return max(len(next(iter(self._rows.phase.values()))), 1) if self.is_ensemble else 1
+    def members(self) -> int:
+        """Number of members, 1 for one body."""
+        return len(next(iter(self.rows.phase.values()))) if self.is_ensemble else 1
 
 
 def _sizes(block: ColumnBlock) -> Array:

@@ -12,51 +12,42 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display import motion as display
-from poinsot.display.html_text import Summarized
-from poinsot.errors import real_numbers
 from poinsot.immutable import ReadOnlyDict, owned
 from poinsot.lazy import cached_property
-from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
-from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.part import jumps_at
 from poinsot.mechanics.state import Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import described
-from poinsot.propagation import two_body_motion as pairs
+from poinsot.propagation import motion_report
 from poinsot.propagation.body_of_pair import body_systems
 from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.dataset import dataset_of_motion, dataset_of_store, with_present_names
+from poinsot.propagation.dense_states import Dense, dense_states
 from poinsot.propagation.event_record import EventRecord
-from poinsot.propagation.relative_motion import RelativeMotion, euler_angles, relative_motion
+from poinsot.propagation.quantities_of_motion import QuantitiesOfMotion
 from poinsot.propagation.row_source import ComputedRows, RowSource, selected
 from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.selection import Chosen, Index, checked_index, refuse_other_names, rows_of
+from poinsot.propagation.two_body_motion import refuse_one_body
 from poinsot.quantities import Times
 
 if TYPE_CHECKING:
     import xarray
-    from scipy.spatial.transform import Rotation
 
-    from poinsot.orbits.elements import OsculatingElements
     from poinsot.propagation.ensemble_store import EnsembleStore
 
 Array = NDArray[np.float64]
 Several = slice | Sequence[int] | NDArray[np.int_] | NDArray[np.bool_]
-Dense = tuple[Callable[[Array], Phase], float, float]
-"""Dense output: a function of times, and the first and the last time at which it is defined."""
-
 EVERY = slice(None)
 NOTHING = ReadOnlyDict()
 KEPT_PROVENANCE = ("title", "calendar", "reference_frame")
 """Provenance that also describes a part of a motion, or one of two bodies. The scenario describes the whole."""
-ERRORS = ("norm_error", "tangency_error")
 
 
-class Trajectory(Summarized):
+class Trajectory(QuantitiesOfMotion):
     """Motion at the requested times; every property is an array whose first axis is the axis of the times.
 
     In an ensemble every array gains the axis of the members first: (members, n, 4) for quaternions. A motion of two
@@ -94,11 +85,8 @@ class Trajectory(Summarized):
     failures: dict[int, str]
     provenance: dict[str, Any]
     _rows: RowSource
-    _reader: ColumnReader
     _dense: Dense | None
     _pair: Trajectory | None
-    """Motion of both bodies, if this is the motion of one of them, with the name `_body`."""
-    _body: str
     _seals: ClassVar[bool] = False
 
     def __init__(
@@ -132,101 +120,6 @@ class Trajectory(Summarized):
         """Return the motion without the environment, which follows from its rows."""
         return {name: value for name, value in vars(self).items() if name != "environment"}
 
-    def __dir__(self) -> list[str]:
-        absent = pairs.OF_ONE_BODY if len(self.system.body_names) > 1 else pairs.OF_TWO_BODIES
-        return [name for name in super().__dir__() if name not in absent]
-
-    # ------------------------------------------------------------------ columns
-
-    @checked
-    def column(self, name: str) -> Array:
-        """Return an output variable by its name in the dataset, one of `variable_names`; shape (n, ...)."""
-        return self._read(name)
-
-    def _read(self, name: str) -> Array:
-        return self._reader.block(lambda: self.environment)[name]
-
-    @property
-    def variable_names(self) -> tuple[str, ...]:
-        """Names of the variables of a dataset along the times."""
-        return tuple(self._reader.table)
-
-    @property
-    def quaternion(self) -> Array:
-        """Unit quaternions body -> space, scalar first; shape (n, 4).
-
-        poinsot never normalises them, so that their norm error is a measure of accuracy.
-        """
-        return self._read("quaternion")
-
-    @property
-    def conjugate_momenta(self) -> Array:
-        """Conjugate momenta Q = 2 q (0, g); shape (n, 4)."""
-        return self._read("conjugate_momenta")
-
-    @property
-    def angular_momentum_body(self) -> Array:
-        """Angular momentum g = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
-        return self._read("angular_momentum_body")
-
-    @property
-    def angular_momentum_space(self) -> Array:
-        """Angular momentum G = Im(Q q~)/2 along the space axes, of two bodies about the barycentre; shape (n, 3)."""
-        return self._read("angular_momentum_space")
-
-    @property
-    def omega_body(self) -> Array:
-        """Inertial angular velocity along the body axes; shape (n, 3)."""
-        return self._read("omega_body")
-
-    @property
-    def omega_space(self) -> Array:
-        """Inertial angular velocity along the space axes; shape (n, 3)."""
-        return self._read("omega_space")
-
-    @property
-    def kinetic_energy(self) -> Array:
-        """Kinetic energy T, eq. (9); shape (n,)."""
-        return self._read("kinetic_energy")
-
-    @property
-    def potential_energy(self) -> Array:
-        """Potential energy U, the sum of all potentials; shape (n,)."""
-        return self._read("potential_energy")
-
-    @property
-    def energy(self) -> Array:
-        """Total energy T + U; shape (n,)."""
-        return self.kinetic_energy + self.potential_energy
-
-    @property
-    def norm_error(self) -> Array:
-        """Norm error |q| - 1, for two bodies the larger of its magnitudes; shape (n,)."""
-        return self._read("norm_error")
-
-    @property
-    def tangency_error(self) -> Array:
-        """Ratio q . Q / |Q|, which is zero for a momentum that is tangent to the unit sphere or zero; shape (n,).
-
-        For two bodies it is the larger of the magnitudes.
-        """
-        return self._read("tangency_error")
-
-    @property
-    def position(self) -> Array:
-        """Position of the secondary's centre of mass relative to the primary's, space axes; shape (n, 3)."""
-        return self._read("position")
-
-    @property
-    def momentum(self) -> Array:
-        """Relative velocity of two bodies times the reduced mass, space axes; shape (n, 3)."""
-        return self._read("momentum")
-
-    @property
-    def velocity(self) -> Array:
-        """Velocity of the secondary relative to the primary, space axes; shape (n, 3)."""
-        return self._read("velocity")
-
     # ------------------------------------------------------------------ rows
 
     @property
@@ -236,16 +129,6 @@ class Trajectory(Summarized):
         The names are `quaternion`, and `angular_momentum_body` or `conjugate_momenta`.
         """
         return self._rows.phase
-
-    @property
-    def own(self) -> Phase:
-        """Variables of the system's parts: name of the part -> array (n, k)."""
-        return self._reader.state.own
-
-    @property
-    def attitude(self) -> Rotation:
-        """Attitudes body -> space as a scipy rotation."""
-        return rotation(self.quaternion)
 
     @property
     def reached(self) -> NDArray[np.bool_]:
@@ -275,61 +158,6 @@ class Trajectory(Summarized):
         """
         return self._reader.environment()
 
-    @property
-    def torques_body(self) -> dict[str, Array]:
-        """Torque of each force along the body axes: name of the class -> array (n, 3).
-
-        Torques between the body and its parts are not included. The mapping is empty for a loaded motion whose forces
-        are unknown.
-        """
-        pairs.refuse_two_bodies(self.system, "torques_body")
-        return self._loads("torques_body")
-
-    @property
-    def forces_space(self) -> dict[str, Array]:
-        """Each force of a pair on one of its bodies along the space axes: name of the class -> array (n, 3).
-
-        The forces on the two bodies are opposite. An attractor outside of the pair also accelerates the barycentre;
-        its force here is the force relative to the barycentre.
-        """
-        if self._pair is None:
-            pairs.refuse_two_bodies(self.system, "forces_space")
-            pairs.refuse_one_body(self.system, "forces_space")
-        return self._loads("forces_space")
-
-    def _loads(self, name: str) -> dict[str, Array]:
-        """Return the torques or the forces on one body, for one of two bodies computed by the system of both."""
-        whole, body = (self, ()) if self._pair is None else (self._pair, (self._body,))
-        loads: Callable[..., dict[str, Array]] = getattr(whole.system, name)
-        return loads(whole._reader.state, whole.environment, *body)
-
-    @property
-    def integrals(self) -> dict[str, Array]:
-        """Conserved quantities of the system along the motion, by name; empty if there are none."""
-        return self._reader.of_integrals("integral_")
-
-    @property
-    def drift(self) -> dict[str, Array]:
-        """Relative change of each conserved quantity since the initial state, each of shape (n,) or (members, n).
-
-        The change of an energy is divided by |T| + |U|, and the change of a momentum by |g|, each at its maximum along
-        the motion.
-        """
-        return self._reader.of_integrals("drift_")
-
-    @checked
-    def euler(self, sequence: str = "313") -> tuple[Array, Array]:
-        """Return Euler angles (radians) and their canonical momenta, each (n, 3), as `State.euler` does.
-
-        Rows are NaN at singular attitudes, where `State.euler` raises an error. One warning names a regular sequence.
-        """
-        return euler_angles(self.quaternion, self._reader.state, sequence)
-
-    @checked
-    def relative_to(self, frame: Frame) -> RelativeMotion:
-        """Return attitude and angular velocity relative to a moving frame, such as `orbit.frame`."""
-        return relative_motion(self.times, self.quaternion, self.omega_body, checked_frame(frame))
-
     # ------------------------------------------------------------------ two bodies
 
     @property
@@ -349,7 +177,7 @@ class Trajectory(Summarized):
         return self._of_body("secondary")
 
     def _of_body(self, body: str) -> Trajectory:
-        pairs.refuse_one_body(self.system, body)
+        refuse_one_body(self.system, body)
         dense = None
         if self._dense is not None:
             dense = partial(_interpolated, self, body), *self._dense[1:]
@@ -361,39 +189,6 @@ class Trajectory(Summarized):
         motion._pair, motion._body = self, body
         return motion
 
-    @property
-    def distance(self) -> Array:
-        """Distance of the centres of mass of two bodies; shape (n,)."""
-        return np.asarray(np.linalg.norm(self.position, axis=-1))
-
-    @property
-    def acceleration(self) -> Array:
-        """Acceleration of the secondary relative to the primary, space axes; shape (n, 3)."""
-        pairs.refuse_one_body(self.system, "acceleration")
-        with np.errstate(invalid="ignore"):
-            return pairs.acceleration(self.system, self._reader.state, self.environment)
-
-    @property
-    def elements(self) -> OsculatingElements:
-        """Osculating elements of the secondary's orbit at all times, with the parameter G (m1 + m2)."""
-        pairs.refuse_one_body(self.system, "elements")
-        return pairs.elements_of_orbit(self.system, self.position, self.velocity)
-
-    @property
-    def orbit_frame(self) -> Frame:
-        """Axes radial (from primary to secondary), transverse and normal, at the times or with dense output at any.
-
-        `motion.secondary.relative_to(motion.orbit_frame)` is the attitude and the rate relative to the orbit.
-        """
-        pairs.refuse_one_body(self.system, "orbit_frame")
-        return RelativeOrbitFrame(self._moving)
-
-    def _moving(self, time: Times) -> tuple[Array, Array, Array]:
-        """Return position, velocity and acceleration at the times of the motion, or at others by dense output."""
-        if np.array_equal(np.asarray(time), self.times):
-            return self.position, self.velocity, self.acceleration
-        return pairs.moving(self.system, self(time))
-
     # ------------------------------------------------------------------ times and members
 
     @property
@@ -403,19 +198,7 @@ class Trajectory(Summarized):
 
     def __call__(self, time: Times) -> State:
         """Return the state at a time, or a batch of states at an array of times, from the dense output."""
-        if self._dense is None:
-            raise ValueError(
-                "a trajectory must have dense output to be called, got none. Propagate one motion with dense=True."
-            )
-        interpolant, first, last = self._dense
-        calendar = self.system.calendar
-        time = time if calendar is None else calendar.time(time)
-        t = real_numbers("time", time, self.system.units["time"])
-        if t.size and (t.min() < first or t.max() > last):
-            outside = t.min() if t.min() < first else t.max()
-            raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
-        phase = changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1]))
-        return state_of(phase, t, jumps_at(self.system.jumping, t))
+        return dense_states(self._dense, self.system, time)
 
     def __len__(self) -> int:
         """Return the length of the first axis of its arrays: members of an ensemble, times of one body."""
@@ -519,54 +302,18 @@ class Trajectory(Summarized):
 
     def _summary_with(self, read: Callable[[Collection[str]], Mapping[str, Array]]) -> dict[str, str | float]:
         """Return the summary, with a function that returns columns by name."""
-        if (recorded := self._rows.summary) is not None:
-            return self.run.entries | dict(recorded)
-        drifts = [name for name, column in self._reader.table.items() if column.drift_of is not None]
-        report = display.error_report(read((*ERRORS, *drifts)), bool(drifts))
-        state, environment = self._reader.state, self.environment
-        invalid, limited = (
-            {name: at for name, at in each(state, environment).items() if np.any(at)}
-            for each in (self.system.validity, self.system.limits)
-        )
-        errors = self.system.relative_errors(state, environment) if invalid else {}
-        return self.run.entries | report | display.exceptions(invalid | limited, errors)
+        return motion_report.summary(self._reader, read, lambda: self.environment)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
-        log, ensemble = self._rows.events, self.is_ensemble
-        return display.motion_summary(
-            display.MotionDescription(
-                system=repr(self.system),
-                time_unit=self.system.units["time"],
-                times=self.times,
-                record=self.summary,
-                members=len(self) if ensemble else 0,
-                failed=len(self.failures),
-                store="" if self.store is None else str(self.store),
-                dense=() if self._dense is None else self._dense[1:],
-                events=[(event.kind, count) for event, count in zip(log.watched, log.counts, strict=True)],
-                ends=log.ends,
-            )
-        )
+        ends = () if self._dense is None else self._dense[1:]
+        return motion_report.lines(self._reader, self.summary, ends, len(self.failures))
 
     @override
     def _repr_html_(self) -> str:
-        return super()._repr_html_() + self._sketches()
-
-    def _sketches(self) -> str:
-        """Return small plots of one motion and its errors, or of some members of an ensemble."""
-        unit, several = self.system.units["time"], len(self.system.body_names) > 1
-        if self.is_ensemble:
-            few = display.shown_members(len(self))
-            some = self._selected(np.array(few), np.arange(self.times.size))
-            name, values = (
-                ("distance", some.distance) if several else ("rate", np.hypot.reduce(some.omega_body, axis=-1))
-            )
-            return display.sketch_of_members(name, self.times, dict(zip(few, values, strict=True)), unit)
-        lines = {"distance": self.distance} if several else {f"q{i}": self.quaternion[:, i] for i in range(4)}
-        symbols = {each.name: each.symbol for each in self.system.integrals}
-        drift = {f"drift of {symbols[name]}": values for name, values in self.drift.items()}
-        return display.sketch_of_motion(self.times, lines, {"norm error": self.norm_error, **drift}, unit)
+        members = motion_report.shown_members(self._reader)
+        shown = self._selected(np.array(members), np.arange(self.times.size)) if members else self
+        return super()._repr_html_() + motion_report.sketches(shown._reader, members)
 
     @property
     def dataset(self) -> xarray.Dataset:
