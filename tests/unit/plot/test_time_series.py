@@ -101,11 +101,9 @@ def test_medians_and_bands_are_those_of_the_members(members):
 
 
 def test_failed_members_are_left_out(members):
-    import copy
-
-    failed = copy.copy(members)
-    failed.__dict__["phase"] = {name: values.copy() for name, values in members.phase.items()}
-    failed.quaternion[3, 40:] = np.nan
+    phase = {name: values.copy() for name, values in members.phase.items()}
+    phase["quaternion"][3, 40:] = np.nan
+    failed = pt.Trajectory(members.system, members.initial, members.times, MemoryRows(phase), members.run)
     drawn = curves(pt.plot.quaternions(failed))[0]
     assert np.allclose(drawn, np.median(np.delete(members.quaternion, 3, axis=0)[..., 0], axis=0), rtol=0, atol=1e-15)
 
