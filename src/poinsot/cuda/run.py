@@ -23,18 +23,18 @@ MAX_OPERATIONS = 16_000
 class CudaRun(Run):
     """Run of an ensemble on a GPU."""
 
-    code: cuda_kernel.Code
+    code: cuda_kernel.CudaCode
     kernel_name = "cuda"
 
     @staticmethod
     @override
-    def compiled(program: Program, kind: KernelKind) -> cuda_kernel.Code:
+    def compiled(program: Program, kind: KernelKind) -> cuda_kernel.CudaCode:
         return cuda_kernel.compiled(program.decomposition, kind.order)
 
     @override
     def _integrate_members(self) -> None:
         """Integrate chunks of members, half as many where the device has no room."""
-        left, memory = self.fast_first(), cuda_kernel.Run(self.code)
+        left, memory = self.fast_first(), cuda_kernel.CudaWorker(self.code)
         most = cuda_kernel.most_members(self.code, self.rising.size)
         with bar("members", left.size, self.progress) as show:
             while left.size and not self.stop:
@@ -51,7 +51,7 @@ class CudaRun(Run):
 
 def check_device(problem: Problem, variables: StateVector, members: bool, precision: str) -> None:
     """Raise a ValueError for a run that a GPU does not support, or a computer without a GPU."""
-    constants = equations.constants(problem.between_knots(), variables)
+    constants = equations.constants(problem.smooth, variables)
     refused = {
         "one motion": not members,
         "precision='quadruple'": precision != "double",
@@ -60,7 +60,7 @@ def check_device(problem: Problem, variables: StateVector, members: bool, precis
         "a sampled law": bool(problem.system.jumping),
         "a formulation with singularities": type(variables.formulation).nearness is not Formulation.nearness,
         f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants.switches
-        or constants.size > MAX_OPERATIONS,
+        or equations.program(problem.smooth, variables).decomposition.size > MAX_OPERATIONS,
     }
     for what in [what for what, found in refused.items() if found]:
         raise ValueError(

@@ -17,8 +17,7 @@ import numpy as np
 
 from poinsot import functions
 from poinsot.functions import Vector
-from poinsot.integration.formulations import Formulation
-from poinsot.integration.planar_motion import refuse_spatial_motion
+from poinsot.integration.formulations import Formulation, refuse_spatial_motion
 from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
 from poinsot.integration.scaling import momentum_ratios, momentum_scales
@@ -36,8 +35,8 @@ from poinsot.taylor.draws import normals
 from poinsot.taylor.graph import Evaluator, Graph, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions_of, simplified
-from poinsot.taylor.rescaling import SMALL
-from poinsot.taylor.updates import Update
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
+from poinsot.taylor.sampling import Update
 
 PRECISIONS = ("double", "quadruple")
 
@@ -81,45 +80,41 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
 
     Quadruple precision stays in the space axes, as an independent check of the comoving ones.
     """
-    smooth, system = problem.between_knots(), problem.system
+    smooth, system = problem.smooth, problem.system
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
     sizes = momentum_scales(system, state)
-    scale = np.exp2(np.rint(np.log2(SMALL / next(iter(sizes.values())))))
+    scale = np.exp2(np.rint(np.log2(MOMENTUM_SCALE / next(iter(sizes.values())))))
     parts, ratios = factors_of_parts(system, state), momentum_ratios(sizes)
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
         if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):
-            return comoving.sharing(smooth.known(_by_variables))
+            return comoving.sharing(smooth.alike.by_variables)
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
-    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.known(_by_variables))
+    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.alike.by_variables)
 
 
 def constants(problem: Problem, variables: StateVector) -> Constants:
-    """Return the constants of a problem without knots, traced once for each structure."""
-    stored, key = problem.known(_by_variables), ("constants", variables.structure)
-    if key not in stored:
-        stored[key] = _constants(problem, variables)
-    found: Constants = stored[key]
+    """Return the constants of a problem without knots, traced once for each structure.
+
+    The traced equations are stored until the first program is made of them.
+    """
+    stored, key = problem.alike.by_variables, variables.structure
+    if ("constants", key) not in stored:
+        traced = _traced(problem, variables)
+        refuse_constant_events(problem.events, traced.events, variables.formulation.name)
+        formulas = [*traced.rates, *_events(problem, variables, traced).values]
+        stored["constants", key] = Constants(formulas, traced.saltation is not None)
+        stored["traced", key] = traced
+    found: Constants = stored["constants", key]
     return found
-
-
-def _by_variables(_: Problem) -> dict[Any, Any]:
-    """Return an empty table of results by the variables of a structure."""
-    return {}
-
-
-def _constants(problem: Problem, variables: StateVector) -> Constants:
-    traced = _traced(problem, variables)
-    refuse_constant_events(problem.events, traced.events, variables.formulation.name)
-    formulas = [*traced.rates, *_events(problem, variables, traced).values]
-    return Constants(formulas, _program(problem, variables, traced, ()), traced.saltation is not None)
 
 
 def program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
     """Return the program for runs in which some of the constants are zero."""
-    return _program(problem, variables, _traced(problem, variables), zeros)
+    stored, key = problem.alike.by_variables, ("traced", variables.structure)
+    return _program(problem, variables, stored.pop(key, None) or _traced(problem, variables), zeros)
 
 
 def _program(problem: Problem, variables: StateVector, traced: Equations, zeros: Iterable[int]) -> Program:

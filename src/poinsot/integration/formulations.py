@@ -21,10 +21,20 @@ from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.probing import time_scale
+from poinsot.mechanics.state import Phase, State, computed_state
+from poinsot.mechanics.system import System
 from poinsot.subclasses import concrete, is_own
 
-__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation", "formulation_of", "formulations"]
+__all__ = [
+    "DEFAULT_FORMULATION",
+    "FORMULATIONS",
+    "GENERAL",
+    "Formulation",
+    "formulation_of",
+    "formulations",
+    "refuse_spatial_motion",
+]
 
 FLAT = 1e-9
 """What a planar motion may have of other components, relative."""
@@ -168,6 +178,36 @@ def _planar(variables: Any) -> list[Scalar]:
     """Return the variables with literal zeros for those that are always zero."""
     q0, _, _, q3, _, _, g3 = variables
     return [q0, 0.0, 0.0, q3, 0.0, 0.0, g3]
+
+
+def refuse_spatial_motion(system: System, state: State) -> None:
+    """Raise a ValueError if the motion of a system from a state does not turn about the third body axis alone."""
+    if len(system.rigid_bodies) > 1:
+        raise ValueError("formulation 'planar' must be for one body, got two. Use the default formulation.")
+    if system.parts:
+        raise ValueError(
+            f"formulation 'planar' must be for a body without parts, got {type(system.parts[0]).__name__}. "
+            "Use the default formulation."
+        )
+    vectors = {"angular momentum": state.angular_momentum_body, "inertia tensor": system.body.inertia[..., 2]}
+    for name, along in (vectors | {"torque": _torques(system, state)}).items():
+        aside = np.max(np.abs(along[..., :2]), initial=0.0)
+        if aside > FLAT * np.max(np.abs(along), initial=0.0):
+            raise ValueError(
+                "formulation 'planar' must be for a body that turns about its third axis alone, but its "
+                f"{name} has components along the others, up to {aside:.2g}. Use the default formulation."
+            )
+
+
+def _torques(system: System, state: State) -> NDArray[np.float64]:
+    """Return torques along the body axes at attitudes turned about the third one and at other times; shape (n, 3)."""
+    first, last = system.span
+    torques = []
+    for angle in np.arange(5) * 1.3:
+        turned = quat.product(state.quaternion, (np.cos(angle), 0, 0, np.sin(angle)))
+        time = np.clip(state.time + angle**3 * time_scale(system), first, last)
+        torques.append(system.torque_body(computed_state(turned, np.zeros_like(turned), time)))
+    return np.reshape(torques, (-1, 3))
 
 
 class Canonical(Formulation):

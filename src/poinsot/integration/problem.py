@@ -1,4 +1,4 @@
-"""What is integrated: a system, and beside it the events to watch for."""
+"""Integration problem: a system together with the events to detect."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from typing_extensions import override
 
+from poinsot.lazy import cached_property
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.system import System
@@ -15,13 +16,13 @@ from poinsot.mechanics.system import System
 __all__ = ["Problem"]
 
 SHARED = ("structure", "alike", "numbers", "members", "orbits", "knots", "span")
-"""What a problem without events has from its system, which keeps it for the next run."""
+"""Attributes that a problem without events shares with its system, which stores them for the next run."""
 
 SHARED_OF = attrgetter(*SHARED)
 
 
 class Problem(Collection):
-    """A system and events side by side, with the numbers and orbits of both.
+    """A system together with events, with the numbers and orbits of both.
 
     Parameters
     ----------
@@ -37,6 +38,8 @@ class Problem(Collection):
         vars(self).update(system=system, events=tuple(events))
         if not events:
             vars(self).update(zip(SHARED, SHARED_OF(system), strict=True))
+            if not self.knots.size:
+                vars(self)["smooth"] = self
             return
         self.refuse_other_axes()
         for event in events:
@@ -46,6 +49,11 @@ class Problem(Collection):
 
     def _with_values(self, system: System, events: tuple[Event, ...]) -> Problem:
         return Problem(system, events)
+
+    @cached_property
+    def smooth(self) -> Problem:
+        """The problem between the first two knots of its tables."""
+        return self.between_knots()
 
     @property
     @override

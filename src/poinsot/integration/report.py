@@ -13,7 +13,7 @@ from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.integration.termination import INTERRUPTED
 
 if TYPE_CHECKING:
-    from poinsot.integration.dense_output import DenseOutput
+    from poinsot.integration.dense_motion import DenseOutput
 
 __all__ = ["Recorded", "Report", "Stop"]
 
