@@ -726,6 +726,7 @@ def public_calls(folder):
             },
         ),
         "Trajectory.__call__": (motion().__call__, {"time": 1.0}),
+        "Trajectory.column": (motion().column, {"name": "omega_body"}),
         "Trajectory.euler": (motion().euler, {"sequence": "313"}),
         "Trajectory.isel": (ensemble().isel, {"time": [0, 2], "member": slice(0, 1)}),
         "RunEstimate.seconds_on": (ESTIMATE.seconds_on, {"workers": 2, "threads": 4}),
