@@ -355,7 +355,7 @@ INNER = {
     **dict.fromkeys(("CompositeBody", "_Piece", "RelativeOrbit"), "made inside formulas, of scalars that broadcast"),
     "IGRF": "SecularHarmonics between two dates, with the tables of the standard",
     "Impact": "an action on states of single members; its value is that of AtTime",
-    "StoredEvent": "an event of a file, without a formula",
+    "RecordedEvent": "an event of a file, without a formula",
     "RelativeOrbitFrame": "the frame of a motion of two bodies, tested with it",
 }
 """Classes without an instance above, and the reasons."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +18,37 @@ from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, OneMotion, Sink
 from poinsot.integration.run import Run
 from poinsot.integration.state_vector import StateVector
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
-from poinsot.propagation.event_record import KnownEvents, crossings
+from poinsot.propagation.columns import ORBIT_VARIABLES
+from poinsot.propagation.event_record import NO_EVENTS, EventRecords, crossings
 from poinsot.propagation.memory import refuse_larger_than_memory
-from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.row_source import ComputedRows
 from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Integrator"]
+
+
+class ByName(Protocol):
+    """Arrays by name."""
+
+    def __getitem__(self, name: str, /) -> NDArray[np.float64]:
+        """Return an array."""
+
+
+class Kept(Protocol):
+    """Rows of a sink."""
+
+    times: NDArray[np.float64]
+
+    @property
+    def phase(self) -> Phase:
+        """State variables by name."""
+
+    @property
+    def rows(self) -> ByName:
+        """State variables and further rows by name."""
 
 
 @dataclass(eq=False)
@@ -112,26 +134,24 @@ class Integrator:
             refuse_larger_than_memory(members[0], times.size, numbers)
         kept = Memory(self.variables, members[0], times, **self._of_orbits) if members else OneMotion()
         report = self.run(state, times, kept)
-        motion = self.trajectory(state, kept, report)
-        if self.problem.events:
-            rising = bool(times[0] <= times[-1])
-            found = crossings(self.system, self.problem.events, self.variables, report.events, rising)
-            motion._complete(event_source=KnownEvents(found))
-        return motion, report
+        return self.trajectory(state, kept, report, times), report
 
-    def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
-        """Return the motion of rows that a sink has kept."""
-        problem, variables, many = self.problem, self.variables, bool(state.time.ndim)
+    def trajectory(self, state: State, kept: Kept, report: Report, times: NDArray[np.float64]) -> Trajectory:
+        """Return the motion from the rows of a sink."""
+        problem, variables, many, events = self.problem, self.variables, bool(state.time.ndim), NO_EVENTS
         method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR
-        return trajectory_class(problem.system)(
+        if problem.events:
+            rising = bool(times[0] <= times[-1])
+            events = EventRecords.of(crossings(problem.system, problem.events, variables, report.events, rising))
+        columns = (lambda: {ORBIT_VARIABLES: kept.rows["orbits"]}) if self._of_orbits else dict
+        return Trajectory(
             problem.system,
             state,
             kept.times,
-            lambda: kept.phase,
+            ComputedRows(lambda: kept.phase, columns, events),
             RunRecord.of(report, method, variables.formulation.name, self.precision),
             (report.dense, *report.dense.ends) if report.dense else None,
             report.failures if many else {},
-            (lambda: variables.environment(problem, kept.times, kept.rows["orbits"])) if self._of_orbits else None,
         )
 
     @property

@@ -19,6 +19,7 @@ from in_order import in_order
 from poinsot import functions as fn
 from poinsot.files.scenarios.scenario import parsed_scenario, repetition
 from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
+from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.system_text import text_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))
@@ -438,7 +439,7 @@ def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoc
 
     orbit = in_order(pt.KeplerOrbit, 1e3, 2.0, eccentricity, *angles, epoch)
     system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.forces.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
-    motion = pt.Trajectory(system, start(), TIMES, lambda: None, MOTION_RUN)
+    motion = pt.Trajectory(system, start(), TIMES, MemoryRows({}), MOTION_RUN)
     again: Any = rebuilt_system(text_of(motion).text, "it")
     assert [x.tobytes() for x in again.numbers] == [x.tobytes() for x in system.numbers]
     assert again.forces[0].orbit is again.forces[1].orbit
@@ -457,7 +458,7 @@ def test_forces_of_others_are_named_and_not_run(tmp_path):
     for name in ("quaternion", "omega_space", "kinetic_energy", "potential_energy", "energy", "norm_error"):
         assert np.array_equal(getattr(read, name), getattr(motion, name)), name
     assert_same(motion, read)
-    with pytest.raises(TypeError, match="system must be a System, got StoredSystem"):
+    with pytest.raises(TypeError, match="system must be a System, got RecordedSystem"):
         pt.propagate(read.system, read.initial, TIMES)
     with pytest.raises(ValueError, match=r"it\.nc cannot be run again: .* got Magnet"):
         repetition(read, "it.nc")

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot.mechanics.euler import SEQUENCES
 from poinsot.mechanics.frame import from_roll_pitch_yaw, roll_pitch_yaw
+from poinsot.propagation.row_source import MemoryRows
 
 ORBIT = pt.KeplerOrbit(
     398600.4418,
@@ -66,7 +67,7 @@ def curves(axes):
 def replaced(motion, q, times=TIMES):
     """The motion with other attitudes, at other times, and momenta that are all the same in the body."""
     phase = {"quaternion": q, "angular_momentum_body": (0.3, -0.2, 0.5) + 0 * q[..., :3]}
-    return pt.Trajectory(motion.system, motion.initial, times, lambda: phase, motion.run)
+    return pt.Trajectory(motion.system, motion.initial, times, MemoryRows(phase), motion.run)
 
 
 def labels(axes):

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from in_order import in_order
+from poinsot.propagation.row_source import MemoryRows
 
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]
 TIMES = np.linspace(-1, 9, 21)
@@ -435,6 +436,6 @@ def test_failures_must_be_a_mapping(failures):
     body = pt.Body((1.25, 1.0, 0.75))
     motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
     with pytest.raises(TypeError) as caught:
-        pt.Trajectory(motion.system, motion.initial, motion.times, dict, motion.run, failures=failures)
+        pt.Trajectory(motion.system, motion.initial, motion.times, MemoryRows({}), motion.run, failures=failures)
     kind = type(failures).__name__
     assert str(caught.value) == f"failures must be a mapping of members to reasons, got {kind}."

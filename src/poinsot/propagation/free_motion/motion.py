@@ -28,8 +28,9 @@ from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
 from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
-from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.integrator import Integrator, Kept
 from poinsot.propagation.memory import refuse_larger_than_memory
+from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
@@ -110,7 +111,7 @@ def free_motion(
     run = RunRecord(
         Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions()
     )
-    return Trajectory(system, state, t, lambda: phase, run, interpolant)
+    return Trajectory(system, state, t, MemoryRows(phase), run, interpolant)
 
 
 class _ClosedForm(Integrator):
@@ -124,9 +125,9 @@ class _ClosedForm(Integrator):
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
-    def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
+    def trajectory(self, state: State, kept: Kept, report: Report, times: Array) -> Trajectory:
         run = RunRecord(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
-        return Trajectory(self.system, state, kept.times, lambda: kept.phase, run)
+        return Trajectory(self.system, state, times, MemoryRows(kept.phase), run)
 
 
 def _in_chunks(system: System, state: State, times: Array, provenance: Mapping[str, Any]) -> EnsembleOfMotions:
