@@ -10,7 +10,7 @@ import pytest
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.integration import equations, run
-from poinsot.taylor import kernels
+from poinsot.taylor import queue
 
 MOST = 17
 BODY = pt.Body((1.0, 1.3, 1.7))
@@ -221,8 +221,8 @@ COUNTS, THREADS, CHUNKS = (1, 7, 8, 9, MOST), (1, 2), (5000, 50)
     covering(SWITCHES, ("none", "all"), STARTS, TIMES, COUNTS, THREADS, CHUNKS),
 )
 def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, threads, chunk, monkeypatch):
-    advance = kernels.Run.advance
-    monkeypatch.setattr(kernels.Run, "advance", lambda run, budget=None: advance(run, budget or chunk))
+    advance = queue.Worker.advance
+    monkeypatch.setattr(queue.Worker, "advance", lambda run, budget=None: advance(run, budget or chunk))
     monkeypatch.setattr(run, "MAX_SLAB_BYTES", 1)
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
 

@@ -23,7 +23,6 @@ from poinsot.integration.scaling import sample_torque
 from poinsot.mechanics.formula_trials import ATTITUDES
 from poinsot.mechanics.parameters import kinds_of, of_each, records_in
 from poinsot.quantities import Along, said_of
-from poinsot.taylor import kernels
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, Node
 from poinsot.taylor.lowering import Constants
@@ -508,7 +507,6 @@ FREE_TO_BE_ZERO = (
     "specular",
     "omega_space",
 )
-looped = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
 
 
 def simple(record):
@@ -522,7 +520,6 @@ def largest_alone(value):
     return np.where(np.abs(value) == np.max(np.abs(value)), 2 * value, 0.0) if np.ndim(value) else 0.0
 
 
-@looped
 @pytest.mark.parametrize("body", [SYMMETRIC, BODIES[0]], ids=["symmetric", "asymmetric"])
 @each_force
 def test_a_motion_without_the_zeros_is_that_with_them(force, body, monkeypatch):
@@ -534,7 +531,6 @@ def test_a_motion_without_the_zeros_is_that_with_them(force, body, monkeypatch):
     assert np.max(np.abs(without.angular_momentum_body - with_them.angular_momentum_body)) < 3e-14
 
 
-@looped
 @each_force
 def test_zeros_select_a_kernel_and_other_numbers_do_not(force, forget_kernels):
     forget_kernels()

@@ -23,18 +23,18 @@ MAX_OPERATIONS = 16_000
 class CudaRun(Run):
     """Run of an ensemble on a GPU."""
 
-    code: cuda_kernel.Code
+    code: cuda_kernel.CudaCode
     kernel_name = "cuda"
 
     @staticmethod
     @override
-    def compiled(program: Program, kind: KernelKind) -> cuda_kernel.Code:
+    def compiled(program: Program, kind: KernelKind) -> cuda_kernel.CudaCode:
         return cuda_kernel.compiled(program.decomposition, kind.order)
 
     @override
     def _integrate_members(self) -> None:
         """Integrate chunks of members, half as many where the device has no room."""
-        left, memory = self.fast_first(), cuda_kernel.Run(self.code)
+        left, memory = self.fast_first(), cuda_kernel.CudaWorker(self.code)
         most = cuda_kernel.most_members(self.code, self.rising.size)
         with bar("members", left.size, self.progress) as show:
             while left.size and not self.stop:

@@ -35,8 +35,8 @@ from poinsot.taylor.draws import normals
 from poinsot.taylor.graph import Evaluator, Graph, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions_of, simplified
-from poinsot.taylor.rescaling import SMALL
-from poinsot.taylor.updates import Update
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
+from poinsot.taylor.sampling import Update
 
 PRECISIONS = ("double", "quadruple")
 
@@ -85,7 +85,7 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
     sizes = momentum_scales(system, state)
-    scale = np.exp2(np.rint(np.log2(SMALL / next(iter(sizes.values())))))
+    scale = np.exp2(np.rint(np.log2(MOMENTUM_SCALE / next(iter(sizes.values())))))
     parts, ratios = factors_of_parts(system, state), momentum_ratios(sizes)
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)

@@ -19,7 +19,8 @@ from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.printable import described, message_of, quoted
 from poinsot.taylor.detection import bit_of
-from poinsot.taylor.kernels import Queue, Status
+from poinsot.taylor.queue import Queue
+from poinsot.taylor.tasks import Status
 
 __all__ = ["EventLog"]
 
@@ -87,7 +88,7 @@ class EventLog:
     def take(self, notes: Array) -> NDArray[np.int_]:
         """Let happen what was noted; return the tasks that stopped at an event and are to go on."""
         counts, rows = self._counts(notes), notes["state"]
-        columns = [notes[name].tolist() for name in ("task", "which", "rising", "time", "near")]
+        columns = [notes[name].tolist() for name in ("task", "crossed", "rising", "time", "simultaneity")]
         for row, own, task, which, rising, time, near in zip(rows, counts, *columns, strict=True):
             found = [
                 (i, 1 if rising[word] & bit else -1) for i, word, bit in self._bits if which[word] & bit and own[i]
@@ -144,7 +145,7 @@ class EventLog:
     def _change(self, own: Any, before: Array, after: Array) -> None:
         """Give a task the variables after an action; unchanged ones have their low parts in quadruple precision."""
         low = own["below"][: after.size]
-        own["state"][: after.size], own["sides"] = after, 0.0
+        own["state"][: after.size], own["signs"] = after, 0.0
         low[:] = np.where(after == before, low, 0.0) if self._queue.wide else 0.0
 
     def _put_rows(self, task: int, action: Action) -> None:

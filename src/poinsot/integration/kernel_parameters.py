@@ -17,9 +17,9 @@ from poinsot.integration.saltation import Saltation
 from poinsot.integration.state_vector import StateVector
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Evaluator, wide
-from poinsot.taylor.kernels import Code
 from poinsot.taylor.layouts import Layout
 from poinsot.taylor.lowering import Program
+from poinsot.taylor.queue import Kernel
 from poinsot.taylor.square_roots import StartRoots
 
 __all__ = ["KernelKind", "KernelParameters", "PreparedKernel"]
@@ -43,7 +43,7 @@ Number = float | Array
 Values = Sequence[Number]
 """Values of formulas: a list of floats if all inputs are scalars, otherwise a tuple that contains arrays (members,)."""
 
-Compiler = Callable[[Program, "KernelKind"], Code]
+Compiler = Callable[[Program, "KernelKind"], Kernel]
 
 
 class KernelKind(NamedTuple):
@@ -60,7 +60,7 @@ class KernelKind(NamedTuple):
 class PreparedKernel:
     """A compiled kernel, the evaluator of its constants and parameters, and the square roots that depend on starts."""
 
-    code: Code
+    code: Kernel
     values: Evaluator | WideEvaluator
     roots: StartRoots
 
@@ -80,7 +80,7 @@ class KernelParameters:
 
     Attributes
     ----------
-    code : Code
+    code : Kernel
         The compiled kernel.
     table : array (members, parameters)
         Parameters at the start, between the first two knots of tables.
@@ -90,7 +90,7 @@ class KernelParameters:
         Whether tangent vectors may jump at switches of formulas.
     """
 
-    code: Code
+    code: Kernel
     table: Array
 
     def __init__(

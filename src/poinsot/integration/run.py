@@ -36,9 +36,11 @@ from poinsot.printable import quoted
 from poinsot.taylor import kernels
 from poinsot.taylor.dense_output import StoredSteps
 from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import ROUNDING, Code, Output, Queue, Status
+from poinsot.taylor.kernels import ROUNDING
 from poinsot.taylor.layouts import Layout
 from poinsot.taylor.lowering import Program
+from poinsot.taylor.queue import Kernel, Output, Queue, Worker
+from poinsot.taylor.tasks import Status
 
 __all__ = ["BOTH_WAYS", "ROUNDING", "Run"]
 
@@ -84,7 +86,7 @@ class LaneMemory(Protocol):
     def finish(self) -> None:
         """Let all tasks leave their lanes."""
 
-    def happened(self) -> NDArray[np.void]:
+    def new_records(self) -> NDArray[np.void]:
         """Return the records of events since the last call."""
 
 
@@ -159,7 +161,7 @@ class Run:
         kind = KernelKind(order, *layout, self.wide, self.compiled)
         self.parameters = KernelParameters(problem, variables, self.starts, self.origins, kind)
         self.code = self.parameters.code
-        self.push = np.asarray(torque_scale(problem.system) * variables.scale)
+        self.torque_scale = np.asarray(torque_scale(problem.system) * variables.scale)
         self.report = Report(
             np.zeros(self.origins.size, dtype=int),
             order=self.code.order,
@@ -175,11 +177,11 @@ class Run:
         return self._stopping.is_set()
 
     @staticmethod
-    def compiled(program: Program, kind: KernelKind) -> Code:
+    def compiled(program: Program, kind: KernelKind) -> Kernel:
         """Return the compiled kernel of a program."""
         if program.jumps:
             given = program.decomposition, kind.order, kind.lanes, kind.layout, kind.wide, program.jumps
-            return Code(KernelProgram(*given))
+            return kernels.Code(KernelProgram(*given))
         return kernels.compiled(program.decomposition, kind.order, kind.lanes, kind.layout, kind.wide)
 
     def interrupt(self) -> None:
@@ -210,7 +212,7 @@ class Run:
         """Integrate; rows that are computed before Ctrl-C or a failure remain."""
         origin = float(self.origins[0])
         rows = np.empty((1, self.rising.size, self.code.variables))
-        memory = kernels.Run(self.code, keeps_steps=True) if self.dense else self.code.idle_run()
+        memory = Worker(self.code, stores_steps=True) if self.dense else self.code.idle_worker()
         self._begin(FIRST, memory, rows)
         ends = (origin, float(self.times[0]), float(self.times[-1]))
         with bar("time", max(ends) - min(ends), self.progress) as show:
@@ -220,9 +222,9 @@ class Run:
         self.sink.take(FIRST, times, Rows(self.variables, times, rows[0, reached][self.turn]))
         self._record()
         if self.dense:
-            self.report.dense = self._dense_output(memory.kept)
+            self.report.dense = self._dense_output(memory.steps)
         else:
-            self.code.keep(memory)
+            self.code.release(memory)
 
     def _dense_output(self, blocks: Sequence[NDArray[np.void]]) -> DenseOutput:
         """Return the motion at any time, from the polynomials of the steps."""
@@ -310,7 +312,7 @@ class Run:
 
     def _serve(self, slabs: Iterable[Members], show: Callable[[float], None]) -> None:
         """Integrate slab after slab; rows of small slabs are handed over together."""
-        memory, done = kernels.Run(self.code), list[tuple[Members, Array]]()
+        memory, done = Worker(self.code), list[tuple[Members, Array]]()
         for members in slabs:
             done.append(self.integrate_slab(memory, members, show))
             if sum(rows.nbytes for _, rows in done) >= BYTES_AT_A_TIME:
@@ -370,7 +372,7 @@ class Run:
         tasks, of_tasks = self.queue.tasks, members[self._own]
         if self.starts_below is not None and self.units is not None:
             tasks["below"], tasks["unit"] = self.starts_below[chosen], self.units[chosen]
-        tasks["push"] = self.push if self.push.ndim == 0 else self.push[chosen]
+        tasks["torque_scale"] = self.torque_scale if self.torque_scale.ndim == 0 else self.torque_scale[chosen]
         if self.clock is not None:
             self.clock.set(tasks, self.origins[chosen], of_tasks)
         self._segments, self._log = None, None
@@ -475,7 +477,7 @@ class Run:
         status = self.queue.tasks["status"]
         if self._log is None:
             return self._jumped(np.flatnonzero(status == Status.EVENT))
-        notes = self._memory.happened()
+        notes = self._memory.new_records()
         if self.stop and not self.one:  # members under way are dropped
             left = status[notes["task"]]
             notes = notes[(left != Status.UNDER_WAY) & (left != Status.PAUSED)]
@@ -492,8 +494,8 @@ class Run:
             task, time = tasks[k], tasks["time"][k, :1]
             inputs = self.parameters.inputs_around(time, self.members[self._own[[k]]])
             numbers = [float(np.ravel(number)[0]) for number in inputs]
-            jump = Jump(saltation, task["state"], time[0], numbers, float(task["near"]))
-            before, behind = task["branches"].copy(), task["behind"].copy()
+            jump = Jump(saltation, task["state"], time[0], numbers, float(task["simultaneity"]))
+            before, behind = task["branches"].copy(), task["next_branches"].copy()
             task["branches"][:], task["parameters"][conditions] = behind, behind
             task["below"][self.variables.tangent_vectors] = 0.0
             try:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.integration.kernel_parameters import KernelParameters
-from poinsot.taylor.kernel_program import Status
+from poinsot.taylor.tasks import Status
 
 __all__ = ["Segments"]
 

@@ -22,7 +22,7 @@ from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.members import expanded
 from poinsot.mechanics.state import Phase, State, named
 from poinsot.mechanics.system import System
-from poinsot.taylor.rescaling import SMALL
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
 
 __all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]
 
@@ -369,4 +369,4 @@ def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
 def _power(size: Any) -> Any:
     """Return the powers of two that bring sizes near a tenth, without rounding; 1 for a size of zero."""
     sound = (size > 0) & (size < np.inf)
-    return np.exp2(np.round(np.log2(SMALL / np.where(sound, size, SMALL))))[()]
+    return np.exp2(np.round(np.log2(MOMENTUM_SCALE / np.where(sound, size, MOMENTUM_SCALE))))[()]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from poinsot.taylor.kernels import LONGEST_STEP
+from poinsot.taylor.queue import LONGEST_STEP
 
 __all__ = ["INTERRUPTED", "REASONS", "HeldInterrupts", "reason", "reason_of_speed"]
 

@@ -54,7 +54,7 @@ def _compiled() -> Callable[[int, int, int, int], None]:
 
     module = Module()
     module.function("turn", "void", [INTEGER, INTEGER, POINTER, POINTER], body)
-    engine = machine_code(str(module), ())
+    engine = machine_code(str(module))
     kind = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)
     function = kind(engine.get_function_address("turn"))
     return lambda *given, engine=engine: function(*given)  # noqa: ARG005

@@ -20,7 +20,7 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.parameters import Parametric, same
 from poinsot.mechanics.part import named_parts
 from poinsot.mechanics.units import DerivedUnits, in_units
-from poinsot.taylor.graph import Graph, Node
+from poinsot.taylor.graph import Graph, GraphScalar, Node
 
 __all__ = ["formula_of", "stated_formula", "summary_of_system"]
 
@@ -149,6 +149,5 @@ class _NamedEnvironment(Environment):
         return _Named(self._graph, self._letter("u", orbit))
 
     @override
-    def inverse_distance(self, orbit: Orbit) -> Node:
-        inverse: Node = 1 / self._graph.symbol((self._letter("r", orbit), ""))
-        return inverse
+    def inverse_distance(self, orbit: Orbit) -> GraphScalar:
+        return 1 / self._graph.symbol((self._letter("r", orbit), ""))

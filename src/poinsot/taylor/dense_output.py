@@ -25,7 +25,7 @@ class StoredSteps:
     Parameters
     ----------
     blocks : list of structured arrays (n,)
-        As `kernels.Run.kept` has them, one at least.
+        Blocks of steps of a worker, at least one.
     """
 
     def __init__(self, blocks: Sequence[NDArray[Any]]) -> None:
@@ -88,7 +88,7 @@ def _compiled(orders: int, size: int) -> Callable[..., Doubles]:
 
     module, pointers = Module(), 7
     module.function("evaluate", "void", [INTEGER, INTEGER, DOUBLE, *[POINTER] * pointers], body)
-    engine = machine_code(str(module), ())
+    engine = machine_code(str(module))
     types: list[Any] = [ctypes.c_int64, ctypes.c_int64, ctypes.c_double, *[ctypes.c_void_p] * pointers]
     function = ctypes.CFUNCTYPE(None, *types)(engine.get_function_address("evaluate"))
 

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.taylor.canonical_form import TIME, Drafts
+from poinsot.taylor.canonical_form import TIME, CanonicalForm, Root
 from poinsot.taylor.conserved_squares import without_squares
 from poinsot.taylor.decomposition import Crossing, Decomposition
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Evaluator, Node, ordered, replaced, wide
-from poinsot.taylor.shared_products import Assembly
-from poinsot.taylor.updates import Jumps, Update
+from poinsot.taylor.sampling import Jumps, Update
+from poinsot.taylor.shared_products import CommonSubexpressions
 
 __all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "simplified"]
 
@@ -30,13 +30,6 @@ POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
     "sqrt": lambda a, _, __: a / 2,
 }
 """The power of what an operation makes of two operands, from theirs and the number that the second one is."""
-
-
-class Root(NamedTuple):
-    """The argument of a square root, and the parameter that is added to it."""
-
-    argument: Node
-    parameter: int
 
 
 class Events(NamedTuple):
@@ -172,13 +165,12 @@ def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
 def _program(rates: Sequence[Any], events: Events) -> Program:
     """Return the program of rates and events."""
     conditions = conditions_of([*rates, *events.values])
-    made = Drafts((rates, [*conditions.values(), *events.values]))
-    final = Assembly(without_squares(made.drafts, made.outputs[0]), made.slopes)
-    own, watched = ([final.value(x) for x in group] for group in made.outputs)
-    roots = [Root(argument, parameter) for argument, _, parameter in made.roots]
-    places = tuple(made.conditions[node.place] for node in conditions)
-    whole = tuple(own), len(made.constants), tuple(watched), places, events.crossings
-    return Program(Decomposition(final.operations(), *whole), made.constants, roots)
+    form = CanonicalForm((rates, [*conditions.values(), *events.values]))
+    final = CommonSubexpressions(without_squares(form.drafts, form.outputs[0]), form)
+    own, watched = (tuple(map(final.value, group)) for group in form.outputs)
+    places = tuple(form.conditions[node.place] for node in conditions)
+    decomposition = Decomposition(final.operations(), own, len(form.constants), watched, places, events.crossings)
+    return Program(decomposition, form.constants, form.roots)
 
 
 def simplified(rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:

@@ -16,8 +16,9 @@ from poinsot.functions import Vector
 from poinsot.taylor import kernels
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, Node
-from poinsot.taylor.kernels import CACHED, ROUNDING, Code, Output, Queue
+from poinsot.taylor.kernels import MAX_KERNELS, ROUNDING, Code
 from poinsot.taylor.lowering import TIME, Events, simplified
+from poinsot.taylor.queue import Output, Queue, Worker
 
 __all__ = ["Path", "VectorField"]
 
@@ -111,11 +112,11 @@ class Path:
         output = Output.of(np.array([direction * far]), rows, np.arange(members), first, counts, stride)
         queue = Queue(kernel.code, states, np.zeros(1), parameters, output)
         queue.tasks["below"] = start - states
-        run = kernels.Run(kernel.code, keeps_steps=True)
+        run = Worker(kernel.code, stores_steps=True)
         run.start(queue)
         while run.advance():
             pass
-        return _Branch.of(far, np.concatenate(run.kept), queue.tasks["time"])
+        return _Branch.of(far, np.concatenate(run.steps), queue.tasks["time"])
 
 
 def _not_less(time: np.floating[Any]) -> float:
@@ -139,7 +140,7 @@ class _Kernel(NamedTuple):
     values: WideEvaluator
 
 
-@functools.lru_cache(CACHED)
+@functools.lru_cache(MAX_KERNELS)
 def _compiled(equations: _Equations) -> _Kernel:
     """Return the kernel that integrates a vector field with parameters given at run time."""
     graph, field = Graph(), equations.field

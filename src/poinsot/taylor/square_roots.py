@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from poinsot.taylor.graph import Evaluator, wide
 from poinsot.taylor.lowering import TIME, Program
-from poinsot.taylor.rescaling import SMALL
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
 
 __all__ = ["StartRoots"]
 
@@ -53,7 +53,7 @@ class StartRoots:
         The part `negligible` of the size of a root counts for nothing when squared.
         """
         moving = starts.copy()
-        moving[:, momenta] += SMALL
+        moving[:, momenta] += MOMENTUM_SCALE
         given = [*map(wide, numbers)]
         resting, turning = (self._under([*rows.T, times, *given]) for rows in (starts, moving))
         for place, here, there in zip(self.places, resting, turning, strict=True):

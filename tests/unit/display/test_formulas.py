@@ -15,7 +15,7 @@ from poinsot.display.formulas import (
     system_latex,
 )
 from poinsot.display.notation import LATEX, MATHML
-from poinsot.taylor.graph import Graph
+from poinsot.taylor.graph import Graph, GraphScalar
 
 GRAPH = Graph()
 A, B, C = (GRAPH.symbol((name, index)) for name, index in (("a", ""), ("b", "1"), ("rate", "")))
@@ -64,7 +64,7 @@ def test_a_long_formula_has_no_equations():
 
 
 def test_a_deeply_nested_formula_has_no_equations():
-    total = A
+    total: GraphScalar = A
     for _ in range(5000):
         total = total + B
     assert latex(total) == []

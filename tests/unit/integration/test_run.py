@@ -15,9 +15,7 @@ from poinsot.integration.kernel_parameters import PreparedKernel
 from poinsot.integration.rows import Rows
 from poinsot.integration.termination import HeldInterrupts
 from poinsot.taylor import kernels
-from poinsot.taylor.kernels import Run
-
-pytestmark = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
+from poinsot.taylor.queue import Queue, Worker
 
 BODY = pt.Body((1.3, 1.0, 0.7))
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.6, 0.5))
@@ -47,7 +45,7 @@ def member(batch, i):
 @pytest.fixture
 def few_steps(monkeypatch):
     """A run looks for Ctrl-C after five steps."""
-    monkeypatch.setattr(Run.advance, "__defaults__", (5,))
+    monkeypatch.setattr(Worker.advance, "__defaults__", (5,))
 
 
 # ---------------------------------------------------------------------- which kernel
@@ -93,7 +91,7 @@ def test_what_a_run_left_in_the_memory_of_a_kernel_is_not_in_the_next_one(times,
     pt.propagate(TOP, starts[1], times[:1])
     assert np.array_equal(rows(first), kept)
     assert np.array_equal(rows(third), kept)
-    monkeypatch.setattr(kernels.Run, "queue", lambda run, *given: kernels.Queue(run._code, *given))
+    monkeypatch.setattr(Worker, "queue", lambda run, *given: Queue(run._kernel, *given))
     assert np.array_equal(rows(pt.propagate(TOP, starts[1], times)), rows(second))
     assert second.run.steps == pt.propagate(TOP, starts[1], times).run.steps
 
@@ -127,8 +125,8 @@ class PressedAtCall:
             sys.setprofile(None)
             return
         self.seen += 1
-        if event == "return" and frame.f_code is Run.advance.__code__:
-            self.reached = float(frame.f_locals["self"]._memory["time"][0, 0, 0])
+        if event == "return" and frame.f_code is Worker.advance.__code__:
+            self.reached = float(frame.f_locals["self"]._work["time"][0, 0, 0])
         if self.seen == self.at:
             sys.setprofile(None)
             os.kill(os.getpid(), signal.SIGINT)

@@ -12,7 +12,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.integration import equations, run
-from poinsot.taylor import kernels
+from poinsot.taylor import queue
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -161,8 +161,8 @@ def test_an_interrupt_in_an_action_keeps_the_finished_members(monkeypatch):
 
 def test_an_interrupt_on_the_way_leaves_nothing_of_members_that_are_not_finished(monkeypatch):
     monkeypatch.setattr(equations, "LANES", 2)
-    advance = kernels.Run.advance
-    monkeypatch.setattr(kernels.Run, "advance", lambda run, budget=None: advance(run, budget or 3))
+    advance = queue.Worker.advance
+    monkeypatch.setattr(queue.Worker, "advance", lambda run, budget=None: advance(run, budget or 3))
 
     def interrupt(state):
         os.kill(os.getpid(), signal.SIGINT)
