@@ -22,13 +22,13 @@ __all__ = ["low_parts", "unit_of_time"]
 
 
 def unit_of_time(speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return powers of two near the times in which bodies turn; 1 for bodies at rest. Later steps choose their own."""
+    """Return powers of two near the periods of rotation; 1 for bodies at rest. Later steps choose other units."""
     turning = np.isfinite(speeds) & (speeds > 0)
     return np.asarray(np.exp2(-np.clip(np.rint(np.log2(np.where(turning, speeds, 1.0))), -500, 500)))
 
 
 def low_parts(variables: StateVector, state: State, starts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the low parts of the variables at the start, of which the high ones are known; shape (members, size).
+    """Return the low parts of the variables at the start, given the high parts; shape (members, size).
 
     The variables of a chart are rounded functions of attitude and momentum, and the norm of a quaternion of doubles is
     1 to rounding only. One step of Newton on the formulas of the chart, in double-double arithmetic, gives the low
@@ -49,7 +49,7 @@ def low_parts(variables: StateVector, state: State, starts: NDArray[np.float64])
 
 
 def _chart_below(formulation: Formulation, rows: NDArray[np.float64], body: State) -> NDArray[np.float64]:
-    """Return the low parts of variables of a chart, shape (size, members); no member depends on another one."""
+    """Return the low parts of variables of a chart, shape (size, members); members are independent."""
     q, g = np.reshape(body.quaternion, (-1, 4)).T, np.reshape(body.angular_momentum_body, (-1, 3)).T
     square = functools.reduce(DoubleDouble.__add__, (DoubleDouble.product(x, x) for x in q))
     lengthening = (0.5 * (1.0 - square)).hi

@@ -35,7 +35,7 @@ Scalars = Sequence[GraphScalar]
 
 
 class TurningBody(NamedTuple):
-    """A body whose motion varies: its attitude and momentum, nodes or numbers, and their rates along its axes."""
+    """Attitude and momentum of a body, nodes or numbers, with their rates along the body axes."""
 
     matrix: NDArray[np.object_]
     quaternion: Scalars
@@ -50,17 +50,17 @@ class VariationalEquations:
     Parameters
     ----------
     chosen : sequence of int
-        Which of the coordinates there are: theta, gamma of each body, and the changes of other variables.
+        Numbers of the coordinates in use: theta, gamma of each body, and the changes of other variables.
     bodies : sequence of TurningBody
     variables, rates : sequences
         The variables of parts, and their time derivatives.
     inputs : callable
-        The number of an input of the run to its node.
+        Function from the number of an input of the run to its node.
 
     Attributes
     ----------
     velocity : list of scalars
-        The motion as a tangent vector per time, all coordinates.
+        Velocity of the motion as a tangent vector, all coordinates.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class VariationalEquations:
         return out + [0.0] * (variations.size - len(out))
 
     def differentials(self, variations: Variations, symbols: Scalars, outputs: Scalars) -> list[list[GraphScalar]]:
-        """Return the differentials of outputs along each vector, then the second ones in each pair."""
+        """Return the differentials of outputs along each vector, then the second differentials in each pair."""
         vectors, pairs = self._vectors(variations, symbols)
         changes = [tangents(outputs, vector.seeds) for vector in vectors]
         return changes + [
@@ -107,7 +107,7 @@ class VariationalEquations:
         return [self.vector(x, given) for x, given in zip(u, own, strict=True)], pairs
 
     def vector(self, xi: Scalars, inputs: Mapping[Node, GraphScalar]) -> TangentVector:
-        """Return a tangent vector, of the chosen coordinates and of changes of inputs."""
+        """Return the tangent vector of the coordinates in use and of changes of inputs."""
         bodies, full = len(self._bodies), list[GraphScalar]([0.0] * len(self.velocity))
         for place, x in zip(self._chosen, xi, strict=True):
             full[place] = x
@@ -120,9 +120,9 @@ class VariationalEquations:
         return TangentVector(thetas, gamma, row_changes, turns, seeds)
 
     def second(self, changes: Scalars, pair: TangentVector, a: TangentVector, b: TangentVector) -> list[GraphScalar]:
-        """Return second differentials in two tangent vectors, of which the pair is that of the coordinates.
+        """Return second differentials in two tangent vectors, from the differentials along the first vector.
 
-        `changes` are the differentials along the first one.
+        `pair` contains the second differentials of the coordinates.
         """
         rows, turns = [], list(pair.turns)
         for i, theta in enumerate(pair.thetas):
@@ -135,7 +135,7 @@ class VariationalEquations:
         return tangents(changes, seeds)
 
     def chosen(self, coordinates: Scalars) -> list[GraphScalar]:
-        """Return of all tangent coordinates those that there are."""
+        """Return the coordinates in use out of all tangent coordinates."""
         return [coordinates[place] for place in self._chosen]
 
     def _first(self, vector: TangentVector, changes: Scalars) -> list[GraphScalar]:
@@ -164,7 +164,7 @@ class VariationalEquations:
 
 
 class TangentVector(NamedTuple):
-    """A tangent vector: the changes of attitudes, momenta and variables of parts, and `seeds`, those of all nodes."""
+    """Tangent vector: changes of attitudes, momenta and variables of parts, and `seeds`, the changes of all nodes."""
 
     thetas: list[Vector]
     gamma: list[GraphScalar]
