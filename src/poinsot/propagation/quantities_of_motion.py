@@ -52,7 +52,8 @@ class QuantitiesOfMotion(Summarized):
 
     def __dir__(self) -> list[str]:
         absent = pairs.OF_ONE_BODY if len(self.system.body_names) > 1 else pairs.OF_TWO_BODIES
-        return [name for name in super().__dir__() if name not in absent]
+        alone = {"forces_space"} if self._pair is None else set()
+        return [name for name in super().__dir__() if name not in absent | alone]
 
     @checked
     def column(self, name: str) -> Array:
