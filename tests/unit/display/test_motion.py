@@ -22,7 +22,7 @@ RECORD: dict[str, str | float] = {
 
 def described(record=RECORD, **changes):
     given = {"members": 0, "failed": 0, "store": "", "dense": (), "events": [], "ends": [], **changes}
-    return MotionDescription("System(Body())", "s", TIMES, record, **given)  # type: ignore[arg-type]
+    return MotionDescription("System(Body())", "s", TIMES, record, **given)
 
 
 def test_a_report_has_the_largest_magnitude_of_each_error():

@@ -121,7 +121,7 @@ def test_columns_that_a_motion_does_not_have():
     with pytest.raises(ValueError, match=r"^name must be some of quaternion, .*, got 'spinn'\.$"):
         motion.column("spinn")
     with pytest.raises(TypeError, match=r"^name must be a text, got int 3\.$"):
-        motion.column(3)  # type: ignore[arg-type]
+        motion.column(3)
 
 
 def test_every_entry_says_what_it_is():
