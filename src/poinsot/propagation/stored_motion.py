@@ -51,7 +51,7 @@ def motion_in(
     phase = phase_in(store)
     if phase is None:
         return None
-    arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)])
+    arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)], dtype=float)
     columns = {ORBIT_VARIABLES: arrays[ORBIT_VARIABLES]} if ORBIT_VARIABLES in arrays else {}
     return Trajectory(
         system, initial, times, StoreRows(store, phase, columns, events), run, failures=failures_in(store)

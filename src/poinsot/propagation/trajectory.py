@@ -302,7 +302,7 @@ class Trajectory(QuantitiesOfMotion):
 
     def _summary_with(self, read: Callable[[Collection[str]], Mapping[str, Array]]) -> dict[str, str | float]:
         """Return the summary, with a function that returns columns by name."""
-        return motion_report.summary(self._reader, read, lambda: self.environment)
+        return motion_report.summary(self._reader, self.run, read, lambda: self.environment)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
