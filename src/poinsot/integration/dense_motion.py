@@ -1,11 +1,11 @@
-"""A motion at any time, from the Taylor polynomials of its steps and the actions of events."""
+"""Motion at any time, from the Taylor polynomials of its steps and the actions of events."""
 
 from __future__ import annotations
 
 import functools
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,31 +17,32 @@ from poinsot.taylor.dense_output import StoredSteps
 __all__ = ["Action", "DenseOutput"]
 
 Array = NDArray[np.float64]
+Time = TypeVar("Time", bound=float | Array)
 
 
-class Action(NamedTuple):
-    """The variables after an event has acted at a time; times that differ by no more than `near` are the same.
+class Action(NamedTuple, Generic[Time]):
+    """Variables after the action of an event at a time; times that differ by at most `near` are equal.
 
     Attributes
     ----------
     since, until : float
-        The times of the last sample before the action and of the first one after it: rows at earlier times are the
-        variables before both, and rows at later times those after both.
+        The times of the last sample before the action and of the first sample after it. Rows at earlier times contain
+        the variables before both, and rows at later times the variables after both.
     """
 
-    time: Any
-    near: Any
+    time: Time
+    near: Time
     row: Array
-    since: Any = -np.inf
-    until: Any = np.inf
+    since: Time
+    until: Time
 
-    def at(self, times: Any) -> Any:
-        """Return whether rows at times are the variables after the action."""
+    def at(self, times: float | Array) -> NDArray[np.bool_]:
+        """Return True at times whose rows contain the variables after the action."""
         return (np.abs(times - self.time) <= self.near) & (times >= self.since) & (times < self.until)
 
 
 class DenseOutput:
-    """A motion at any time between the two that it has reached; what jumps is right-continuous.
+    """Motion at any time between its ends; variables that jump are right-continuous.
 
     Parameters
     ----------
@@ -53,7 +54,7 @@ class DenseOutput:
     Attributes
     ----------
     last : array (size,) or None
-        The variables at the latest time, of a motion that may jump there.
+        The variables at the latest time, for a motion that may jump there.
     actions : sequence of Action
         The actions of events in each direction, in their order.
     """
@@ -61,17 +62,17 @@ class DenseOutput:
     def __init__(self, variables: StateVector, origin: float, start: Array) -> None:
         self._variables, self._origin, self._start = variables, origin, np.asarray(start, dtype=float)
         self.last: Array | None = None
-        self.actions: Sequence[Action] = ()
+        self.actions: Sequence[Action[float]] = ()
         self.parts: Mapping[bool, StoredSteps] = {}
         self.reached: dict[bool, float] = {}
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The earliest time and the latest."""
+        """Earliest and latest time."""
         return self.reached.get(False, self._origin), self.reached.get(True, self._origin)
 
     def __call__(self, times: Array) -> Phase:
-        """Return q and the momenta."""
+        """Return quaternion, momenta and variables of parts at times."""
         rows = self._at(times)
         if self.actions:
             self._put_actions(times, rows)
@@ -80,7 +81,7 @@ class DenseOutput:
         return self._variables.phase_of(rows)
 
     def _put_actions(self, times: Array, rows: Array) -> None:
-        """Put the variables after actions into rows at their times."""
+        """Write the variables after actions into the rows at their times."""
         known = self._after_actions
         behind = known.time.searchsorted(times)
         for places in (np.maximum(behind - 1, 0), np.minimum(behind, known.time.size - 1)):
@@ -89,8 +90,8 @@ class DenseOutput:
             rows[here] = some.row[here]
 
     @functools.cached_property
-    def _after_actions(self) -> Action:
-        """The last ones of actions at one time, by times that rise."""
+    def _after_actions(self) -> Action[Array]:
+        """Last action at each time, in the order of time."""
         last = [
             one
             for one, following in itertools.zip_longest(self.actions, self.actions[1:])

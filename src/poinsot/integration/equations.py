@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Vector
@@ -27,12 +28,14 @@ from poinsot.integration.variational import TurningBody, VariationalEquations
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formula_errors import FormulaError, use_functions
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import State
 from poinsot.printable import quoted
 from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.draws import normals
-from poinsot.taylor.graph import Evaluator, Graph, Node, ordered
+from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions_of, simplified
 from poinsot.taylor.rescaling import MOMENTUM_SCALE
@@ -139,7 +142,7 @@ def _events(problem: Problem, variables: StateVector, traced: Equations) -> Even
     return Events([*traced.events, distance], (*crossings, Crossing(0, True)))
 
 
-def inputs(problem: Problem, variables: StateVector) -> tuple[Any, ...]:
+def inputs(problem: Problem, variables: StateVector) -> tuple[float | NDArray[np.float64], ...]:
     """Return the inputs of a run: the scale of the momenta, factors of variables, and the numbers of the problem."""
     return variables.scale, *variables.factors, *problem.numbers
 
@@ -193,14 +196,14 @@ class Equations:
     """
 
     own: list[Node]
-    rates: list[Any]
-    events: list[Any]
-    counting: list[Any]
+    rates: list[GraphScalar]
+    events: list[GraphScalar]
+    counting: list[GraphScalar]
     updates: list[Update]
     saltation: Saltation | None = None
 
     @property
-    def conditions(self) -> dict[Node, Any]:
+    def conditions(self) -> dict[Node, GraphScalar]:
         """The conditions on which formulas branch, and the functions that are negative where they hold."""
         return conditions_of([*self.rates, *self.events, *self.counting])
 
@@ -242,8 +245,8 @@ def _traced(problem: Problem, variables: StateVector) -> Equations:
         linear = VariationalEquations(
             variables.tangent_coordinates,
             [
-                TurningBody(*of_body, g, each.omega, each.momentum_rate)
-                for of_body, (_, g), each in zip(axes, bodies, turnings, strict=True)
+                TurningBody(matrix, quaternion, g, each.omega, each.momentum_rate)
+                for (matrix, quaternion), (_, g), each in zip(axes, bodies, turnings, strict=True)
             ],
             parts,
             of_blocks[: len(parts)],
@@ -274,7 +277,7 @@ def _with_variations(
     return replace(varied, updates=updates, saltation=saltation if saltation and saltation.stops else None)
 
 
-def _update(graph: Graph, part: Part, instant: Any, variables: StateVector, scale: Any) -> Update:
+def _update(graph: Graph, part: Part, instant: Instant | PairInstant, variables: StateVector, scale: Node) -> Update:
     """Return the formulas of the new values that a part gets at a sample."""
     count = part.jump.draws if part.jump else 0
     draws = [graph.symbol((part.name, i)) for i in range(count + count % 2)]
@@ -282,7 +285,7 @@ def _update(graph: Graph, part: Part, instant: Any, variables: StateVector, scal
     return Update([*range(slot.place.start, slot.place.stop)], slot.scaled(values, scale), draws)
 
 
-def _with_tangents(update: Update, variables: StateVector, changes: list[list[Any]]) -> Update:
+def _with_tangents(update: Update, variables: StateVector, changes: list[list[GraphScalar]]) -> Update:
     """Return an update with new values of the tangent coordinates of its variables: the differentials of the values."""
     rigid = len(variables.ratios) * len(variables.formulation.tangent)
     behind = variables.tangent_vectors.start + rigid - variables.charts[-1].stop
@@ -309,7 +312,7 @@ def _environment(symbolic: Problem, variables: StateVector, own: list[Node], tim
     return Environment(time, blocks, numbers, variables.comoving)
 
 
-def refuse_constant_events(events: Sequence[Event], values: Sequence[Any], formulation: str) -> None:
+def refuse_constant_events(events: Sequence[Event], values: Sequence[GraphScalar], formulation: str) -> None:
     """Raise a ValueError if the value of an event, a scalar of a kernel, is constant along the motion."""
     for event, value in zip(events, values, strict=True):
         if not (isinstance(value, Node) and value.varies):

@@ -1,9 +1,8 @@
-"""Log of the events that a kernel has found: they are recorded, act on the state and end a motion."""
+"""Log of the events that a kernel has found: records, actions on the state, ends of motions."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +24,12 @@ from poinsot.taylor.tasks import Status
 __all__ = ["EventLog"]
 
 ZENO = 1e-5
-"""Actions are without end where the time between them shrinks from one to the next, by this at last."""
+"""Ratio of the time between two actions to the longest time, below which shrinking intervals never end."""
 
-LARGEST = float(np.sqrt(np.finfo(float).max))
-"""Momenta above this have rates that overflow."""
+MAX_MOMENTUM = float(np.sqrt(np.finfo(float).max))
+"""Largest momentum whose rates do not overflow."""
 
-Array = NDArray[Any]
+Array = NDArray[np.float64]
 
 
 class EventLog:
@@ -75,7 +74,7 @@ class EventLog:
         self._members, self._interrupt, self._stopping = members, interrupt, stopping
         tasks, events = queue.tasks, problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
-        self.actions: list[list[Action]] = [[] for _ in tasks]
+        self.actions: list[list[Action[float]]] = [[] for _ in tasks]
         self.failed: dict[int, str] = {}
         self.causes: dict[int, BaseException] = {}
         self._last = np.repeat(tasks["time"][:, :1], len(events), axis=1)
@@ -85,8 +84,8 @@ class EventLog:
         self._bits = [(i, *bit_of(i)) for i in range(len(events))]
         self._singular = bit_of(len(events))
 
-    def take(self, notes: Array) -> NDArray[np.int_]:
-        """Let happen what was noted; return the tasks that stopped at an event and are to go on."""
+    def take(self, notes: NDArray[np.void]) -> NDArray[np.int_]:
+        """Apply the recorded crossings in their order; return the tasks that stopped at an event and go on."""
         counts, rows = self._counts(notes), notes["state"]
         columns = [notes[name].tolist() for name in ("task", "crossed", "rising", "time", "simultaneity")]
         for row, own, task, which, rising, time, near in zip(rows, counts, *columns, strict=True):
@@ -105,8 +104,8 @@ class EventLog:
         tasks["status"][stopped] = Status.UNDER_WAY
         return stopped
 
-    def _counts(self, notes: Array) -> Array:
-        """Return which events count where they were noted, shape (notes, events)."""
+    def _counts(self, notes: NDArray[np.void]) -> NDArray[np.bool_]:
+        """Return the mask of the events that count at each crossing, shape (crossings, events)."""
         counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
         if notes.size:
             given = [*notes["state"].T, notes["time"], *self._parameters.inputs_around(notes["time"], members)]
@@ -115,9 +114,9 @@ class EventLog:
         return counts
 
     def _is_new(self, task: int, number: int, time: float, near: float) -> bool:
-        """Return whether the event has not just happened, and note that it has.
+        """Return True unless the same zero of the event was recorded before, and record its time.
 
-        What the start of a task is near to has happened, unless it comes after a sample.
+        A zero near the start of a task was recorded by an earlier task, unless it comes after a sample.
         """
         since = abs(time - self._last[task, number])
         self._last[task, number] = time
@@ -131,7 +130,7 @@ class EventLog:
         return True
 
     def _let_happen(self, task: int, new: list[tuple[int, int]], time: float, row: Array) -> bool:
-        """Record events with their directions, and act, in the order of the list; return True if an event has acted."""
+        """Record events with their directions and apply their actions, in order; return True if an event has acted."""
         acted = False
         for number, direction in new:
             event = self._problem.events[number]
@@ -142,14 +141,14 @@ class EventLog:
                 self._queue.tasks["status"][task] = Status.ENDED
         return acted
 
-    def _change(self, own: Any, before: Array, after: Array) -> None:
-        """Give a task the variables after an action; unchanged ones have their low parts in quadruple precision."""
+    def _change(self, own: np.void, before: Array, after: Array) -> None:
+        """Set the variables of a task after an action; low parts of unchanged variables remain."""
         low = own["below"][: after.size]
         own["state"][: after.size], own["signs"] = after, 0.0
         low[:] = np.where(after == before, low, 0.0) if self._queue.wide else 0.0
 
-    def _put_rows(self, task: int, action: Action) -> None:
-        """Put the variables after an action into the rows at its time, which the kernel writes before the action."""
+    def _put_rows(self, task: int, action: Action[float]) -> None:
+        """Write the variables after an action into the rows at its time, which the kernel wrote before the action."""
         own, output = self._queue.tasks[task], self._queue.output
         rows, stride = output.rows.reshape(-1, action.row.size), int(own["stride"])
         for back in range(1, int(own["index"]) + 1):
@@ -159,13 +158,13 @@ class EventLog:
             rows[own["place"] + step] = action.row
 
     def _samples_around(self, task: int) -> tuple[float, float]:
-        """Return the times of the last sample of a task that is done and of the next one."""
+        """Return the times of the last completed sample of a task and of the next sample."""
         own = self._queue.tasks[task]
         done, ahead = ((own["numbers"] - back) * own["periods"] + own["phases"] for back in (1.0, 0.0))
         return float(np.max(done, initial=-np.inf)), float(np.min(ahead, initial=np.inf))
 
     def _act(self, task: int, number: int, time: float, row: Array) -> bool:
-        """Give a task the state that an event returns, or note why not; return True if there is one."""
+        """Set the state that an event returns, or record the reason of a failure; return True for success."""
         own, member = self._queue.tasks[task], int(self._members[task])
         try:
             after = _acted(self._problem, self._variables, number, member, time, row)
@@ -180,10 +179,8 @@ class EventLog:
         return False
 
 
-def _acted(
-    problem: Problem, variables: StateVector, number: int, member: int, time: float, row: NDArray[Any]
-) -> NDArray[Any]:
-    """Return the variables of the state that an event of a member returns; those of parts that it leaves out stay."""
+def _acted(problem: Problem, variables: StateVector, number: int, member: int, time: float, row: Array) -> Array:
+    """Return the variables of the state that an event of a member returns; omitted variables of parts stay."""
     variables = members_of(variables, member)
     phase = variables.to_phase(np.array([time]), row[None])
     state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.system
@@ -197,13 +194,13 @@ def _acted(
         raise ValueError(f"an action must return variables of parts of the system, got some of {quoted(other[0])}.")
     after = state_of({**state.own, **after.phase}, after.time)
     largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
-    if largest > LARGEST:
+    if largest > MAX_MOMENTUM:
         raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
-    new: NDArray[Any] = variables.with_state(row, after, np.array(time))
+    new: Array = variables.with_state(row, after, np.array(time))
     return new
 
 
 def _why_failed(event: Event, error: Exception) -> str:
-    """Return the sentence about an action that failed."""
+    """Return the error message of an action that failed."""
     text = f"{type(event).__name__}.act failed with {type(error).__name__}: {message_of(error)}"
     return text.rstrip(": .") + "."

@@ -149,7 +149,8 @@ class KernelParameters:
     def inputs_around(self, times: Array, members: Members) -> Values:
         """Return the inputs of the equations for members, between the knots around times."""
         around = equations.inputs(self._problem.between_knots(times), self._variables)
-        return [x[members] if np.ndim(y) else x for x, y in zip(around, self._inputs, strict=True)]
+        pairs = zip(around, self._inputs, strict=True)
+        return [x[members] if isinstance(x, np.ndarray) and np.ndim(y) else x for x, y in pairs]
 
     def around(self, times: Array, members: Members) -> Array:
         """Return the parameters of members between the knots around times, shape (n, parameters)."""

@@ -243,7 +243,7 @@ class Run:
         return dense
 
     @property
-    def _actions(self) -> list[Action]:
+    def _actions(self) -> list[Action[float]]:
         """Actions of events, task after task."""
         return [] if self._log is None else [action for of_task in self._log.actions for action in of_task]
 

@@ -75,6 +75,10 @@ def test_cells_may_be_markup():
 # ------------------------------------------------------------------ small plots
 
 
+HALF_STEP = 0.06
+"""Points are rounded to 0.1 pixels."""
+
+
 def points_of(text):
     """The points of each curve, pixels."""
     return [
@@ -91,10 +95,10 @@ def test_a_curve_spans_the_plot():
     x = np.linspace(0.0, 10.0, 11)
     (curve,) = points_of(curves("title", x, {"y": x**2}, "s"))
     left, right = curve[0, 0], curve[-1, 0]
-    np.testing.assert_allclose(curve[:, 0], left + (right - left) * x / 10, atol=0.06)
+    np.testing.assert_allclose(curve[:, 0], left + (right - left) * x / 10, rtol=0, atol=HALF_STEP)
     low, high = curve[0, 1], curve[-1, 1]
     assert high < low  # pixels count downwards
-    np.testing.assert_allclose(curve[:, 1], low + (high - low) * x**2 / 100, atol=0.06)
+    np.testing.assert_allclose(curve[:, 1], low + (high - low) * x**2 / 100, rtol=0, atol=HALF_STEP)
 
 
 def test_a_descending_curve_runs_from_its_first_abscissa():
@@ -113,7 +117,7 @@ def test_errors_are_the_largest_so_far_on_a_logarithmic_scale():
     text = curves("errors", x, {"e": np.array([0.0, -1e-9, 1e-12, 1e-6])}, errors=True)
     (curve,) = points_of(text)
     height = curve[0, 1] - curve[-1, 1]
-    np.testing.assert_allclose((curve[0, 1] - curve[:, 1]) / height, [0, 0.75, 0.75, 1], atol=2e-3)
+    np.testing.assert_allclose((curve[0, 1] - curve[:, 1]) / height, [0, 0.75, 0.75, 1], rtol=0, atol=2e-3)
     assert labels_of(text)[1:3] == ["1.0e-06", "1.0e-18"]
 
 
