@@ -266,6 +266,13 @@ def columns_of(system: System, recorded: Collection[str]) -> dict[str, Column]:
     return {name: each for name, each in every.items() if name in recorded or _is_computable(each, system)}
 
 
+def _column(name: str, system: System) -> Column | None:
+    """Return one column, by the shortest way."""
+    scopes = {Scope.MOTION, *((OF_BODY, ONE_BODY) if len(system.body_names) == 1 else (TWO_BODIES,))}
+    found = next((each for each in COLUMNS if each.name == name and each.scope in scopes), None)
+    return found or columns_of_states(system).get(name) or _of_integrals(system).get(name)
+
+
 def columns_of_states(system: System) -> dict[str, Column]:
     """Return the columns of the table and of the system's parts, by name."""
     return {**static_columns(system.body_names), **_of_parts(system)}
@@ -379,7 +386,7 @@ class ColumnBlock:
         return self._computed[name]
 
     def _value(self, name: str) -> Array:
-        column = columns_of_states(self.system).get(name) or _of_integrals(self.system).get(name)
+        column = _column(name, self.system)
         if column is None or column.compute is None or not _is_computable(column, self.system):
             raise self._missing(name)
         return column.compute(self)

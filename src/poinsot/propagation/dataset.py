@@ -132,7 +132,7 @@ def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Arr
     )
 
 
-def dataset_of_store(stored: xarray.Dataset, motion: Described, record: Mapping[str, object]) -> xarray.Dataset:
+def dataset_of_store(stored: xarray.Dataset, motion: Described, record: Mapping[str, str | float]) -> xarray.Dataset:
     """Return the dataset of a motion in a store, with the stored variables, of which chunks are read when needed.
 
     If variables are stored at different times, it is the dataset of the store.

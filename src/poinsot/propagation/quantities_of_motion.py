@@ -71,7 +71,8 @@ class QuantitiesOfMotion(Summarized):
 
         poinsot never normalises them, so that their norm error is a measure of accuracy.
         """
-        return self._read("quaternion")
+        rows = self._reader.rows.phase.get("quaternion")
+        return self._read("quaternion") if rows is None else np.asarray(rows)
 
     @property
     def conjugate_momenta(self) -> Array:
