@@ -1,4 +1,4 @@
-"""Count annotations that contain `Any` or `object`, by package: `python -m tools.annotations engine mechanics`.
+"""Count annotations that contain `Any` or `object`, by package: `python -m tools.annotations integration mechanics`.
 
 Annotations of parameters, returns, fields and variables count, each once: as `Any` if it contains the name, otherwise
 as an alias if it contains an alias of `Any` or of a type that contains `Any`, otherwise as `object`. Packages are named
@@ -17,7 +17,7 @@ from tools.lines import SOURCE, modules
 
 __all__ = ["aliases_of_any", "annotations_in", "count"]
 
-DEFAULT = ("engine", "mechanics", "propagation")
+DEFAULT = ("taylor", "integration", "mechanics", "propagation")
 
 TYPE_EXPRESSION = (ast.Name, ast.Attribute, ast.Subscript, ast.BinOp)
 """Kinds of values of aliases."""

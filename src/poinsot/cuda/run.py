@@ -51,7 +51,8 @@ class CudaRun(Run):
 
 def check_device(problem: Problem, variables: StateVector, members: bool, precision: str) -> None:
     """Raise a ValueError for a run that a GPU does not support, or a computer without a GPU."""
-    constants = equations.constants(problem.smooth, variables)
+    smooth = equations.between_first_knots(problem)
+    constants = equations.constants(smooth, variables)
     refused = {
         "one motion": not members,
         "precision='quadruple'": precision != "double",
@@ -60,7 +61,7 @@ def check_device(problem: Problem, variables: StateVector, members: bool, precis
         "a sampled law": bool(problem.system.jumping),
         "a formulation with singularities": type(variables.formulation).nearness is not Formulation.nearness,
         f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants.switches
-        or equations.program(problem.smooth, variables).decomposition.size > MAX_OPERATIONS,
+        or equations.program(smooth, variables).decomposition.size > MAX_OPERATIONS,
     }
     for what in [what for what, found in refused.items() if found]:
         raise ValueError(

@@ -83,7 +83,7 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
 
     Quadruple precision stays in the space axes, as an independent check of the comoving ones.
     """
-    smooth, system = problem.smooth, problem.system
+    smooth, system = between_first_knots(problem), problem.system
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
@@ -96,6 +96,11 @@ def state_vector(problem: Problem, state: State, formulation: Formulation, preci
             return comoving.sharing(smooth.alike.by_variables)
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
     return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.alike.by_variables)
+
+
+def between_first_knots(problem: Problem) -> Problem:
+    """Return the problem between the first two knots of its tables."""
+    return problem.between_first_knots if problem.knots.size else problem  # a problem that refers to itself is garbage
 
 
 def constants(problem: Problem, variables: StateVector) -> Constants:

@@ -72,6 +72,7 @@ class EventLog:
     ) -> None:
         self._problem, self._variables, self._parameters, self._queue = problem, variables, parameters, queue
         self._members, self._interrupt, self._stopping = members, interrupt, stopping
+        self._counting = parameters.counting
         tasks, events = queue.tasks, problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
         self.actions: list[list[Action[float]]] = [[] for _ in tasks]
@@ -109,7 +110,7 @@ class EventLog:
         counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
         if notes.size:
             given = [*notes["state"].T, notes["time"], *self._parameters.inputs_around(notes["time"], members)]
-            for i, value in enumerate(self._parameters.counting(given)):
+            for i, value in enumerate(self._counting(given)):
                 counts[:, i] = value > 0
         return counts
 

@@ -96,7 +96,8 @@ class KernelParameters:
     def __init__(
         self, problem: Problem, variables: StateVector, starts: Array, origins: Array, kind: KernelKind
     ) -> None:
-        self._problem, self._smooth, self._variables, self._kind = problem, problem.smooth, variables, kind
+        self._problem, self._variables, self._kind = problem, variables, kind
+        self._smooth = equations.between_first_knots(problem)
         self._starts, self._origins = starts, origins
         self._constants = equations.constants(self._smooth, variables)
         self._inputs = equations.inputs(self._smooth, variables)

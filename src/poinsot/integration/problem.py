@@ -38,8 +38,6 @@ class Problem(Collection):
         vars(self).update(system=system, events=tuple(events))
         if not events:
             vars(self).update(zip(SHARED, SHARED_OF(system), strict=True))
-            if not self.knots.size:
-                vars(self)["smooth"] = self
             return
         self.refuse_other_axes()
         for event in events:
@@ -51,7 +49,7 @@ class Problem(Collection):
         return Problem(system, events)
 
     @cached_property
-    def smooth(self) -> Problem:
+    def between_first_knots(self) -> Problem:
         """The problem between the first two knots of its tables."""
         return self.between_knots()
 

@@ -97,7 +97,9 @@ class VariationalRun:
         self.state = broadcast_members(state, self.members or (1,))
         variables = equations.state_vector(self.problem, self.state, chosen, "double")
         if inputs:  # comoving axes would change with their orbit
-            orbits, views = shared_blocks(self.problem.smooth.orbits, lambda orbit: not orbit.closed_form)
+            orbits, views = shared_blocks(
+                equations.between_first_knots(self.problem).orbits, lambda orbit: not orbit.closed_form
+            )
             variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
         self.formulation = chosen
         self.variables = variables if self.members else members_of(variables, 0)
