@@ -37,6 +37,7 @@ __all__ = [
     "columns_of_states",
     "names_with",
     "static_columns",
+    "unit_of_column",
 ]
 
 Array = NDArray[np.float64]
@@ -273,6 +274,12 @@ def _column(name: str, system: System) -> Column | None:
     return found or columns_of_states(system).get(name) or _of_integrals(system).get(name)
 
 
+def unit_of_column(system: System, name: str) -> str:
+    """Return the unit of an output variable of a motion in CF notation; "" if it is unknown."""
+    column = _column(name, system)
+    return "" if column is None else column.unit_in(DerivedUnits(system.units))
+
+
 def columns_of_states(system: System) -> dict[str, Column]:
     """Return the columns of the table and of the system's parts, by name."""
     return {**static_columns(system.body_names), **_of_parts(system)}
@@ -317,8 +324,8 @@ def _of_integrals(system: System) -> dict[str, Column]:
     for each in system.integrals:
         kind = "energy" if each.is_energy else "momentum"
         value, drift = f"integral_{each.name}", f"drift_{each.name}"
-        said = {"symbol": each.symbol, "kind": kind}
-        found[value] = Column(value, kind, each.meaning, _value(each), requires=FORCES, attributes=said)
+        attributes = {"symbol": each.symbol, "kind": kind}
+        found[value] = Column(value, kind, each.meaning, _value(each), requires=FORCES, attributes=attributes)
         meaning = f"relative drift of {each.meaning}"
         found[drift] = Column(drift, "1", meaning, None, requires=FORCES, drift_of=each)
     return found

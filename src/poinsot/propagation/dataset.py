@@ -1,4 +1,4 @@
-"""A motion as a labelled dataset, with units, frames and provenance."""
+"""Labelled datasets of motions and of results, with units, frames and provenance."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ __all__ = [
     "dataset_of_store",
     "read_parts",
     "state_variables",
-    "told_jumps",
-    "told_parts",
+    "text_of_jumps",
+    "text_of_parts",
     "with_present_names",
 ]
 
@@ -109,7 +109,7 @@ def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Arr
     return xarray.Dataset(
         along | dict(_initial(motion.initial, system, units)) | dict(_bodies(motion.initial, system, units)),
         coords={
-            "time": ("time", motion.times, {"units": system.units["time"], **_said_of_time(motion.calendar)}),
+            "time": ("time", motion.times, {"units": system.units["time"], **_attributes_of_time(motion.calendar)}),
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
             **{f"component_{part.name}": components(part) for part in system.parts if part.size},
@@ -120,8 +120,8 @@ def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Arr
             "conventions": CONVENTIONS,
             "system": repr(system),
             "initial_state": repr(motion.initial),
-            **({"parts": told_parts(system.parts)} if system.parts else {}),
-            **({"jumps": told_jumps(system.jumping)} if system.jumping else {}),
+            **({"parts": text_of_parts(system.parts)} if system.parts else {}),
+            **({"jumps": text_of_jumps(system.jumping)} if system.jumping else {}),
             "state_variables": " ".join(name.removeprefix("own_") for name in state_variables(motion)),
             **{f"version_{name}": version for name, version in motion.run.versions.items()},
             **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
@@ -172,7 +172,7 @@ def dataset_of_result(
     coordinates: Mapping[str, Sequence[object] | Array],
     attributes: Mapping[str, object],
 ) -> xarray.Dataset:
-    """Return the dataset of what an analysis found along times, with members first where there are any."""
+    """Return the dataset of the results of an analysis along times, with members first if there are any."""
     import xarray
 
     def put(
@@ -181,7 +181,7 @@ def dataset_of_result(
         array = np.asarray(values)
         return ("member",) * (array.ndim - len(dims)) + dims, array, _named(unit, meaning)
 
-    time = ("time", times, {"units": system.units["time"], **_said_of_time(system.calendar)})
+    time = ("time", times, {"units": system.units["time"], **_attributes_of_time(system.calendar)})
     return xarray.Dataset(
         {name: put(*described) for name, described in variables.items()},
         coords={"time": time, **coordinates},
@@ -195,13 +195,13 @@ def dataset_of_result(
     )
 
 
-def told_parts(parts: Iterable[Part | RecordedPart]) -> str:
-    """Return what a file says of parts: the variables of each, and which of them are angular momenta."""
-    said = {part.name: {"variables": dict(part.variables), "momenta": sorted(part.momenta)} for part in parts}
-    return json.dumps(said)
+def text_of_parts(parts: Iterable[Part | RecordedPart]) -> str:
+    """Return the text of a file about parts: the variables of each, and the angular momenta among them."""
+    parts_by_name = {part.name: {"variables": dict(part.variables), "momenta": sorted(part.momenta)} for part in parts}
+    return json.dumps(parts_by_name)
 
 
-def told_jumps(parts: Iterable[Part | RecordedPart]) -> str:
+def text_of_jumps(parts: Iterable[Part | RecordedPart]) -> str:
     """Return the text of a file about the times of jumps: the period and the phase of each part, also of members."""
     each = {part.name: part.jump for part in parts if part.jump is not None}
     return json.dumps(
@@ -209,11 +209,11 @@ def told_jumps(parts: Iterable[Part | RecordedPart]) -> str:
     )
 
 
-def read_parts(said: str, jumps: str = "{}") -> tuple[RecordedPart, ...]:
-    """Return the parts in a file, from the texts of `told_parts` and `told_jumps`."""
-    told, jumping = json.loads(said).items(), {name: _read_jump(*each) for name, each in json.loads(jumps).items()}
+def read_parts(text: str, jumps: str = "{}") -> tuple[RecordedPart, ...]:
+    """Return the parts in a file, from the texts of `text_of_parts` and `text_of_jumps`."""
+    described, jumping = json.loads(text).items(), {name: _read_jump(*each) for name, each in json.loads(jumps).items()}
     parts = tuple(
-        RecordedPart(name, each["variables"], frozenset(each["momenta"]), jumping.get(name)) for name, each in told
+        RecordedPart(name, each["variables"], frozenset(each["momenta"]), jumping.get(name)) for name, each in described
     )
     for part in parts:
         counts = part.variables.values()
@@ -235,8 +235,8 @@ def components(part: Part | RecordedPart) -> list[str]:
     return [name if count == 1 else f"{name}_{i + 1}" for name, count in counts for i in range(count)]
 
 
-def _said_of_time(calendar: Calendar | None) -> dict[str, str]:
-    """Return what the times mean as dates; the unit stays alone, because a decoded date has no 64 bits of time."""
+def _attributes_of_time(calendar: Calendar | None) -> dict[str, str]:
+    """Return the attributes of the times. The unit names no date, because a decoded date has fewer digits."""
     if calendar is None:
         return {"long_name": "time"}
     counted = {"tai": "TAI", "tt": "TT", "tdb": "TDB", "tcb": "TCB", "tcg": "TCG"}[SCALES[calendar.scale]]
