@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = [
-    "Described",
+    "DescribedMotion",
     "ResultVariable",
     "components",
     "dataset_of_motion",
@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
 
-class Described(Protocol):
+class DescribedMotion(Protocol):
     """Motion as a dataset describes it."""
 
     @property
@@ -94,7 +94,7 @@ class Described(Protocol):
         """Return some variables."""
 
 
-def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Array]]) -> xarray.Dataset:
+def dataset_of_motion(motion: DescribedMotion, columns: Mapping[str, tuple[Column, Array]]) -> xarray.Dataset:
     """Return the dataset of a motion, with one variable for each column, along `time`, members first.
 
     It contains the numbers of the trajectory bit for bit, and no information about the machine. The system is described
@@ -132,7 +132,9 @@ def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Arr
     )
 
 
-def dataset_of_store(stored: xarray.Dataset, motion: Described, record: Mapping[str, str | float]) -> xarray.Dataset:
+def dataset_of_store(
+    stored: xarray.Dataset, motion: DescribedMotion, record: Mapping[str, str | float]
+) -> xarray.Dataset:
     """Return the dataset of a motion in a store, with the stored variables, of which chunks are read when needed.
 
     If variables are stored at different times, it is the dataset of the store.
@@ -148,7 +150,7 @@ def dataset_of_store(stored: xarray.Dataset, motion: Described, record: Mapping[
     return data.assign_attrs({key: value for key, value in record.items() if key != "wall_time"})
 
 
-def state_variables(motion: Described) -> tuple[str, ...]:
+def state_variables(motion: DescribedMotion) -> tuple[str, ...]:
     """Return the names of the state variables in a dataset."""
     orbit = ("position", "momentum") if "quaternion" not in motion.phase and "orbit" in motion.phase else ()
     rigid = (name for name in motion.phase if name in RIGID)

@@ -128,10 +128,6 @@ class RecordedSystem(Immutable):
         self._refuse_parts("kinetic_energy")
         return np.asarray(self._free.kinetic_energy(state))
 
-    def potential_energy(self, *_: State | Environment) -> NoReturn:
-        """Raise a ValueError: the formulas of the forces are unknown."""
-        raise ValueError(f"potential_energy {FORMULAS_MISSING}")
-
     def validity(self, *_: State | Environment) -> dict[str, NDArray[np.bool_]]:
         """Return an empty dictionary: the formulas, with ranges of validity and limits, are unknown."""
         return {}
