@@ -27,7 +27,7 @@ from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.printable import described, quoted, shortened
 from poinsot.propagation.chunks import saved_in_chunks
 from poinsot.propagation.columns import RENAMED, Requirement, names_with, static_columns
-from poinsot.propagation.dataset import read_parts, state_variables, told_parts, with_present_names
+from poinsot.propagation.dataset import read_parts, state_variables, text_of_parts, with_present_names
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.recorded import RecordedSystem, recorded_integral
@@ -470,7 +470,7 @@ class _Reading:
             text = attributes["scenario_read"]
         data = self._named_arrays("system_")
         system = rebuilt_system(str(text), f"the scenario in {self.name}", data=data)
-        same = self._are_there(system.rigid_bodies) and told_parts(system.parts) == told_parts(self.parts)
+        same = self._are_there(system.rigid_bodies) and text_of_parts(system.parts) == text_of_parts(self.parts)
         if isinstance(system, PairSystem):
             same = same and all(np.array_equal(getattr(system.pair, x), self._array(x)) for x in ("masses", "G"))
         if not same or dict(system.units) != self._units():

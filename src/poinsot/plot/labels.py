@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from poinsot.mechanics.calendar import SECONDS
+from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
+from poinsot.propagation.columns import unit_of_column
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
 
@@ -28,6 +30,7 @@ __all__ = [
     "Unit",
     "angle_unit_of",
     "bracketed",
+    "column_label",
     "in_words",
     "momentum_label",
     "one_body",
@@ -202,6 +205,12 @@ def _seconds(name: str, units: Mapping[str, str]) -> float:
             "System(..., units={'time': 's'}) names it."
         )
     return TIME_UNITS[units["time"]]
+
+
+def column_label(system: System, name: str) -> str:
+    """Return the unit of an output variable of a motion in brackets: " [N m s]"; "" if it is unknown."""
+    unit = unit_of_column(system, name)
+    return unit and bracketed(unit)
 
 
 def momentum_label(units: Mapping[str, str]) -> str:

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.comparison import median_attitude
 from poinsot.plot.curves import Layout, against_time, reached
-from poinsot.plot.labels import bracketed, in_words, momentum_label, one_rotation, rate_unit_of, torque_unit_of, unit_of
+from poinsot.plot.labels import bracketed, column_label, in_words, one_rotation, rate_unit_of, torque_unit_of, unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.printable import quoted
 from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.columns import unit_of_column
 from poinsot.propagation.dataset import components
 from poinsot.propagation.trajectory import Trajectory
 
@@ -70,7 +70,7 @@ def quaternions(
     >>> left.get_xlabel()
     'time [min]'
     """
-    momenta = f"conjugate momenta $Q${momentum_label(one_rotation(motion).system.units)}"
+    momenta = f"conjugate momenta $Q${column_label(one_rotation(motion).system, 'conjugate_momenta')}"
     sign = _signs(reached(motion))
     curves = {
         "Euler parameters $q$": _named("$q_{}$", sign * motion.quaternion, 0),
@@ -150,7 +150,7 @@ def angular_momentum(
     >>> [panel.get_ylabel() for panel in pt.plot.angular_momentum(motion, momentum_unit="mN m s")]
     ['angular momentum, body axes [mN m s]', 'angular momentum, space axes [mN m s]']
     """
-    unit = unit_of("momentum_unit", DerivedUnits(one_rotation(motion).system.units).momentum, momentum_unit)
+    unit = unit_of("momentum_unit", unit_of_column(one_rotation(motion).system, "angular_momentum_body"), momentum_unit)
     curves = {
         f"angular momentum, body axes{unit.label}": _named("$g_{}$", unit.factor * motion.angular_momentum_body, 1),
         f"angular momentum, space axes{unit.label}": _named("$G_{}$", unit.factor * motion.angular_momentum_space, 1),
@@ -204,8 +204,7 @@ def part_variables(
     if part not in own:
         raise ValueError(f"part must be one of {', '.join(own)}, got {quoted(part) if part else 'none'}.")
     names, values = components(own[part]), np.moveaxis(motion.own[part], -1, 0)
-    momenta = set(own[part].momenta) == set(own[part].variables)
-    label = f"variables of {part}" + (momentum_label(motion.system.units) if momenta else "")
+    label = f"variables of {part}{column_label(motion.system, f'own_{part}')}"
     curves = {name.replace("_", " "): value for name, value in zip(names, values, strict=True)}
     layout = Layout(ax, title, time_unit, window, separate)
     panel: Axes = against_time(reached(motion), {label: curves}, layout)[0]
@@ -351,13 +350,13 @@ def _of(body: str) -> str:
 
 def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
     """Return what the integrals are called in a legend, of one body with their value at the start."""
-    names, units, values = {}, DerivedUnits(motion.system.units), motion.integrals
+    names, values = {}, motion.integrals
     for integral in motion.system.integrals:
         letter, index = integral.symbol[0], integral.symbol[1:]
         symbol = f"{letter}_{{{index}}}" if index.isalnum() else integral.symbol.replace(".", r" \cdot ")
         words, value = "energy" if integral.is_energy else "angular momentum", ""
         if not motion.is_ensemble:
-            unit = units.energy if integral.is_energy else units.momentum
+            unit = unit_of_column(motion.system, f"integral_{integral.name}")
             value = f" = {values[integral.name][0]:.5g}" + ("" if unit == "1" else bracketed(unit))
         names[integral.name] = f"{words} ${symbol}${value}"
     return names

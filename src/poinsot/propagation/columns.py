@@ -37,6 +37,7 @@ __all__ = [
     "columns_of_states",
     "names_with",
     "static_columns",
+    "unit_of_column",
 ]
 
 Array = NDArray[np.float64]
@@ -266,6 +267,19 @@ def columns_of(system: System, recorded: Collection[str]) -> dict[str, Column]:
     return {name: each for name, each in every.items() if name in recorded or _is_computable(each, system)}
 
 
+def _column(name: str, system: System) -> Column | None:
+    """Return one column, by the shortest way."""
+    scopes = {Scope.MOTION, *((OF_BODY, ONE_BODY) if len(system.body_names) == 1 else (TWO_BODIES,))}
+    found = next((each for each in COLUMNS if each.name == name and each.scope in scopes), None)
+    return found or columns_of_states(system).get(name) or _of_integrals(system).get(name)
+
+
+def unit_of_column(system: System, name: str) -> str:
+    """Return the unit of an output variable of a motion in CF notation; "" if it is unknown."""
+    column = _column(name, system)
+    return "" if column is None else column.unit_in(DerivedUnits(system.units))
+
+
 def columns_of_states(system: System) -> dict[str, Column]:
     """Return the columns of the table and of the system's parts, by name."""
     return {**static_columns(system.body_names), **_of_parts(system)}
@@ -310,8 +324,8 @@ def _of_integrals(system: System) -> dict[str, Column]:
     for each in system.integrals:
         kind = "energy" if each.is_energy else "momentum"
         value, drift = f"integral_{each.name}", f"drift_{each.name}"
-        said = {"symbol": each.symbol, "kind": kind}
-        found[value] = Column(value, kind, each.meaning, _value(each), requires=FORCES, attributes=said)
+        attributes = {"symbol": each.symbol, "kind": kind}
+        found[value] = Column(value, kind, each.meaning, _value(each), requires=FORCES, attributes=attributes)
         meaning = f"relative drift of {each.meaning}"
         found[drift] = Column(drift, "1", meaning, None, requires=FORCES, drift_of=each)
     return found
@@ -379,7 +393,7 @@ class ColumnBlock:
         return self._computed[name]
 
     def _value(self, name: str) -> Array:
-        column = columns_of_states(self.system).get(name) or _of_integrals(self.system).get(name)
+        column = _column(name, self.system)
         if column is None or column.compute is None or not _is_computable(column, self.system):
             raise self._missing(name)
         return column.compute(self)

@@ -1,4 +1,4 @@
-"""A motion as a labelled dataset, with units, frames and provenance."""
+"""Labelled datasets of motions and of results, with units, frames and provenance."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = [
-    "Described",
+    "DescribedMotion",
     "ResultVariable",
     "components",
     "dataset_of_motion",
@@ -33,8 +33,8 @@ __all__ = [
     "dataset_of_store",
     "read_parts",
     "state_variables",
-    "told_jumps",
-    "told_parts",
+    "text_of_jumps",
+    "text_of_parts",
     "with_present_names",
 ]
 
@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
 
-class Described(Protocol):
+class DescribedMotion(Protocol):
     """Motion as a dataset describes it."""
 
     @property
@@ -94,7 +94,7 @@ class Described(Protocol):
         """Return some variables."""
 
 
-def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Array]]) -> xarray.Dataset:
+def dataset_of_motion(motion: DescribedMotion, columns: Mapping[str, tuple[Column, Array]]) -> xarray.Dataset:
     """Return the dataset of a motion, with one variable for each column, along `time`, members first.
 
     It contains the numbers of the trajectory bit for bit, and no information about the machine. The system is described
@@ -109,7 +109,7 @@ def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Arr
     return xarray.Dataset(
         along | dict(_initial(motion.initial, system, units)) | dict(_bodies(motion.initial, system, units)),
         coords={
-            "time": ("time", motion.times, {"units": system.units["time"], **_said_of_time(motion.calendar)}),
+            "time": ("time", motion.times, {"units": system.units["time"], **_attributes_of_time(motion.calendar)}),
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
             **{f"component_{part.name}": components(part) for part in system.parts if part.size},
@@ -120,8 +120,8 @@ def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Arr
             "conventions": CONVENTIONS,
             "system": repr(system),
             "initial_state": repr(motion.initial),
-            **({"parts": told_parts(system.parts)} if system.parts else {}),
-            **({"jumps": told_jumps(system.jumping)} if system.jumping else {}),
+            **({"parts": text_of_parts(system.parts)} if system.parts else {}),
+            **({"jumps": text_of_jumps(system.jumping)} if system.jumping else {}),
             "state_variables": " ".join(name.removeprefix("own_") for name in state_variables(motion)),
             **{f"version_{name}": version for name, version in motion.run.versions.items()},
             **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
@@ -132,7 +132,9 @@ def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Arr
     )
 
 
-def dataset_of_store(stored: xarray.Dataset, motion: Described, record: Mapping[str, object]) -> xarray.Dataset:
+def dataset_of_store(
+    stored: xarray.Dataset, motion: DescribedMotion, record: Mapping[str, str | float]
+) -> xarray.Dataset:
     """Return the dataset of a motion in a store, with the stored variables, of which chunks are read when needed.
 
     If variables are stored at different times, it is the dataset of the store.
@@ -148,7 +150,7 @@ def dataset_of_store(stored: xarray.Dataset, motion: Described, record: Mapping[
     return data.assign_attrs({key: value for key, value in record.items() if key != "wall_time"})
 
 
-def state_variables(motion: Described) -> tuple[str, ...]:
+def state_variables(motion: DescribedMotion) -> tuple[str, ...]:
     """Return the names of the state variables in a dataset."""
     orbit = ("position", "momentum") if "quaternion" not in motion.phase and "orbit" in motion.phase else ()
     rigid = (name for name in motion.phase if name in RIGID)
@@ -172,7 +174,7 @@ def dataset_of_result(
     coordinates: Mapping[str, Sequence[object] | Array],
     attributes: Mapping[str, object],
 ) -> xarray.Dataset:
-    """Return the dataset of what an analysis found along times, with members first where there are any."""
+    """Return the dataset of the results of an analysis along times, with members first if there are any."""
     import xarray
 
     def put(
@@ -181,7 +183,7 @@ def dataset_of_result(
         array = np.asarray(values)
         return ("member",) * (array.ndim - len(dims)) + dims, array, _named(unit, meaning)
 
-    time = ("time", times, {"units": system.units["time"], **_said_of_time(system.calendar)})
+    time = ("time", times, {"units": system.units["time"], **_attributes_of_time(system.calendar)})
     return xarray.Dataset(
         {name: put(*described) for name, described in variables.items()},
         coords={"time": time, **coordinates},
@@ -195,13 +197,13 @@ def dataset_of_result(
     )
 
 
-def told_parts(parts: Iterable[Part | RecordedPart]) -> str:
-    """Return what a file says of parts: the variables of each, and which of them are angular momenta."""
-    said = {part.name: {"variables": dict(part.variables), "momenta": sorted(part.momenta)} for part in parts}
-    return json.dumps(said)
+def text_of_parts(parts: Iterable[Part | RecordedPart]) -> str:
+    """Return the text of a file about parts: the variables of each, and the angular momenta among them."""
+    parts_by_name = {part.name: {"variables": dict(part.variables), "momenta": sorted(part.momenta)} for part in parts}
+    return json.dumps(parts_by_name)
 
 
-def told_jumps(parts: Iterable[Part | RecordedPart]) -> str:
+def text_of_jumps(parts: Iterable[Part | RecordedPart]) -> str:
     """Return the text of a file about the times of jumps: the period and the phase of each part, also of members."""
     each = {part.name: part.jump for part in parts if part.jump is not None}
     return json.dumps(
@@ -209,11 +211,11 @@ def told_jumps(parts: Iterable[Part | RecordedPart]) -> str:
     )
 
 
-def read_parts(said: str, jumps: str = "{}") -> tuple[RecordedPart, ...]:
-    """Return the parts in a file, from the texts of `told_parts` and `told_jumps`."""
-    told, jumping = json.loads(said).items(), {name: _read_jump(*each) for name, each in json.loads(jumps).items()}
+def read_parts(text: str, jumps: str = "{}") -> tuple[RecordedPart, ...]:
+    """Return the parts in a file, from the texts of `text_of_parts` and `text_of_jumps`."""
+    described, jumping = json.loads(text).items(), {name: _read_jump(*each) for name, each in json.loads(jumps).items()}
     parts = tuple(
-        RecordedPart(name, each["variables"], frozenset(each["momenta"]), jumping.get(name)) for name, each in told
+        RecordedPart(name, each["variables"], frozenset(each["momenta"]), jumping.get(name)) for name, each in described
     )
     for part in parts:
         counts = part.variables.values()
@@ -235,8 +237,8 @@ def components(part: Part | RecordedPart) -> list[str]:
     return [name if count == 1 else f"{name}_{i + 1}" for name, count in counts for i in range(count)]
 
 
-def _said_of_time(calendar: Calendar | None) -> dict[str, str]:
-    """Return what the times mean as dates; the unit stays alone, because a decoded date has no 64 bits of time."""
+def _attributes_of_time(calendar: Calendar | None) -> dict[str, str]:
+    """Return the attributes of the times. The unit names no date, because a decoded date has fewer digits."""
     if calendar is None:
         return {"long_name": "time"}
     counted = {"tai": "TAI", "tt": "TT", "tdb": "TDB", "tcb": "TCB", "tcg": "TCG"}[SCALES[calendar.scale]]

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.atomic_write import synced
 from poinsot.printable import quoted, shortened
@@ -24,7 +23,10 @@ from poinsot.propagation.memory import available_memory
 from poinsot.propagation.zarr_group import (
     BLOCK,
     GROUP,
+    Attributes,
     Described,
+    Json,
+    Numbers,
     StoredArray,
     StoreError,
     check_descriptions,
@@ -57,7 +59,7 @@ FORMAT = 1
 MOST_CHUNKS = 2**24
 """In one store: each is at least a file."""
 
-Variables = Mapping[str, tuple[tuple[str, ...], NDArray[Any], Mapping[Any, Any]]]
+Variables = Mapping[str, tuple[tuple[str, ...], Numbers, Attributes]]
 """Name -> dimensions, numbers and attributes."""
 
 WORDS, COORDINATES = "words", "coordinates"
@@ -160,7 +162,7 @@ class EnsembleStore:
 
     # ------------------------------------------------------------------ writing
 
-    def write(self, number: int, rows: Variables, aside: Variables, attributes: Mapping[str, Any]) -> None:
+    def write(self, number: int, rows: Variables, aside: Variables, attributes: Attributes) -> None:
         """Write a chunk: its rows of the arrays in shards, what it has aside, and what is said of it."""
         side_by_side(functools.partial(self._write_rows, name, rows[name][1], number) for name in self.sharded)
         folder = own_folder(self._folder_of(number))
@@ -171,7 +173,7 @@ class EnsembleStore:
         synced(folder.parent)
         self.whole[number] = True
 
-    def _write_rows(self, name: str, values: NDArray[Any], number: int) -> None:
+    def _write_rows(self, name: str, values: Numbers, number: int) -> None:
         self.described[name].written(self.folder / name, values, number)
         synced(self.folder / name)
 
@@ -214,7 +216,7 @@ class EnsembleStore:
         for name in self.sharded:
             self.arrays[name].check_content(number)
 
-    def copy_to(self, folder: Path, attributes: Mapping[str, Any]) -> None:
+    def copy_to(self, folder: Path, attributes: Attributes) -> None:
         """Write a store with the same chunks and problem into a new folder, with some other attributes."""
         fixed = {name: array for name, array in self.arrays.items() if not array.about.chunk}
         values = {name: (array.about.dims, np.asarray(array), array.about.attributes) for name, array in fixed.items()}
@@ -272,7 +274,7 @@ class Frame(NamedTuple):
 
     fixed: Variables
     described: Mapping[str, Described]
-    attributes: Mapping[str, Any]
+    attributes: Attributes
 
     def write(self, folder: Path) -> None:
         """Write it into a folder, which may have one already, and chunks."""
@@ -284,7 +286,7 @@ class Frame(NamedTuple):
         write_group(folder, self.described, self.attributes)
 
 
-def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: int, said: Mapping[str, Any]) -> Frame:
+def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: int, said: Attributes) -> Frame:
     """Return what a store has before its chunks.
 
     `fixed` has all variables that are the same for all chunks and the attributes, `empty` those of one member that
@@ -307,7 +309,7 @@ def block_of(chunk: int, member_bytes: int) -> int:
     return next((n for n in range(min(most, chunk), 1, -1) if chunk % n == 0), 1)
 
 
-def plain_variables(data: xarray.Dataset) -> dict[str, tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]]:
+def plain_variables(data: xarray.Dataset) -> dict[str, tuple[tuple[str, ...], Numbers, dict[str, Json]]]:
     """Return the variables of a dataset as arrays of numbers; those of coordinates in words have these beside them."""
     found = {}
     for name, variable in data.variables.items():
@@ -326,12 +328,12 @@ def coordinates_of(data: xarray.Dataset) -> dict[str, str]:
     return {COORDINATES: " ".join(names)} if names else {}
 
 
-def dataset_of_arrays(arrays: Mapping[str, StoredArray], attributes: Mapping[str, Any]) -> xarray.Dataset:
+def dataset_of_arrays(arrays: Mapping[str, StoredArray], attributes: Attributes) -> xarray.Dataset:
     """Return arrays as a dataset; those in shards are read when they are indexed."""
     import xarray
     from xarray.core import indexing
 
-    variables: dict[str, Any] = {}
+    variables: dict[str, xarray.Variable] = {}
     for name, array in arrays.items():
         about = array.about
         said = {key: value for key, value in about.attributes.items() if key != WORDS}
@@ -343,7 +345,7 @@ def dataset_of_arrays(arrays: Mapping[str, StoredArray], attributes: Mapping[str
     return xarray.Dataset(variables, attrs=own).set_coords(coordinates)
 
 
-def _in_words(name: str, array: StoredArray) -> NDArray[Any]:
+def _in_words(name: str, array: StoredArray) -> Numbers:
     """Return what is in an array, or the words that it has instead."""
     words = array.about.attributes.get(WORDS)
     if words is None:
@@ -354,11 +356,11 @@ def _in_words(name: str, array: StoredArray) -> NDArray[Any]:
 
 
 def plain_variable(
-    name: str, dims: tuple[str, ...], values: NDArray[Any], attributes: Mapping[Any, Any]
-) -> tuple[tuple[str, ...], NDArray[Any], dict[Any, Any]]:
+    name: str, dims: tuple[str, ...], values: Numbers, attributes: Attributes
+) -> tuple[tuple[str, ...], Numbers, dict[str, Json]]:
     """Return a variable as a store has it."""
     kind = "float32" if values.dtype == np.float32 else KINDS.get(values.dtype.kind)
-    if values.dtype == np.uint64 and np.max(values, initial=0) >= 2**63:
+    if values.dtype == np.uint64 and values.max(initial=0).item() >= 2**63:
         raise ValueError(f"whole numbers of a store must be less than 2**63, got {name} up to {np.max(values)}.")
     if kind is None or not name.isidentifier():
         raise TypeError(f"variables of a store must be real numbers with names, got {quoted(name)} of {values.dtype}.")
@@ -370,7 +372,7 @@ def _backend(array: StoredArray) -> Any:
     from xarray.backends import BackendArray
     from xarray.core import indexing
 
-    def read(key: tuple[Any, ...]) -> NDArray[Any]:
+    def read(key: tuple[Any, ...]) -> Numbers:
         first, *rest = key
         at = rest[0] if rest else slice(None)
         rows = array.members(first, at)

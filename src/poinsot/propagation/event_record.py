@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,8 @@ from poinsot.propagation.selection import Chosen
 
 __all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 
-Array = NDArray[Any]
+Array = NDArray[np.float64]
+Integers = NDArray[np.int_]
 
 BLOCK = 65_536
 """Events converted together."""
@@ -63,8 +63,8 @@ class EventRecord(Summarized):
     system: System
     times: Array
     states: State
-    directions: Array
-    members: Array
+    directions: Integers
+    members: Integers
 
     def __len__(self) -> int:
         return self.times.size
@@ -83,7 +83,7 @@ class EventRecord(Summarized):
         """Return the record of one member."""
         return self._rows(self.members == member)
 
-    def _rows(self, chosen: Array) -> EventRecord:
+    def _rows(self, chosen: Integers | NDArray[np.bool_]) -> EventRecord:
         """Return the record of some zeros, chosen by places or by truth values."""
         states = state_of(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])
         own = self.times[chosen], states, self.directions[chosen], self.members[chosen]
@@ -187,7 +187,7 @@ def crossings(
     return tuple(each._rows(order[numbers[order] == number]) for number, each in enumerate(of_all))
 
 
-def _phase(variables: StateVector, members: Array, times: Array, rows: Array) -> Phase:
+def _phase(variables: StateVector, members: Integers, times: Array, rows: Array) -> Phase:
     if variables.of_one:
         return variables.to_phase(times, rows)
     return changed(members_of(variables, members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])

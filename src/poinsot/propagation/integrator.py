@@ -30,14 +30,14 @@ from poinsot.propagation.trajectory import Trajectory
 __all__ = ["Integrator"]
 
 
-class ByName(Protocol):
+class ArraysByName(Protocol):
     """Arrays by name."""
 
     def __getitem__(self, name: str, /) -> NDArray[np.float64]:
         """Return an array."""
 
 
-class Kept(Protocol):
+class SinkRows(Protocol):
     """Rows of a sink."""
 
     times: NDArray[np.float64]
@@ -47,7 +47,7 @@ class Kept(Protocol):
         """State variables by name."""
 
     @property
-    def rows(self) -> ByName:
+    def rows(self) -> ArraysByName:
         """State variables and further rows by name."""
 
 
@@ -136,7 +136,7 @@ class Integrator:
         report = self.run(state, times, kept)
         return self.trajectory(state, kept, report, times), report
 
-    def trajectory(self, state: State, kept: Kept, report: Report, times: NDArray[np.float64]) -> Trajectory:
+    def trajectory(self, state: State, kept: SinkRows, report: Report, times: NDArray[np.float64]) -> Trajectory:
         """Return the motion from the rows of a sink."""
         problem, variables, many, events = self.problem, self.variables, bool(state.time.ndim), NO_EVENTS
         method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR

@@ -11,7 +11,7 @@ import socket
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from poinsot.printable import shortened
 
@@ -85,7 +85,7 @@ class Lease:
         if owner.get("token") != self._token["token"]:
             self._refuse(owner)
 
-    def _named(self) -> dict[str, Any]:
+    def _named(self) -> dict[str, str | int]:
         """Return what the file of this name says of who has it."""
         try:
             return _said(self._path.read_bytes())
@@ -106,7 +106,7 @@ class Lease:
             with contextlib.suppress(OSError):
                 os.utime(self._number)
 
-    def _owner(self) -> dict[str, Any]:
+    def _owner(self) -> dict[str, str | int]:
         """Return what the file that is open says of who has it."""
         return _said(os.pread(self._number, 1000, 0))
 
@@ -118,14 +118,14 @@ class Lease:
         probe.unlink(missing_ok=True)
         return now - os.fstat(self._number).st_mtime
 
-    def _refuse(self, owner: dict[str, Any]) -> NoReturn:
+    def _refuse(self, owner: dict[str, str | int]) -> NoReturn:
         who = f"process {owner.get('process', '?')} on {str(owner.get('host', '?'))[:60]}"
         raise ValueError(
             f"out must be a store that no other run writes, got {shortened(self._path.parent)}, which {who} writes."
         )
 
 
-def _said(content: bytes) -> dict[str, Any]:
+def _said(content: bytes) -> dict[str, str | int]:
     with contextlib.suppress(ValueError):
         said = json.loads(content)
         if isinstance(said, dict):

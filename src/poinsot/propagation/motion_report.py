@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from poinsot.display import motion as display
 from poinsot.mechanics.environment import Environment
 from poinsot.propagation.column_reader import ColumnReader
+from poinsot.propagation.run_record import RunRecord
 
 __all__ = ["lines", "shown_members", "sketches", "summary"]
 
@@ -19,6 +20,7 @@ ERRORS = ("norm_error", "tangency_error")
 
 def summary(
     reader: ColumnReader,
+    run: RunRecord,
     read: Callable[[Collection[str]], Mapping[str, Array]],
     environment: Callable[[], Environment],
 ) -> dict[str, str | float]:
@@ -27,7 +29,7 @@ def summary(
     `read` returns columns by name.
     """
     if (recorded := reader.rows.summary) is not None:
-        return reader.run.entries | dict(recorded)
+        return run.entries | dict(recorded)
     drifts = [name for name, column in reader.table.items() if column.drift_of is not None]
     report = display.error_report(read((*ERRORS, *drifts)), bool(drifts))
     system, known = reader.system, (reader.state, environment())
@@ -35,7 +37,7 @@ def summary(
         {name: at for name, at in each(*known).items() if np.any(at)} for each in (system.validity, system.limits)
     )
     errors = system.relative_errors(*known) if invalid else {}
-    return reader.run.entries | report | display.exceptions(invalid | limited, errors)
+    return run.entries | report | display.exceptions(invalid | limited, errors)
 
 
 def lines(

@@ -52,7 +52,8 @@ class QuantitiesOfMotion(Summarized):
 
     def __dir__(self) -> list[str]:
         absent = pairs.OF_ONE_BODY if len(self.system.body_names) > 1 else pairs.OF_TWO_BODIES
-        return [name for name in super().__dir__() if name not in absent]
+        alone = {"forces_space"} if self._pair is None else set()
+        return [name for name in super().__dir__() if name not in absent | alone]
 
     @checked
     def column(self, name: str) -> Array:
@@ -70,7 +71,8 @@ class QuantitiesOfMotion(Summarized):
 
         poinsot never normalises them, so that their norm error is a measure of accuracy.
         """
-        return self._read("quaternion")
+        rows = self._reader.rows.phase.get("quaternion")
+        return self._read("quaternion") if rows is None else np.asarray(rows)
 
     @property
     def conjugate_momenta(self) -> Array:

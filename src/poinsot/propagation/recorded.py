@@ -12,6 +12,7 @@ from typing_extensions import override
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral
@@ -127,17 +128,13 @@ class RecordedSystem(Immutable):
         self._refuse_parts("kinetic_energy")
         return np.asarray(self._free.kinetic_energy(state))
 
-    def potential_energy(self, *_: object) -> NoReturn:
-        """Raise a ValueError: the formulas of the forces are unknown."""
-        raise ValueError(f"potential_energy {FORMULAS_MISSING}")
-
-    def validity(self, *_: object) -> dict[str, NDArray[np.bool_]]:
+    def validity(self, *_: State | Environment) -> dict[str, NDArray[np.bool_]]:
         """Return an empty dictionary: the formulas, with ranges of validity and limits, are unknown."""
         return {}
 
     limits = validity
 
-    def torques_body(self, *_: object) -> dict[str, Array]:
+    def torques_body(self, *_: State | Environment | str) -> dict[str, Array]:
         """Return an empty dictionary: the formulas of the forces are unknown."""
         return {}
 

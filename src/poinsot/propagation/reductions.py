@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from poinsot.printable import described, quoted
 from poinsot.propagation.ensemble_store import EnsembleStore, dataset_of_arrays
 from poinsot.propagation.zarr_group import plain_attributes
 
 if TYPE_CHECKING:
+    import numpy as np
     import xarray
     from numpy.typing import NDArray
 
 __all__ = ["concatenated", "reduced", "reduction"]
 
 
-def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> xarray.Dataset:
+def reduction(reduce: Callable[[xarray.Dataset], xarray.Dataset], data: xarray.Dataset) -> xarray.Dataset:
     """Return what a user's function makes of a dataset; of labels those that are numbers or words."""
     import xarray
 
@@ -36,7 +37,7 @@ def reduction(reduce: Callable[[xarray.Dataset], Any], data: xarray.Dataset) -> 
     return xarray.Dataset(plain).set_coords(labels)
 
 
-def _numbers_or_words(values: NDArray[Any]) -> bool:
+def _numbers_or_words(values: NDArray[np.generic]) -> bool:
     return values.dtype.kind in "biufU" or all(isinstance(value, str) for value in values.flat)
 
 
@@ -56,21 +57,23 @@ def concatenated(parts: Iterable[xarray.Dataset]) -> xarray.Dataset:
     return xarray.Dataset(joined).set_coords([name for name in first.coords if joined[name].dims == first[name].dims])
 
 
-def _joined(name: Any, each: Sequence[Any], coordinate: bool) -> xarray.Variable:
+def _joined(name: Hashable, each: Sequence[xarray.Variable | None], coordinate: bool) -> xarray.Variable:
     """Return a variable of all chunks as one; a coordinate that is the same for all of them as it is."""
     import xarray
 
-    if any(one is None or one.dims != each[0].dims or _shape(one) != _shape(each[0]) for one in each):
+    known = [one for one in each if one is not None]
+    first = known[0]
+    if len(known) < len(each) or any(one.dims != first.dims or _shape(one) != _shape(first) for one in known):
         raise ValueError(
             f"reduce must return the same variables and dimensions for each chunk, got others of {quoted(str(name))}. "
             "Let what differs lie along member, or pad it."
         )
-    plain = [xarray.DataArray(one.values, dims=one.dims, attrs=each[0].attrs) for one in each]
+    plain = [xarray.DataArray(one.values, dims=one.dims, attrs=first.attrs) for one in known]
     if coordinate and "member" not in plain[0].dims and all(plain[0].equals(one) for one in plain):
         return plain[0].variable
     return xarray.concat(plain, "member" if "member" in plain[0].dims else "chunk").variable
 
 
-def _shape(variable: xarray.Variable) -> dict[Any, int]:
+def _shape(variable: xarray.Variable) -> dict[Hashable, int]:
     """Return the sizes of a variable that chunks have in common."""
     return {dim: size for dim, size in variable.sizes.items() if dim != "member"}

@@ -209,11 +209,16 @@ class StoreRows:
         return MemoryRows(changed(self.phase, np.asarray), LazyColumns(read), self.events)
 
 
-def selected(source: RowSource, members: Chosen | slice | None, at: NDArray[np.intp] | slice) -> MemoryRows:
-    """Return the rows of some members, None for one body, at some times, without the records of events."""
+def selected(
+    source: RowSource,
+    members: Chosen | slice | None,
+    at: NDArray[np.intp] | slice,
+    events: EventRecords = NO_EVENTS,
+) -> MemoryRows:
+    """Return the rows of some members, None for one body, at some times, with the given records of events."""
     rows = functools.partial(rows_of, members=members, at=at)
     columns = {name: functools.partial(_rows_of_column, source.columns, name, rows) for name in source.columns}
-    return MemoryRows(changed(source.phase, rows), LazyColumns(columns))
+    return MemoryRows(changed(source.phase, rows), LazyColumns(columns), events)
 
 
 def _rows_of_column(columns: Columns, name: str, rows: Callable[[Array], Array]) -> Array:

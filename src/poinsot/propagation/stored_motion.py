@@ -51,7 +51,7 @@ def motion_in(
     phase = phase_in(store)
     if phase is None:
         return None
-    arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)])
+    arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)], dtype=float)
     columns = {ORBIT_VARIABLES: arrays[ORBIT_VARIABLES]} if ORBIT_VARIABLES in arrays else {}
     return Trajectory(
         system, initial, times, StoreRows(store, phase, columns, events), run, failures=failures_in(store)
@@ -84,7 +84,7 @@ def phase_in(store: EnsembleStore) -> Phase | None:
 
 
 def times_in(store: EnsembleStore) -> str:
-    """Return the name of the times of the states; empty if these are at different ones."""
+    """Return the name of the times of the states; "" if state variables are stored at different times."""
     names = str(store.attributes.get("state_variables", "")).split()
     along = {
         about.dims[1]
@@ -95,51 +95,51 @@ def times_in(store: EnsembleStore) -> str:
 
 
 def run_in(store: EnsembleStore, run: RunRecord) -> RunRecord:
-    """Return how the chunks that are whole were computed."""
-    told = [about["run"] for _, about in store.asides()]
-    if not told:
+    """Return the record of the run that computed the complete chunks."""
+    runs = [about["run"] for _, about in store.asides()]
+    if not runs:
         return run
-    each = {name: told[0][name] for name in ("order", "tolerance", "kernel", "lanes")}
-    return dataclasses.replace(run, **each, steps=sum(one["steps"] for one in told))
+    first = {name: runs[0][name] for name in ("order", "tolerance", "kernel", "lanes")}
+    return dataclasses.replace(run, **first, steps=sum(each["steps"] for each in runs))
 
 
 def told_run(run: RunRecord) -> dict[str, Any]:
-    """Return what a chunk says of how it was computed; `run_in` reads it."""
+    """Return the attributes of a chunk about its run, which `run_in` reads."""
     return {name: getattr(run, name) for name in ("order", "tolerance", "steps", "kernel", "lanes")}
 
 
 def failures_in(store: EnsembleStore) -> dict[int, str]:
-    """Return why members stopped, of the chunks that are whole."""
+    """Return the reasons why members stopped, from the complete chunks."""
     return {int(member): str(why) for _, about in store.asides() for member, why in about["failures"].items()}
 
 
 def told_events(events: Sequence[Event]) -> dict[str, str]:
-    """Return what files say of events; `events_in` reads it."""
-    told = [{"name": event.kind, "said": repr(event), "terminal": event.terminal} for event in events]
-    return {"events": json.dumps(told)} if told else {}
+    """Return the attributes of a file about its events, which `events_in` reads."""
+    described = [{"name": event.kind, "said": repr(event), "terminal": event.terminal} for event in events]
+    return {"events": json.dumps(described)} if described else {}
 
 
 def events_in(attributes: Mapping[str, Any]) -> list[RecordedEvent]:
-    """Return what a file says of the events that were watched for."""
-    said = attributes.get("events", "[]")
+    """Return the detected events from the attributes of a file."""
+    text = attributes.get("events", "[]")
     try:
-        told = json.loads(said)
-        return [RecordedEvent(str(one["name"]), str(one["said"]), terminal=bool(one["terminal"])) for one in told]
+        each = json.loads(text)
+        return [RecordedEvent(str(one["name"]), str(one["said"]), terminal=bool(one["terminal"])) for one in each]
     except (ValueError, TypeError, KeyError, RecursionError):
-        raise ValueError(f"events must be a list of names, got {described(said)}.") from None
+        raise ValueError(f"events must be a list of names, got {described(text)}.") from None
 
 
 def told_crossings(motion: Trajectory, first: int = 0) -> dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]]:
-    """Return what happened along a motion as variables of a file; `first` is the number of its first member."""
-    told: dict[str, Any] = {}
+    """Return the events of a motion as variables of a file; `first` is the number of its first member."""
+    variables: dict[str, Any] = {}
     for number, found in enumerate(motion.events):
         name = f"event_{number}"
-        told[f"{name}_time"] = (name,), found.times, {}
-        told[f"{name}_member"] = (name,), found.members + first, {}
-        told[f"{name}_direction"] = (name,), found.directions, {}
+        variables[f"{name}_time"] = (name,), found.times, {}
+        variables[f"{name}_member"] = (name,), found.members + first, {}
+        variables[f"{name}_direction"] = (name,), found.directions, {}
         for key, values in found.states.phase.items():
-            told[f"{name}_state_{key}"] = (name, f"{name}_{key}_axis"), values, {}
-    return told
+            variables[f"{name}_state_{key}"] = (name, f"{name}_{key}_axis"), values, {}
+    return variables
 
 
 Table = Mapping[str, Any]
@@ -208,7 +208,7 @@ def _checked(name: str, stored: Any, shape: tuple[int, ...]) -> Any:
 
 
 def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table]:
-    """Yield what chunks of a store have of what happened to some members, None: to all."""
+    """Yield the tables of the chunks that contain the events of some members, None for all."""
     chunks = np.flatnonzero(store.whole)
     if members is not None and store.chunk:
         chunks = np.intersect1d(chunks, np.atleast_1d(members) // store.chunk)

@@ -275,13 +275,13 @@ class Trajectory(QuantitiesOfMotion):
         if isinstance(members, int):
             first = rows_of(next(iter(self.phase.values())), members, at)
             at = at[np.isfinite(first[:, 0])]
-        system, initial, rows = self.system, self.initial, selected(self._rows, members, at)
-        rows.events = self._rows.events
+        system, initial, events = self.system, self.initial, self._rows.events
         if members is not None:
             system, initial = members_of(system, members), members_of(initial, members)
-            rows.events = rows.events.of_members(members, system)
+            events = events.of_members(members, system)
         chosen = range(1) if members is None else np.atleast_1d(members).tolist()
         failures = {new: why for new, old in enumerate(chosen) if (why := self._why_ended(old))}
+        rows = selected(self._rows, members, at, events)
         motion = Trajectory(system, initial, self.times[at], rows, self.run, self._dense, failures)
         motion._complete(provenance=self._kept_provenance)
         return motion
@@ -302,7 +302,7 @@ class Trajectory(QuantitiesOfMotion):
 
     def _summary_with(self, read: Callable[[Collection[str]], Mapping[str, Array]]) -> dict[str, str | float]:
         """Return the summary, with a function that returns columns by name."""
-        return motion_report.summary(self._reader, read, lambda: self.environment)
+        return motion_report.summary(self._reader, self.run, read, lambda: self.environment)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:

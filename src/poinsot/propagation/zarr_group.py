@@ -14,7 +14,7 @@ import math
 import os
 import secrets
 import stat
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from poinsot.atomic_write import synced
 from poinsot.printable import quoted, shortened
@@ -54,11 +54,20 @@ BLOCK = 1_000_000
 """Bytes of a block of members, about: what is read for one of them."""
 
 ABSENT = np.full(2, 2**64 - 1, dtype="<u8").tobytes()
-BYTES, CHECKSUM = {"name": "bytes", "configuration": {"endian": "little"}}, {"name": "crc32c"}
+Json = bool | int | float | str | None | Sequence["Json"] | Mapping[str, "Json"]
+Attributes = Mapping[str, Json]
+"""Attributes of a group or an array, in values of JSON."""
+
+BYTES: Json = {"name": "bytes", "configuration": {"endian": "little"}}
+CHECKSUM: Json = {"name": "crc32c"}
 SIZE_OF_CHECKSUM = 4
 
 WRITERS = 4
 """Threads on which the files of a group are written."""
+
+
+Numbers = NDArray[np.generic]
+Places = int | slice | NDArray[np.int_] | NDArray[np.bool_]
 
 
 class StoreError(ValueError):
@@ -82,12 +91,12 @@ class Described:
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     kind: str
-    attributes: Mapping[str, Any] = field(default_factory=dict)
+    attributes: Attributes = field(default_factory=dict)
     chunk: int = 0
     block: int = 0
 
     @classmethod
-    def of(cls, dims: tuple[str, ...], values: NDArray[Any], attributes: Mapping[Any, Any]) -> Described:
+    def of(cls, dims: tuple[str, ...], values: Numbers, attributes: Attributes) -> Described:
         """Return that of an array in one block."""
         return cls(tuple(map(str, dims)), values.shape, values.dtype.name, plain_attributes(attributes))
 
@@ -96,7 +105,7 @@ class Described:
         return Described(self.dims, (members, *self.shape[1:]), self.kind, self.attributes, chunk, block)
 
     @property
-    def dtype(self) -> np.dtype[Any]:
+    def dtype(self) -> np.dtype[np.generic]:
         """The kind of its numbers, as they are stored."""
         return np.dtype(KINDS[self.kind])
 
@@ -116,14 +125,18 @@ class Described:
         return 0 in self.shape
 
     @property
-    def metadata(self) -> dict[str, Any]:
+    def metadata(self) -> dict[str, Json]:
         """What Zarr says of it."""
-        inner: list[Any] = [BYTES, CHECKSUM]
+        inner: list[Json] = [BYTES, CHECKSUM]
         whole = [max(length, 1) for length in self.shape]
         chunk, codecs = whole, inner
         if self.chunk:
             chunk = [self.chunk, *whole[1:]]
-            sharding = {"chunk_shape": [self.block, *whole[1:]], "codecs": inner, "index_codecs": inner}
+            sharding: dict[str, Json] = {
+                "chunk_shape": [self.block, *whole[1:]],
+                "codecs": inner,
+                "index_codecs": inner,
+            }
             codecs = [{"name": "sharding_indexed", "configuration": {**sharding, "index_location": "end"}}]
         return {
             "zarr_format": 3,
@@ -162,7 +175,7 @@ class Described:
         """Return the name of the file of a shard, or of the whole array."""
         return ".".join(["c", str(number), *["0"] * (len(self.shape) - 1)]) if self.shape else "c"
 
-    def written(self, folder: Path, values: NDArray[Any], number: int = 0) -> None:
+    def written(self, folder: Path, values: Numbers, number: int = 0) -> None:
         """Write the numbers of the members of one shard, or of all; the file has its name when it is whole."""
         if self.is_empty:
             return
@@ -181,7 +194,7 @@ class Described:
             part.unlink(missing_ok=True)
             raise
 
-    def _blocks(self, values: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    def _blocks(self, values: Numbers) -> Iterator[Numbers]:
         """Yield the numbers as they are written, which are copied only where they are not in one piece."""
         if not self.chunk:
             yield np.ascontiguousarray(values, dtype=self.dtype)
@@ -228,10 +241,10 @@ class StoredArray:
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> Numbers:
         return np.asarray(self.members(slice(None)) if self.about.chunk else self._whole_array(), dtype=dtype)
 
-    def members(self, index: Any, at: Any = slice(None)) -> NDArray[Any]:
+    def members(self, index: Places, at: Places = slice(None)) -> Numbers:
         """Return the rows of some members of one in shards, at some places along the second axis."""
         places = np.arange(len(self))[index]
         wanted = np.atleast_1d(places)
@@ -248,11 +261,11 @@ class StoredArray:
                 out[group] = rows[:, at] if self.ndim > 1 else rows
         return out if places.ndim else out[0]
 
-    def _whole_array(self) -> NDArray[Any]:
+    def _whole_array(self) -> Numbers:
         content = self._content(0, 0, self.about.total_bytes)
         return np.frombuffer(content, self.about.dtype).reshape(self.shape).astype(self.dtype, copy=False)
 
-    def _block(self, number: int, inside: int) -> NDArray[Any]:
+    def _block(self, number: int, inside: int) -> Numbers:
         size = self.about.block * self.about.member_bytes
         content = self._content(number, inside * (size + SIZE_OF_CHECKSUM), size)
         rows = np.frombuffer(content, self.about.dtype).reshape(self.about.block, *self.shape[1:])
@@ -328,10 +341,10 @@ class JoinedArrays:
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> Numbers:
         return np.asarray(self.members(slice(None)), dtype=dtype)
 
-    def members(self, index: Any, at: Any = slice(None)) -> NDArray[Any]:
+    def members(self, index: Places, at: Places = slice(None)) -> Numbers:
         """Return the rows of some members at some places along the second axis."""
         return np.concatenate([array.members(index, at) for array in self._arrays], axis=-1)
 
@@ -339,7 +352,7 @@ class JoinedArrays:
 # ---------------------------------------------------------------------- groups
 
 
-def write_group(folder: Path, described: Mapping[str, Described], attributes: Mapping[str, Any]) -> None:
+def write_group(folder: Path, described: Mapping[str, Described], attributes: Attributes) -> None:
     """Write what a group in an existing folder has, and last its own description, which makes it whole."""
     told = {name: about.metadata for name, about in described.items()}
     side_by_side(partial(_write_description, own_folder(folder / name), metadata) for name, metadata in told.items())
@@ -347,7 +360,7 @@ def write_group(folder: Path, described: Mapping[str, Described], attributes: Ma
     synced(folder)
 
 
-def _write_description(folder: Path, metadata: Mapping[str, Any]) -> None:
+def _write_description(folder: Path, metadata: Attributes) -> None:
     _write_json(folder / GROUP, metadata)
     synced(folder)
 
@@ -415,15 +428,15 @@ def _json_in(folder: Path) -> Any:
         raise error if isinstance(error, StoreError) else StoreError(f"{GROUP} is no description of a group") from None
 
 
-def _group(arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
+def _group(arrays: Attributes, attributes: Attributes) -> dict[str, Json]:
     """Return what Zarr says of a group, with the SHA-256 of it all."""
-    consolidated = {"kind": "inline", "must_understand": False, "metadata": dict(arrays)}
+    consolidated: Json = {"kind": "inline", "must_understand": False, "metadata": dict(arrays)}
     content = json.dumps([arrays, attributes], sort_keys=True).encode()
     own = {**attributes, "digest": hashlib.sha256(content).hexdigest()}
     return {"zarr_format": 3, "node_type": "group", "attributes": own, "consolidated_metadata": consolidated}
 
 
-def _write_json(path: Path, told: Any) -> None:
+def _write_json(path: Path, told: Attributes) -> None:
     """Write a text that is there whole or not at all."""
     part = _part_of(path)
     try:
@@ -451,7 +464,7 @@ def _plain_file(path: str, flags: int) -> int:
     return number
 
 
-def _checksum(content: Any) -> bytes:
+def _checksum(content: bytes | memoryview | Numbers) -> bytes:
     """Return the CRC-32C of some bytes."""
     import google_crc32c
 
@@ -460,15 +473,15 @@ def _checksum(content: Any) -> bytes:
     return int(google_crc32c.value(whole)).to_bytes(SIZE_OF_CHECKSUM, "little")
 
 
-def plain_attributes(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+def plain_attributes(attributes: Attributes) -> dict[str, Json]:
     """Return attributes as JSON gives them back."""
     try:
-        out: dict[str, Any] = json.loads(json.dumps({str(name): plain(value) for name, value in attributes.items()}))
+        out: dict[str, Json] = json.loads(json.dumps({str(name): plain(value) for name, value in attributes.items()}))
     except (TypeError, ValueError) as error:
         raise TypeError(f"attributes must be texts, numbers, and lists of these, got others: {error}.") from None
     return out
 
 
-def plain(value: Any) -> Any:
+def plain(value: Json | np.generic | Numbers) -> Json:
     """Return a number of NumPy as one of Python."""
     return value.item() if isinstance(value, np.generic) else str(value) if isinstance(value, np.ndarray) else value

@@ -483,11 +483,7 @@ def test_names_of_a_motion_of_two_bodies():
         ):
             getattr(motion, name)
     for name in ("position", "acceleration", "distance", "elements", "orbit_frame", "primary"):
-        with pytest.raises(
-            AttributeError, match=r"^a motion of one body has no [a-z_]+: it belongs to a motion of two"
-        ):
+        with pytest.raises(AttributeError, match=r"^a motion of one body has no [a-z_]+: it belongs to"):
             getattr(motion.primary, name)
-    with pytest.raises(
-        AttributeError, match=r"^one of two bodies has no potential_energy of its own: take the potential"
-    ):
+    with pytest.raises(AttributeError, match=r"^one of two bodies has no potential_energy of its own: take"):
         motion.primary.energy  # noqa: B018

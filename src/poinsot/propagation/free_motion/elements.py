@@ -36,6 +36,10 @@ from poinsot.mechanics.state import State
 
 __all__ = ["Elements", "elements_of"]
 
+Array = NDArray[np.float64]
+Integers = NDArray[np.int_]
+Flags = NDArray[np.bool_]
+
 MOST_ROUNDS = 64
 """Of the arithmetic-geometric mean; six suffice unless 1 - m is below 1e-9, one more for every factor 1/4 of r'."""
 
@@ -77,12 +81,12 @@ class Elements:
     """
 
     axes: NDArray[np.float64]
-    is_long: Any
+    is_long: Flags
     r: DoubleDouble
     r_other: DoubleDouble
-    moments: tuple[Any, Any, Any]
+    moments: tuple[Array, Array, Array]
     momentum: tuple[DoubleDouble, DoubleDouble, DoubleDouble]
-    scale: Any
+    scale: Array
     P1: DoubleDouble
     P3: DoubleDouble
     G: DoubleDouble
@@ -101,7 +105,7 @@ class Elements:
         return Elements(**values)
 
     @property
-    def sense(self) -> Any:
+    def sense(self) -> Array:
         """The sign s: +1 about the axis of the largest moment, -1 about that of the smallest."""
         return np.where(self.is_long, -1.0, 1.0)[()]
 
@@ -111,13 +115,13 @@ class Elements:
         return self.rate * self.mean
 
 
-def elements_of(moments: Any, principal: Any, state: State) -> Elements:
+def elements_of(moments: Array, principal: Array, state: State) -> Elements:
     """Return the elements of the rotation from a state, or of members; `principal` has the axes of the moments."""
     with np.errstate(all="ignore"):  # what is not defined for a symmetric body or one at rest is replaced
         return _elements(moments, principal, state)
 
 
-def _elements(moments: Any, principal: Any, state: State) -> Elements:
+def _elements(moments: Array, principal: Array, state: State) -> Elements:
     g, exponent, at_rest = _scaled_momentum(principal, state)
     size = _exponent(moments)
     moments = np.broadcast_to(np.ldexp(moments, -size[..., None]), (*np.shape(exponent), 3))
@@ -148,12 +152,12 @@ def _elements(moments: Any, principal: Any, state: State) -> Elements:
     precession = G * (1 / DoubleDouble(I1) - (DoubleDouble.difference(I2, I1) / (DoubleDouble(I1) * I2) * total) * 0.5)
     scale, pace = (np.where(at_rest, 0.0, np.exp2(power))[()] for power in (exponent, exponent - size))
     return Elements(
-        axes, is_long, r, r_other, tuple(np.ldexp(moment, size) for moment in (I1, I2, I3)), g, scale, P1, P3, G,
+        axes, is_long, r, r_other, (np.ldexp(I1, size), np.ldexp(I2, size), np.ldexp(I3, size)), g, scale, P1, P3, G,
         m, m_other, mean, mean_other, rate.scaled(pace), precession.scaled(pace),
     )  # fmt: skip
 
 
-def _scaled_momentum(principal: Any, state: State) -> tuple[tuple[DoubleDouble, ...], Any, Any]:
+def _scaled_momentum(principal: Array, state: State) -> tuple[tuple[DoubleDouble, ...], Integers, Flags]:
     """Return g, or Im(q~ Q) / 2, along the principal axes, its largest component between 1/2 and 1, without rounding.
 
     Components that are next to nothing are zero. Also the exponent of the power of two that was taken out, and
@@ -174,12 +178,13 @@ def _scaled_momentum(principal: Any, state: State) -> tuple[tuple[DoubleDouble, 
     return (g1, g2, pick(at_rest, 1.0, g3)), first + second, at_rest
 
 
-def _exponent(numbers: Any) -> Any:
+def _exponent(numbers: Array) -> Integers:
     """Return the exponent of the power of two above the largest number along the last axis; 0 where all are zero."""
-    return np.frexp(np.max(np.abs(numbers), axis=-1))[1]
+    exponents: Integers = np.frexp(np.max(np.abs(numbers), axis=-1))[1]
+    return exponents
 
 
-def _ratios(a: Any, b: Any, c: Any) -> tuple[DoubleDouble, DoubleDouble]:
+def _ratios(a: Array, b: Array, c: Array) -> tuple[DoubleDouble, DoubleDouble]:
     """Return (1/a - 1/b)/(1/a - 1/c) and (1/b - 1/c)/(1/a - 1/c) of moments a <= b <= c; 0 and 1 for a sphere."""
     all_ = DoubleDouble.difference(c, a) * b
     return (
@@ -188,7 +193,7 @@ def _ratios(a: Any, b: Any, c: Any) -> tuple[DoubleDouble, DoubleDouble]:
     )
 
 
-def _signs(order: Any, g: tuple[DoubleDouble, ...]) -> tuple[Any, Any, Any]:
+def _signs(order: Integers, g: tuple[DoubleDouble, ...]) -> tuple[Array, Array, Array]:
     """Return the signs of the axes that make g1 and g3 positive and the axes right-handed."""
     parity = np.linalg.det(np.eye(3)[order]).round()
     first, third = (np.where(x.hi < 0, -1.0, 1.0) for x in (g[0], g[2]))
@@ -198,7 +203,7 @@ def _signs(order: Any, g: tuple[DoubleDouble, ...]) -> tuple[Any, Any, Any]:
 def _mean(small: DoubleDouble) -> DoubleDouble:
     """Return AGM(1, small), 0 if small is."""
     a, b = DoubleDouble(np.ones_like(small.hi)[()]), small
-    done: Any = small.hi == 0
+    done: Flags = small.hi == 0
     for _ in range(MOST_ROUNDS):
         ends = abs(a.hi - b.hi) <= ENOUGH * a.hi
         a, b = pick(done, a, (a + b).scaled(0.5)), (a * b).sqrt()
@@ -211,7 +216,7 @@ def _mean(small: DoubleDouble) -> DoubleDouble:
 def _mean_and_sum(small: DoubleDouble, p: DoubleDouble) -> tuple[DoubleDouble, DoubleDouble]:
     """Return AGM(1, small), 0 if small is, and the sum of Q_n; all n of them make 2 if small is 0."""
     a, b, term, total = DoubleDouble(np.ones_like(small.hi)[()]), small, DoubleDouble(1.0), DoubleDouble(1.0)
-    done: Any = small.hi == 0
+    done: Flags = small.hi == 0
     for _ in range(MOST_ROUNDS):
         square, product = p * p, a * b
         term = (term * ((square - product) / (square + product))).scaled(0.5)
@@ -224,11 +229,11 @@ def _mean_and_sum(small: DoubleDouble, p: DoubleDouble) -> tuple[DoubleDouble, D
     return pick(small.hi == 0, 0.0, a), pick(small.hi == 0, 2.0, total)
 
 
-def _along(array: Any) -> tuple[Any, ...]:
+def _along(array: Array) -> tuple[Array, ...]:
     return tuple(np.moveaxis(np.asarray(array), -1, 0))
 
 
-def _chosen(order: Any, g: tuple[DoubleDouble, ...]) -> tuple[DoubleDouble, ...]:
+def _chosen(order: Integers, g: tuple[DoubleDouble, ...]) -> tuple[DoubleDouble, ...]:
     high, low = (np.take_along_axis(np.stack(np.broadcast_arrays(*part), axis=-1), order, axis=-1) for part in
                  ([x.hi for x in g], [x.lo for x in g]))  # fmt: skip
     return tuple(map(DoubleDouble, _along(high), _along(low)))

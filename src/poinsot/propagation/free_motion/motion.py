@@ -28,7 +28,7 @@ from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
 from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
-from poinsot.propagation.integrator import Integrator, Kept
+from poinsot.propagation.integrator import Integrator, SinkRows
 from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.run_record import Method, RunRecord, versions
@@ -125,7 +125,7 @@ class _ClosedForm(Integrator):
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
-    def trajectory(self, state: State, kept: Kept, report: Report, times: Array) -> Trajectory:
+    def trajectory(self, state: State, kept: SinkRows, report: Report, times: Array) -> Trajectory:
         run = RunRecord(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
         return Trajectory(self.system, state, times, MemoryRows(kept.phase), run)
 

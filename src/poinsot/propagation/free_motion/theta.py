@@ -21,7 +21,8 @@ What grows with time is reduced in twice the double precision: its error does no
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,13 @@ from poinsot.propagation.free_motion.elements import Elements
 __all__ = ["Theta", "is_near_separatrix", "theta_functions"]
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Integers = NDArray[np.int_]
+Flags = NDArray[np.bool_]
+Numbers = TypeVar("Numbers", Array, Complex)
+Coefficients = tuple[Complex | float, Complex | float, Array | float]
+Place = TypeVar("Place")
+"""Reduced argument of the functions."""
 
 NEGLIGIBLE = 2.0**-56
 """The size of the first term that is left out of a series that begins with one."""
@@ -40,18 +48,18 @@ AT_REST = 1e3
 """An x at which the hyperbolic functions have their limits: that of a body turning about its middle axis."""
 
 
-def is_near_separatrix(elements: Elements) -> Any:
-    """Return whether the complementary nome is the smaller one, K > 2 K'."""
-    return elements.mean_other.hi > 2 * elements.mean.hi
+def is_near_separatrix(elements: Elements) -> Flags:
+    """Return True where the complementary nome is the smaller one, K > 2 K'."""
+    return np.asarray(elements.mean_other.hi > 2 * elements.mean.hi)[()]
 
 
-def theta_functions(elements: Elements, near: bool) -> Theta:
+def theta_functions(elements: Elements, near: bool) -> Near | Far:
     """Return the functions of a rotation, or of members that are all near the separatrix or all far from it."""
     with np.errstate(all="ignore"):  # what is not defined on the separatrix or for a symmetric body is replaced
         return Near(elements) if near else Far(elements)
 
 
-class Theta(ABC):
+class Theta(ABC, Generic[Place]):
     """The theta functions of rotations from their start on; results have shape (..., times)."""
 
     def __init__(self, elements: Elements) -> None:
@@ -86,15 +94,15 @@ class Theta(ABC):
         """Find the coefficients of the series."""
 
     @abstractmethod
-    def _place(self, elapsed: DoubleDouble) -> Any:
+    def _place(self, elapsed: DoubleDouble) -> Place:
         """Return the argument of the functions, reduced to a period."""
 
     @abstractmethod
-    def _at(self, place: Any) -> tuple[Any, Any, Any]:
+    def _at(self, place: Place) -> Coefficients:
         """Return theta_4 and theta_1 up to a common factor, and a common phase; shapes (..., times)."""
 
     @abstractmethod
-    def _elliptic(self, place: Any) -> tuple[Any, Any, Any]:
+    def _elliptic(self, place: Place) -> tuple[Array, Array, Array]:
         """Return cn u, sn u and dn u; shapes (..., times)."""
 
     def first(self) -> Array:
@@ -113,7 +121,7 @@ class Theta(ABC):
         return _unit(np.stack([c * ar - s * ai, c * br - s * bi, c * bi + s * br, c * ai + s * ar], axis=-1)), momenta
 
 
-class Far(Theta):
+class Far(Theta[Complex]):
     """Far from the separatrix: by the nome exp(-pi K'/K) = ahead * behind, at most exp(-pi/2)."""
 
     def _prepare(self) -> None:
@@ -126,11 +134,11 @@ class Far(Theta):
         self.real_terms = _terms(self.nome, lambda n: n * n)
         self.at_zero = self._theta(np.ones_like(self.nome, dtype=complex))
 
-    def _place(self, elapsed: DoubleDouble) -> Any:
+    def _place(self, elapsed: DoubleDouble) -> Complex:
         z = _radians(self.turns * elapsed + self.start_turns)
         return np.cos(z) + 1j * np.sin(z)
 
-    def _theta(self, w: Any) -> tuple[Any, Any, Any, Any]:
+    def _theta(self, w: Complex) -> tuple[Array, Array, Array, Array]:
         """Return theta_1 and theta_2 of z, without 2 nome^(1/4), theta_3 and theta_4; w = exp(i z)."""
         first, second, power = w.imag, w.real, w
         third = fourth = np.ones_like(second)
@@ -143,11 +151,11 @@ class Far(Theta):
             third, fourth = third + even, fourth + sign * even
         return first, second, third, fourth
 
-    def _elliptic(self, place: Any) -> tuple[Any, Any, Any]:
+    def _elliptic(self, place: Complex) -> tuple[Array, Array, Array]:
         (first, second, third, fourth), (_, of2, of3, of4) = self._theta(place), self.at_zero
         return of4 / of2 * second / fourth, of3 / of2 * first / fourth, of4 / of3 * third / fourth
 
-    def _at(self, place: Any) -> tuple[Any, Any, Any]:
+    def _at(self, place: Complex) -> Coefficients:
         w = place
         square, power = w * w, w
         alpha, beta = 1.0, w.conj() - self.behind * w
@@ -159,7 +167,10 @@ class Far(Theta):
         return alpha + 0j * w, 1j * np.sqrt(self.ahead) * beta, 0.0
 
 
-class Near(Theta):
+NearPlace = tuple[Array, Array, Array, Array, Array]
+
+
+class Near(Theta[NearPlace]):
     """Near the separatrix: by the nome p = exp(-length), length = pi K/(2 K') half a period of x or infinite."""
 
     def _prepare(self) -> None:
@@ -175,7 +186,7 @@ class Near(Theta):
         self.pole_angle = _column(0.5 * other.hi * self.pole)
         self.terms = _terms(self.nome, lambda n: n * n)
 
-    def _place(self, elapsed: DoubleDouble) -> Any:
+    def _place(self, elapsed: DoubleDouble) -> NearPlace:
         x = self.rate * elapsed + self.start_x
         periods = np.where(self.endless, 0.0, np.rint(x.hi / self.length.hi))
         x = (x - self.length * periods).hi
@@ -184,7 +195,7 @@ class Near(Theta):
         rising = np.exp(np.where(self.endless, -np.inf, 2 * np.abs(x) - self.length.hi))
         return x, side, 1 - 2 * (periods % 2), falling, rising
 
-    def _elliptic(self, place: Any) -> tuple[Any, Any, Any]:
+    def _elliptic(self, place: NearPlace) -> tuple[Array, Array, Array]:
         """Return them by theta functions of i y, y = 2 x, in the nome p^2, all of them times exp(-|y|)."""
         _, side, parity, falling, rising = place
         first, second, third, fourth = self._theta(falling, rising)
@@ -195,8 +206,9 @@ class Near(Theta):
             of2 / of3 * third / second,
         )
 
-    def _theta(self, falling: Any, rising: Any) -> tuple[Any, Any, Any, Any]:
-        up, down, nome = 1.0, falling**2, self.nome
+    def _theta(self, falling: Array, rising: Array) -> tuple[Array, Array, Array, Array]:
+        up: Array | float = 1.0
+        down, nome = falling**2, self.nome
         first, second, third, fourth = 1 - down, 1 + down, falling, falling
         for n in range(1, np.max(self.terms) + 1):
             up, down, sign, counts = up * rising, down * falling, (-1) ** n, n <= self.terms
@@ -207,32 +219,35 @@ class Near(Theta):
             third, fourth = third + even, fourth + sign * even
         return first, second, third, fourth
 
-    def _at(self, place: Any) -> tuple[Any, Any, Any]:
+    def _at(self, place: NearPlace) -> Coefficients:
         x, side, parity, falling, rising = place
         v = np.cos(self.pole_angle) + 1j * side * np.sin(self.pole_angle)
-        alpha, beta, power = 0.0, 0.0, v
+        alpha: Complex | float = 0.0
+        beta: Complex | float = 0.0
+        power = v
         for n in range(np.max(self.terms) + 1):
             size = rising**n * ((n <= self.terms) * self.nome ** (n * n))
             mirrored = falling ** (2 * n + 1) * power.conj()
             alpha, beta = alpha + size * (power + mirrored), beta + (-1) ** n * size * (power - mirrored)
             power = power * v * v
-        return alpha, side * parity * beta, -self.drift * x
+        return alpha, np.asarray(side * parity * beta), -self.drift * x
 
 
-def _terms(nome: Any, exponent: Any) -> Any:
+def _terms(nome: Array, exponent: Callable[[int], int]) -> Integers:
     """Return the number of the last term that counts, of each member: others do not add terms to its sums."""
-    return np.argmax([nome ** exponent(n + 1) < NEGLIGIBLE for n in range(10)], axis=0)
+    return np.asarray(np.argmax([nome ** exponent(n + 1) < NEGLIGIBLE for n in range(10)], axis=0))[()]
 
 
-def _radians(turns: DoubleDouble) -> Any:
-    return 2 * np.pi * ((turns.hi - np.rint(turns.hi)) + turns.lo)
+def _radians(turns: DoubleDouble) -> Array:
+    radians: Array = 2 * np.pi * ((turns.hi - np.rint(turns.hi)) + turns.lo)
+    return radians
 
 
-def _unit(q: Any) -> Array:
+def _unit(q: Array) -> Array:
     return np.asarray(q / np.sqrt(np.einsum("...i,...i->...", q, q))[..., None])
 
 
-def _column(number: Any) -> Any:
+def _column(number: Numbers) -> Numbers:
     return np.asarray(number)[..., None]
 
 
