@@ -23,7 +23,6 @@ from poinsot.taylor.llvm_ir import (
     Array,
     Module,
     Value,
-    WideArray,
     WideValue,
 )
 from poinsot.taylor.recurrences import HigherOrder, ZerothOrder
@@ -137,7 +136,7 @@ class KernelProgram:
         """Return the states in the memory that `evaluate` has written, and the rounding errors of their sums."""
         kind, size = self.context.kind, self.context.variables
         rounded = Array(Array(address, kind).at(self.context.words * size), kind)
-        return WideArray(address, kind, size) if self.context.wide else Array(address, kind), rounded
+        return Array(address, self.context.number, size), rounded
 
     def _evaluate(self, address: Value, out: Value, h: Value) -> None:
         """Write the polynomials of the states at a time after the start of the step, and rounding errors of their sums.
