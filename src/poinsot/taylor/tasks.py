@@ -142,19 +142,13 @@ class Tasks(Part):
 
     def _copy(self, count: int, source: Array, lane: Value, out: Array) -> None:
         """Copy the numbers of a lane to memory without gaps."""
-
-        def one(k: Value) -> None:
-            out[k] = source[k * self.context.lanes + lane]
-
-        lane.function.count(count, one)
+        lanes = self.context.lanes
+        lane.function.count(count, lambda k: out.__setitem__(k, source[k * lanes + lane]))
 
     def _spread(self, count: int, source: Array, lane: Value, out: Array) -> None:
         """Copy numbers to the memory of a lane."""
-
-        def one(k: Value) -> None:
-            out[k * self.context.lanes + lane] = source[k]
-
-        lane.function.count(count, one)
+        lanes = self.context.lanes
+        lane.function.count(count, lambda k: out.__setitem__(k * lanes + lane, source[k]))
 
     def _take(self, work: Work, lane: Value) -> None:
         """Take the next task of the queue in a lane, if there is one."""
