@@ -38,7 +38,7 @@ from poinsot.taylor.draws import normals
 from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions_of, simplified
-from poinsot.taylor.rescaling import MOMENTUM_SCALE
+from poinsot.taylor.rescaling import MOMENTUM_SCALE, powers_of
 from poinsot.taylor.sampling import Update
 
 PRECISIONS = ("double", "quadruple")
@@ -133,7 +133,7 @@ def _program(problem: Problem, variables: StateVector, traced: Equations, zeros:
         made.decomposition,
         stops=tuple(traced.saltation.stops if traced.saltation else ()),
         attitude=tuple(variables.attitude),
-        momenta=Momenta(tuple(places), tuple(variables.scaled), tuple(made.powers.tolist()), conjugates),
+        momenta=Momenta(tuple(places), tuple(variables.scaled), powers_of(made.parameters), conjugates),
     )
     return replace(made, decomposition=decomposition)
 

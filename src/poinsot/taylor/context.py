@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from poinsot.taylor.layouts import Batch, Single
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Structure, Value, Wide, WideValue, vector
 
-__all__ = ["QUEUE", "Body", "Context", "Field", "Part", "Types", "Work"]
+__all__ = ["QUEUE", "Body", "Context", "Field", "Part", "Work"]
 
 QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
 """The record of a queue: counts and addresses."""
@@ -20,9 +18,8 @@ Field = tuple[str, str, tuple[int, ...]]
 """A field of a structure in memory: name, NumPy type and shape."""
 
 
-@dataclass(frozen=True)
 class Context:
-    """Sizes of a kernel.
+    """Sizes of a kernel, and the types of its vectors.
 
     Parameters
     ----------
@@ -34,45 +31,20 @@ class Context:
         Numbers of state variables and of parameters of a member.
     layout : Batch or Single
         Places of the Taylor coefficients.
+
+    Attributes
+    ----------
+    lanes, words : int
+        Members in a vector, and doubles in a number.
+    kind, whole, number : str
+        Types of vectors with one element for each lane: doubles, integers, and numbers in the precision of the kernel.
     """
 
-    order: int
-    wide: bool
-    variables: int
-    parameters: int
-    layout: Batch | Single
-
-    @property
-    def lanes(self) -> int:
-        """Members in a vector."""
-        return self.layout.lanes
-
-    @property
-    def words(self) -> int:
-        """Doubles in a number."""
-        return 1 + self.wide
-
-    @property
-    def kind(self) -> str:
-        """Type of a vector of doubles, one for each lane."""
-        return vector(DOUBLE, self.lanes)
-
-    @property
-    def whole(self) -> str:
-        """Type of a vector of integers."""
-        return vector(INTEGER, self.lanes)
-
-    @property
-    def number(self) -> str:
-        """Type of a vector of numbers in the precision of the kernel."""
-        return Wide(self.kind) if self.wide else self.kind
-
-
-class Types(NamedTuple):
-    """Structures in memory: the memory of a worker, and a task."""
-
-    work: np.dtype[np.void]
-    task: np.dtype[np.void]
+    def __init__(self, order: int, wide: bool, variables: int, parameters: int, layout: Batch | Single) -> None:
+        self.order, self.wide, self.variables, self.parameters = order, wide, variables, parameters
+        self.layout, self.lanes, self.words = layout, layout.lanes, 1 + wide
+        self.kind, self.whole = vector(DOUBLE, layout.lanes), vector(INTEGER, layout.lanes)
+        self.number = Wide(self.kind) if wide else self.kind
 
 
 class Work(Structure):
@@ -82,10 +54,9 @@ class Work(Structure):
     `integers`, `numbers`); a function of one lane reads elements (`array`).
     """
 
-    def __init__(self, address: Value, context: Context, types: Types) -> None:
-        super().__init__(address, types.work)
-        self.context, self._task = context, types.task
-        self.lines = address.function
+    def __init__(self, address: Value, context: Context, kind: np.dtype[np.void], task: np.dtype[np.void]) -> None:
+        super().__init__(address, kind)
+        self.context, self._task, self.lines = context, task, address.function
 
     def doubles(self, name: str) -> Array:
         """Return a field as vectors of doubles."""

@@ -1,19 +1,63 @@
-"""Evaluation of formulas in compiled double-double arithmetic."""
+"""Evaluation of formulas in compiled code: at samples in a kernel, and of parameters in double-double arithmetic."""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from poinsot.taylor.formula_code import written
-from poinsot.taylor.graph import HELD, Node, needed
-from poinsot.taylor.llvm_functions import LIBRARY
-from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module, Value, Wide, machine_code
+from poinsot.taylor import llvm_functions, wide_functions
+from poinsot.taylor.decomposition import Coefficient
+from poinsot.taylor.graph import HELD, OPERATORS, GraphScalar, Node, needed
+from poinsot.taylor.llvm_ir import (
+    BOOL,
+    DOUBLE,
+    INTEGER,
+    POINTER,
+    Array,
+    FunctionText,
+    Module,
+    Value,
+    Wide,
+    machine_code,
+)
 
-__all__ = ["WideEvaluator"]
+__all__ = ["WideEvaluator", "written"]
+
+
+def written(lines: FunctionText, known: Mapping[int, Value], outputs: Sequence[GraphScalar], kind: str) -> list[Value]:
+    """Write formulas of numbers of a type; values of some nodes are known by the places of these."""
+    values = dict(known)
+
+    def value(operand: GraphScalar) -> Value:
+        return values[operand.place] if isinstance(operand, Node) else lines.constant(kind, operand)
+
+    for node in needed([x for x in outputs if isinstance(x, Node)], known):
+        values[node.place] = _result(node, [value(x) for x in node.arguments], isinstance(kind, Wide))
+    return [value(output) for output in outputs]
+
+
+def _result(node: Node, operands: list[Value], wide: bool) -> Value:
+    """Write an operation of scalars; conditions are masks, those that are parameters 0 or 1."""
+    match node.name:
+        case "less":
+            return operands[0].is_("lt", operands[1])
+        case "where":
+            condition, first, second = operands
+            return (condition if condition.type == BOOL else condition.is_("ne", 0.0)).choose(first, second)
+        case "ruled":
+            return operands[0]
+        case "rint":
+            return operands[0].rint()
+        case name if name in OPERATORS and name != "pow":
+            result: Value = OPERATORS[name](*operands)
+            return result
+        case name:
+            given = tuple(0 if isinstance(x, Node) else Coefficient(float(x)) for x in node.operands)
+            write = wide_functions.elementary if wide else llvm_functions.elementary
+            return write(name, given, operands)
 
 
 class WideEvaluator:
@@ -53,7 +97,7 @@ class WideEvaluator:
 
         module = Module()
         module.function("evaluate", "void", [POINTER, POINTER, INTEGER], body)
-        self._code = machine_code(str(module), LIBRARY)
+        self._code = machine_code(str(module), llvm_functions.LIBRARY)
         types = ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64
         self._evaluate = ctypes.CFUNCTYPE(None, *types)(self._code.get_function_address("evaluate"))
 

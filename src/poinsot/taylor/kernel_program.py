@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from poinsot.taylor import llvm_functions
-from poinsot.taylor.context import Body, Context, Types, Work
+from poinsot.taylor.context import Body, Context, Work
 from poinsot.taylor.decomposition import Decomposition
 from poinsot.taylor.detection import Detection
 from poinsot.taylor.layouts import Layout, Single, layout_of
@@ -23,7 +23,6 @@ from poinsot.taylor.llvm_ir import (
     Array,
     Module,
     Value,
-    WideArray,
     WideValue,
 )
 from poinsot.taylor.recurrences import HigherOrder, ZerothOrder
@@ -92,7 +91,7 @@ class KernelProgram:
         self.task, self.step, self.record = self._tasks.type, self._tasks.step, self._detection.record
         self.conditions, self.events = self._detection.conditions, self._detection.events
         self.work = self._work_type()
-        self._types, self.module = Types(self.work, self.task), Module()
+        self.module = Module()
         for part in (self._tasks, self._rescaling, self._detection, self._sampling):
             for functions, attributes in ((part.functions, ATTRIBUTES), (part.seldom, SELDOM)):
                 for name, body in functions.items():
@@ -108,7 +107,7 @@ class KernelProgram:
         self.module.function(name, "void", [POINTER, argument], written, attributes)
 
     def _memory(self, address: Value) -> Work:
-        return Work(address, self.context, self._types)
+        return Work(address, self.context, self.work, self.task)
 
     def _work_type(self) -> np.dtype[np.void]:
         """Return the type of the memory of a worker; vectors come first, as they are aligned."""
@@ -137,7 +136,7 @@ class KernelProgram:
         """Return the states in the memory that `evaluate` has written, and the rounding errors of their sums."""
         kind, size = self.context.kind, self.context.variables
         rounded = Array(Array(address, kind).at(self.context.words * size), kind)
-        return WideArray(address, kind, size) if self.context.wide else Array(address, kind), rounded
+        return Array(address, self.context.number, size), rounded
 
     def _evaluate(self, address: Value, out: Value, h: Value) -> None:
         """Write the polynomials of the states at a time after the start of the step, and rounding errors of their sums.

@@ -9,11 +9,11 @@ from __future__ import annotations
 import collections
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import Literal, TypeVar
 
 from typing_extensions import override
 
-from poinsot.taylor.llvm_ir import DOUBLE, Array, Value, Wide, WideArray, host_features, vector
+from poinsot.taylor.llvm_ir import DOUBLE, Array, Value, Wide, host_features, vector
 from poinsot.taylor.schedule import CoefficientRow, Schedule
 
 __all__ = ["Batch", "Layout", "Rolled", "Single", "layout_of"]
@@ -25,6 +25,8 @@ MIN_ROLLED = 200
 """Inner sums of one member from which on a loop over parts computes them. Fewer run faster as straight-line code."""
 
 Layout = Literal["batch", "single"]
+
+Element = TypeVar("Element")
 
 
 class CoefficientMemory:
@@ -47,7 +49,7 @@ class CoefficientMemory:
     def array(self, address: Value, lanes: int) -> Array:
         """Return memory as numbers or vectors of numbers."""
         kind = vector(DOUBLE, lanes)
-        return WideArray(address, kind, self._distance // lanes) if self._wide else Array(address, kind)
+        return Array(address, Wide(kind), self._distance // lanes) if self._wide else Array(address, kind)
 
     def at_once(self, lanes: int) -> int:
         """Return how many vectors may be summed up at a time."""
@@ -134,33 +136,36 @@ class Single:
 
         These are such that the last order needs nothing ahead of it; nor does the second need anything of the first.
         """
-        lines = n.function
-        found, ahead = (self._at(memory, self._sums + i * self._count, WIDTH) for i in range(2))
-        blocks, first_of_two = list(range(self._count // WIDTH)), self._first_of_two(n)
+        lines, far, stride = n.function, self._count // WIDTH, self._stride // WIDTH
+        first_of_two = (n & 1).is_("eq", self._ahead) | n.is_("eq", 1)
 
-        def rows(j: Value | int) -> Array:
-            return self._at(memory, j * self._stride, WIDTH)
+        def arrays(memory: Value) -> tuple[Callable[[Value | int], Array], Array, Array]:
+            found, ahead = (self._at(memory, self._sums + i * self._count, WIDTH) for i in range(2))
+            return lambda j: self._at(memory, j * self._stride, WIDTH), found, ahead
+
+        def two(memory: Value, part: Sequence[int]) -> None:
+            rows, found, ahead = arrays(memory)
+            own, following = _two_multiplied(n, rows, stride, [(block, block + far) for block in part])
+            for block, total, later in zip(part, own, following, strict=True):
+                found[block], ahead[block] = total, later
+
+        def rest(memory: Value, part: Sequence[int]) -> None:
+            rows, found, ahead = arrays(memory)
+            for block in part:
+                found[block] = _rest(n, rows, newest, (block, block + far), ahead[block])
 
         with lines.when(first_of_two):
-            for part in _parts([blocks], max(self._most // 3, 1)):
-                pairs = [(block, block + len(blocks)) for block in part]
-                own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
-                for block, total, later in zip(part, own, next_ones, strict=True):
-                    found[block], ahead[block] = total, later
+            self._each_part(memory, two)
         with lines.when(~first_of_two):
-            newest = _newest(n)
-            for block in blocks:
-                found[block] = _rest(n, rows, newest, (block, block + len(blocks)), ahead[block])
-        return self._found(memory)
-
-    def _first_of_two(self, n: Value) -> Value:
-        """Return whether an order adds terms of the next order too."""
-        return (n & 1).is_("eq", self._ahead) | n.is_("eq", 1)
-
-    def _found(self, memory: Value) -> Callable[[int], Value]:
-        """Return the inner sums of an order by their places in the schedule."""
+            newest = n.is_("gt", 2).choose(n - 1, 0)  # the newest one that was not known ahead; of order 2 row 0: zero
+            self._each_part(memory, rest)
         found = self._at(memory, self._sums)
         return lambda place: found[self._index[place]]
+
+    def _each_part(self, memory: Value, write: Callable[[Value, Sequence[int]], None]) -> None:
+        """Write the inner sums of parts: vectors by their numbers, in the memory from an address on."""
+        for part in _parts([range(self._count // WIDTH)], max(self._most // 3, 1)):
+            write(memory, part)
 
 
 class Rolled(Single):
@@ -176,39 +181,13 @@ class Rolled(Single):
 
     @override
     def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
-        """Store what inner sums of higher orders read."""
         for place in self._places.get(row, ()):
             self._at(memory, n * self._stride)[place] = value
 
     @override
-    def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
-        """Write the inner sums of an order, in the order of additions of `Single`."""
-        lines, whole = n.function, self._at(memory, 0)
-        unit, far, first_of_two = len(self._part) * WIDTH, self._count // WIDTH, self._first_of_two(n)
-
-        def arrays(part: Value) -> tuple[Callable[[Value | int], Array], Array, Array]:
-            own = whole.at(part * unit)
-            found, ahead = (self._at(own, self._sums + i * self._count, WIDTH) for i in range(2))
-            return lambda j: self._at(own, j * self._stride, WIDTH), found, ahead
-
-        def two(part: Value) -> None:
-            rows, found, ahead = arrays(part)
-            pairs = [(block, block + far) for block in self._part]
-            own, next_ones = _two_multiplied(n, rows, self._stride // WIDTH, pairs)
-            for block, total, later in zip(self._part, own, next_ones, strict=True):
-                found[block], ahead[block] = total, later
-
-        def rest(part: Value) -> None:
-            rows, found, ahead = arrays(part)
-            for block in self._part:
-                found[block] = _rest(n, rows, newest, (block, block + far), ahead[block])
-
-        with lines.when(first_of_two):
-            lines.count(self._count // unit, two)
-        with lines.when(~first_of_two):
-            newest = _newest(n)
-            lines.count(self._count // unit, rest)
-        return self._found(memory)
+    def _each_part(self, memory: Value, write: Callable[[Value, Sequence[int]], None]) -> None:
+        unit, whole = len(self._part) * WIDTH, self._at(memory, 0)
+        memory.function.count(self._count // unit, lambda part: write(whole.at(part * unit), self._part))
 
 
 def layout_of(layout: Layout, schedule: Schedule, variables: int, order: int, lanes: int, wide: bool) -> Batch | Single:
@@ -216,11 +195,6 @@ def layout_of(layout: Layout, schedule: Schedule, variables: int, order: int, la
     if layout == "batch":
         return Batch(schedule, variables, order, lanes, wide)
     return (Rolled if schedule.sums >= MIN_ROLLED else Single)(schedule, variables, order, wide)
-
-
-def _newest(n: Value) -> Value:
-    """Return the order of the newest first operand that was not known ahead; of order 2 row 0, which is zero."""
-    return n.is_("gt", 2).choose(n - 1, 0)
 
 
 def _rest(n: Value, rows: Callable[[Value | int], Array], newest: Value, pair: tuple[int, int], ahead: Value) -> Value:
@@ -272,7 +246,7 @@ def _multiplied(
     return [total.normalized() for total in found]
 
 
-def _parts(groups: Sequence[Sequence[Any]], most: int) -> list[Sequence[Any]]:
+def _parts(groups: Sequence[Sequence[Element]], most: int) -> list[Sequence[Element]]:
     """Return groups cut into parts of about equal length."""
     parts = []
     for group in groups:

@@ -37,7 +37,6 @@ __all__ = [
     "Structure",
     "Value",
     "Wide",
-    "WideArray",
     "WideValue",
     "exact_product",
     "exact_sum",
@@ -136,6 +135,10 @@ class Value:
         """Return a number of this kind from the next ones of some values of LLVM."""
         return next(parts)
 
+    def each(self, operation: Callable[..., Value], *others: Value) -> Value:
+        """Return the number with the parts that an operation returns for the parts of this and other numbers."""
+        return self.of_parts(map(operation, self.parts, *(other.parts for other in others)))
+
     def like(self, other: Argument) -> Value:
         """Return a value, or a number as a constant of this one's type."""
         return other if isinstance(other, Value) else self.function.constant(self.type, other)
@@ -172,12 +175,11 @@ class Value:
     def choose(self, yes: Value, no: Argument) -> Value:
         """Return one of two values where this mask is set, the other elsewhere."""
         no = yes.like(no)
-        yes = no.like(yes)
-        chosen = [
-            self.function.new(a.type, f"select {self.type} {self.name}, {a.type} {a.name}, {b.type} {b.name}")
-            for a, b in zip(yes.parts, no.parts, strict=True)
-        ]
-        return yes.of_parts(iter(chosen))
+
+        def selected(a: Value, b: Value) -> Value:
+            return self.function.new(a.type, f"select {self.type} {self.name}, {a.type} {a.name}, {b.type} {b.name}")
+
+        return no.like(yes).each(selected, no)
 
     def larger(self, other: Argument) -> Value:
         """Return the larger one of two; of NaN and a number, the number, if that is the other one."""
@@ -249,25 +251,31 @@ class Value:
 
     def lane(self, lane: int) -> Value:
         """Return one of the numbers of a vector."""
-        if self.lanes == 1:
-            return self
-        return self.function.new(_kind(self.type), f"extractelement {self.type} {self.name}, i32 {lane}")
+
+        def extracted(part: Value) -> Value:
+            return self.function.new(_kind(part.type), f"extractelement {part.type} {part.name}, i32 {lane}")
+
+        return self if self.lanes == 1 else self.each(extracted)
 
     def with_lane(self, lane: int, value: Value) -> Value:
         """Return a vector with one number exchanged."""
-        if self.lanes == 1:
-            return value
-        text = f"insertelement {self.type} {self.name}, {value.type} {value.name}, i32 {lane}"
-        return self.function.new(self.type, text)
+
+        def inserted(part: Value, number: Value) -> Value:
+            text = f"insertelement {part.type} {part.name}, {number.type} {number.name}, i32 {lane}"
+            return self.function.new(part.type, text)
+
+        return value if self.lanes == 1 else self.each(inserted, value)
 
     def spread(self, lanes: int) -> Value:
         """Return a vector of this number."""
-        if lanes == 1:
-            return self
-        kind = vector(self.type, lanes)
-        first = self.function.new(kind, f"insertelement {kind} poison, {self.type} {self.name}, i32 0")
-        text = f"shufflevector {kind} {first.name}, {kind} poison, <{lanes} x i32> zeroinitializer"
-        return self.function.new(kind, text)
+
+        def filled(part: Value) -> Value:
+            kind = vector(part.type, lanes)
+            first = self.function.new(kind, f"insertelement {kind} poison, {part.type} {part.name}, i32 0")
+            text = f"shufflevector {kind} {first.name}, {kind} poison, <{lanes} x i32> zeroinitializer"
+            return self.function.new(kind, text)
+
+        return self if lanes == 1 else self.each(filled)
 
     def any(self) -> Value:
         """Whether a mask is set somewhere."""
@@ -403,19 +411,6 @@ class WideValue(Value):
             return self.high.is_(relation, 0.0)
         return (self - other).high.is_(relation, 0.0)
 
-    @override
-    def lane(self, lane: int) -> WideValue:
-        return WideValue(self.high.lane(lane), self.low.lane(lane))
-
-    @override
-    def with_lane(self, lane: int, value: Value) -> WideValue:
-        value = self.like(value)
-        return WideValue(self.high.with_lane(lane, value.high), self.low.with_lane(lane, value.low))
-
-    @override
-    def spread(self, lanes: int) -> WideValue:
-        return WideValue(self.high.spread(lanes), self.low.spread(lanes))
-
 
 def exact_sum(a: Value, b: Value) -> tuple[Value, Value]:
     """Return the sum of doubles and its rounding error (Knuth)."""
@@ -454,11 +449,19 @@ def _of_parts(parts: Iterable[Value], like: Iterable[Value]) -> list[Value]:
 class Array:
     """Numbers or vectors of a type one after another in memory, from an address, which is a multiple of their size.
 
-    `align` says what else it is a multiple of, in bytes.
+    Parameters
+    ----------
+    address : Value
+    kind : str
+        Type of an element.
+    distance : int
+        Elements between the high and the low parts of double-double numbers.
+    align : int, optional
+        Another number of bytes that the address is a multiple of.
     """
 
-    def __init__(self, address: Value, kind: str, align: int | None = None) -> None:
-        self.address, self.type, self._align = address, kind, align or 8 * _lanes(kind)
+    def __init__(self, address: Value, kind: str, distance: int = 0, align: int | None = None) -> None:
+        self.address, self.type, self._distance, self._align = address, kind, distance, align or 8 * _lanes(kind)
 
     def at(self, index: Value | int) -> Value:
         """Return the address of an element."""
@@ -469,63 +472,38 @@ class Array:
         return self.address.function.new(POINTER, text)
 
     def __getitem__(self, index: Value | int) -> Value:
+        if isinstance(self.type, Wide):
+            return WideValue(self.high[index], self.high[index + self._distance])
         text = f"load {self.type}, ptr {self.at(index).name}, align {self._align}"
         return self.address.function.new(self.type, text)
 
     def __setitem__(self, index: Value | int, value: Argument) -> None:
         function = self.address.function
+        if isinstance(self.type, Wide):
+            for place, part in enumerate(function.constant(self.type, 0.0).like(value).parts):
+                self.high[index + place * self._distance if place else index] = part
+            return
         given = value if isinstance(value, Value) else function.constant(self.type, value)
         function.line(f"store {self.type} {given.name}, ptr {self.at(index).name}, align {self._align}")
 
     def of(self, kind: str) -> Array:
-        """Return the same memory as elements of another type."""
+        """Return the same memory as elements of another type, in the same precision."""
+        if isinstance(self.type, Wide):
+            return Array(self.address, Wide(kind), self._distance * _lanes(self.type) // _lanes(kind))
         return Array(self.address, kind)
 
     def from_(self, address: Value) -> Array:
         """Return an array of the type from another address."""
-        return Array(address, self.type, self._align)
+        return Array(address, self.type, self._distance, self._align)
 
     @property
     def high(self) -> Array:
         """The numbers in double precision."""
-        return self
-
-
-class WideArray(Array):
-    """Double-double numbers or vectors: low parts are stored a fixed count of elements behind the high parts."""
-
-    def __init__(self, address: Value, kind: str, distance: int) -> None:
-        super().__init__(address, Wide(kind))
-        self._distance = distance
-
-    @override
-    def __getitem__(self, index: Value | int) -> WideValue:
-        parts = self.high
-        return WideValue(parts[index], parts[index + self._distance])
-
-    @override
-    def __setitem__(self, index: Value | int, value: Argument) -> None:
-        function, parts = self.address.function, self.high
-        given = function.constant(self.type, 0.0).like(value)
-        for place, part in zip((index, index + self._distance), given.parts, strict=True):
-            parts[place] = part
-
-    @override
-    def of(self, kind: str) -> WideArray:
-        return WideArray(self.address, kind, self._distance * _lanes(self.type) // _lanes(kind))
-
-    @override
-    def from_(self, address: Value) -> WideArray:
-        return WideArray(address, self.type, self._distance)
-
-    @property
-    @override
-    def high(self) -> Array:
-        return Array(self.address, str(self.type))
+        return Array(self.address, str(self.type)) if isinstance(self.type, Wide) else self
 
     @property
     def low(self) -> Array:
-        """The low parts."""
+        """The low parts of double-double numbers."""
         return Array(self.high.at(self._distance), str(self.type))
 
 
@@ -545,7 +523,7 @@ class Structure:
         """Return a field as elements of a type; low parts of double-double numbers fill the second half of a field."""
         address = Array(self.address, "i8").at(offset_of(self._kind, name))
         if isinstance(kind, Wide):
-            return WideArray(address, kind, self._kind[name].itemsize // (16 * _lanes(kind)))
+            return Array(address, kind, self._kind[name].itemsize // (16 * _lanes(kind)))
         return Array(address, kind)
 
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.taylor.canonical_form import TIME, CanonicalForm, Root
 from poinsot.taylor.conserved_squares import without_squares
@@ -20,16 +18,6 @@ from poinsot.taylor.sampling import Jumps, Update
 from poinsot.taylor.shared_products import CommonSubexpressions
 
 __all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "simplified"]
-
-POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
-    "add": lambda a, b, _: a or b,
-    "neg": lambda a, _, __: a,
-    "mul": lambda a, b, _: a + b,
-    "div": lambda a, b, _: a - b,
-    "pow": lambda a, _, exponent: a * exponent,
-    "sqrt": lambda a, _, __: a / 2,
-}
-"""The power of what an operation makes of two operands, from theirs and the number that the second one is."""
 
 
 class Events(NamedTuple):
@@ -76,19 +64,6 @@ class Program:
     def wide_values(self) -> WideEvaluator:
         """Return the computation of the same in double-double arithmetic: high parts of all, then low parts."""
         return WideEvaluator([*self.given, *self.parameters])
-
-    @functools.cached_property
-    def powers(self) -> NDArray[np.int_]:
-        """To which power of the first input each of the parameters goes: all are homogeneous in it."""
-        known: dict[int, Any] = {}
-        for node in ordered(self.parameters):
-            if node.name in POWERS:
-                first, second = (*node.operands, *node.operands)[:2]
-                a, b = (known[x.place] if isinstance(x, Node) else 0 for x in (first, second))
-                known[node.place] = POWERS[node.name](a, b, second)
-            else:
-                known[node.place] = int(node.name == "input" and node.operands == (0,))
-        return np.array([known[node.place] for node in self.parameters], dtype=int)
 
 
 class Constants:

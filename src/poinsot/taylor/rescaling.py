@@ -9,15 +9,16 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from typing_extensions import override
 
 from poinsot.taylor.context import Context, Part, Work
 from poinsot.taylor.decomposition import Momenta
+from poinsot.taylor.graph import GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Structure, Value
 
-__all__ = ["EXPONENT_RANGE", "LEAST_MOMENTUM", "MOMENTUM_SCALE", "MOST_MOMENTUM", "Rescaling"]
+__all__ = ["EXPONENT_RANGE", "LEAST_MOMENTUM", "MOMENTUM_SCALE", "MOST_MOMENTUM", "Rescaling", "powers_of"]
 
 
 MOMENTUM_SCALE = 0.1
@@ -29,6 +30,30 @@ LEAST_MOMENTUM, MOST_MOMENTUM = MOMENTUM_SCALE / 16, 1.0
 
 EXPONENT_RANGE = (-400, 400)
 """Range of the scale exponent. Within it nothing overflows, and a body that comes to rest may rest."""
+
+
+POWERS: Mapping[str, Callable[[float, float, GraphScalar], float]] = {
+    "add": lambda a, b, _: a or b,
+    "neg": lambda a, _, __: a,
+    "mul": lambda a, b, _: a + b,
+    "div": lambda a, b, _: a - b,
+    "pow": lambda a, _, exponent: a * float(exponent) if not isinstance(exponent, Node) else 0,
+    "sqrt": lambda a, _, __: a / 2,
+}
+"""The power of the result of an operation, from the powers of its operands and its second operand, a number."""
+
+
+def powers_of(parameters: Sequence[Node]) -> tuple[int, ...]:
+    """Return the powers of the first input, the scale of momenta, in parameters: all are homogeneous in it."""
+    powers: dict[int, float] = {}
+    for node in ordered(parameters):
+        if node.name in POWERS:
+            first, second = (*node.operands, *node.operands)[:2]
+            a, b = (powers[x.place] if isinstance(x, Node) else 0 for x in (first, second))
+            powers[node.place] = POWERS[node.name](a, b, second)
+        else:
+            powers[node.place] = node.name == "input" and node.operands == (0,)
+    return tuple([int(powers[node.place]) for node in parameters])
 
 
 class Rescaling(Part):

@@ -11,7 +11,7 @@ from typing_extensions import override
 from poinsot.taylor.context import Context, Part, Work
 from poinsot.taylor.detection import Detection
 from poinsot.taylor.draws import UNUSED, uniform, words
-from poinsot.taylor.formula_code import written
+from poinsot.taylor.evaluation import written
 from poinsot.taylor.graph import GraphScalar, Node
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Structure, Value, Wide
 

@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from poinsot.taylor.context import Context, Part, Work
-from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Structure, Value, WideArray, WideValue
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Structure, Value, WideValue
 from poinsot.taylor.rescaling import Rescaling
 
 __all__ = ["Status", "Tasks"]
@@ -142,19 +142,13 @@ class Tasks(Part):
 
     def _copy(self, count: int, source: Array, lane: Value, out: Array) -> None:
         """Copy the numbers of a lane to memory without gaps."""
-
-        def one(k: Value) -> None:
-            out[k] = source[k * self.context.lanes + lane]
-
-        lane.function.count(count, one)
+        lanes = self.context.lanes
+        lane.function.count(count, lambda k: out.__setitem__(k, source[k * lanes + lane]))
 
     def _spread(self, count: int, source: Array, lane: Value, out: Array) -> None:
         """Copy numbers to the memory of a lane."""
-
-        def one(k: Value) -> None:
-            out[k * self.context.lanes + lane] = source[k]
-
-        lane.function.count(count, one)
+        lanes = self.context.lanes
+        lane.function.count(count, lambda k: out.__setitem__(k * lanes + lane, source[k]))
 
     def _take(self, work: Work, lane: Value) -> None:
         """Take the next task of the queue in a lane, if there is one."""
@@ -168,7 +162,7 @@ class Tasks(Part):
             states = work.states(0).of(DOUBLE)
             self._spread(size, task.array("state"), lane, states.high)
             self._spread(self._taken, task.array("parameters", INTEGER), lane, work.array("parameters", INTEGER))
-            if isinstance(states, WideArray):
+            if self.context.wide:
                 self._spread(size, task.array("below"), lane, states.low)
                 below = work.array("below")
                 lines.count(size, lambda k: below.__setitem__(k * lanes + lane, 0.0))
@@ -185,7 +179,7 @@ class Tasks(Part):
                 part.left(work, task, lane)
             self._copy(self.context.variables, states.high, lane, task.array("state"))
             self._copy(self._given_back, work.array("below", INTEGER), lane, task.array("below", INTEGER))
-            if isinstance(states, WideArray):
+            if self.context.wide:
                 self._copy(self.context.variables, states.low, lane, task.array("below"))
             work.lines.run("take", work.address, lane)
         with work.lines.when(status.is_("eq", Status.UNDER_WAY)):

@@ -21,7 +21,6 @@ from poinsot.taylor.llvm_ir import (
     Array,
     Module,
     Wide,
-    WideArray,
     WideValue,
     machine_code,
     vector,
@@ -332,7 +331,7 @@ def test_loops_branches_and_memory_hold_double_double_numbers():
     module.function("reciprocal", wide, [wide], lambda x: 1.0 / x)
 
     def body(memory, count):
-        numbers, lines = WideArray(memory, DOUBLE, 4), memory.function
+        numbers, lines = Array(memory, Wide(DOUBLE), 4), memory.function
 
         def add(k, total):
             own = lines.call(wide, "reciprocal", lines.constant(wide, 0.0).like(k.to_double()))
