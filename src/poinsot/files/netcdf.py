@@ -227,7 +227,7 @@ def _checked_path(path: Any) -> Path:
 def _along_time(motion: Trajectory) -> xarray.Dataset:
     """Return the dataset of a motion; of one in a store that keeps other variables at other times, with all of them."""
     data = motion.dataset
-    along = all("time" in data[name].dims for name in state_variables(motion))
+    along = all("time" in data[name].dims for name in state_variables(motion.system, motion.phase))
     return data if along else motion.variables(motion.variable_names).assign_attrs(data.attrs)
 
 

@@ -109,15 +109,36 @@ class Column:
         return replace(self, name=name, meaning=meaning, compute=lambda block: block.bodies[body][self.name])
 
 
-BODY_FRAME, SPACE_FRAME = {"frame": "body"}, {"frame": "space"}
+Formula = Callable[["ColumnBlock"], Array]
+NOTHING: frozenset[Requirement] = frozenset()
 FORCES, PARTS, ORBITS = (frozenset({each}) for each in Requirement)
 OF_BODY, ONE_BODY, TWO_BODIES = Scope.BODY, Scope.ONE_BODY, Scope.TWO_BODIES
-MOMENTUM_SPACE = "angular_momentum_space"
+RATE = "inertial angular velocity"
 FROM_PRIMARY = "of the secondary relative to the primary"
 ORBIT_VARIABLES = "orbit_variables"
 
 
-def _orbit(place: slice) -> Callable[[ColumnBlock], Array]:
+def _of_body(
+    name: str,
+    unit: str,
+    meaning: str,
+    compute: Formula,
+    frame: str = "",
+    axis: str = "axis",
+    requires: frozenset[Requirement] = NOTHING,
+) -> Column:
+    return Column(name, unit, meaning, compute, axis, OF_BODY, requires, {"frame": frame} if frame else {})
+
+
+def _of_pair(name: str, unit: str, meaning: str, compute: Formula) -> Column:
+    return Column(name, unit, meaning, compute, "axis", TWO_BODIES, NOTHING, {"frame": "space"})
+
+
+def _state(name: str) -> Formula:
+    return lambda block: np.asarray(getattr(block.state, name))
+
+
+def _orbit(place: slice) -> Formula:
     return lambda block: np.array(block.state.phase["orbit"])[..., place]
 
 
@@ -142,98 +163,43 @@ def _tangency_of_body(block: ColumnBlock) -> Array:
     return np.asarray(quat.dot(q, momenta / np.where(size == 0, 1.0, size)[..., None]))
 
 
+def _omega_body(block: ColumnBlock) -> Array:
+    return np.asarray(block.system.omega_body(block.state))
+
+
+def _omega_space(block: ColumnBlock) -> Array:
+    return quat.rotate(block["quaternion"], block["omega_body"])
+
+
 def _kinetic_energy(block: ColumnBlock) -> Array:
     return np.asarray(block.system.kinetic_energy(block.state))
 
 
+def _potential_energy(block: ColumnBlock) -> Array:
+    return np.asarray(block.system.potential_energy(block.state, block.environment))
+
+
 COLUMNS: tuple[Column, ...] = (
-    Column("quaternion", "1", "Euler parameters q, body to space", lambda b: b.state.quaternion, "parameter", OF_BODY),
-    Column(
-        "conjugate_momenta",
-        "momentum",
-        "momenta Q conjugate to q",
-        lambda b: b.state.conjugate_momenta,
-        "parameter",
-        OF_BODY,
+    _of_body("quaternion", "1", "Euler parameters q, body to space", _state("quaternion"), axis="parameter"),
+    _of_body(
+        "conjugate_momenta", "momentum", "momenta Q conjugate to q", _state("conjugate_momenta"), axis="parameter"
     ),
-    Column(
-        "angular_momentum_body",
-        "momentum",
-        "angular momentum",
-        lambda b: b.state.angular_momentum_body,
-        "axis",
-        OF_BODY,
-        attributes=BODY_FRAME,
+    _of_body("angular_momentum_body", "momentum", "angular momentum", _state("angular_momentum_body"), "body"),
+    _of_body("angular_momentum_space", "momentum", "angular momentum", _state("angular_momentum_space"), "space"),
+    _of_body("omega_body", "rate", RATE, _omega_body, "body", requires=PARTS),
+    _of_body("omega_space", "rate", RATE, _omega_space, "space"),
+    _of_pair("position", "length", f"position {FROM_PRIMARY}", _orbit(slice(3))),
+    _of_pair("momentum", "linear_momentum", f"reduced mass times velocity {FROM_PRIMARY}", _orbit(slice(3, None))),
+    _of_pair("velocity", "velocity", f"velocity {FROM_PRIMARY}", _velocity),
+    _of_pair(
+        "angular_momentum_space", "momentum", "angular momentum about the barycentre", _state("angular_momentum_space")
     ),
-    Column(
-        MOMENTUM_SPACE,
-        "momentum",
-        "angular momentum",
-        lambda b: b.state.angular_momentum_space,
-        "axis",
-        OF_BODY,
-        attributes=SPACE_FRAME,
-    ),
-    Column(
-        "omega_body",
-        "rate",
-        "inertial angular velocity",
-        lambda b: np.asarray(b.system.omega_body(b.state)),
-        "axis",
-        OF_BODY,
-        PARTS,
-        BODY_FRAME,
-    ),
-    Column(
-        "omega_space",
-        "rate",
-        "inertial angular velocity",
-        lambda b: quat.rotate(b["quaternion"], b["omega_body"]),
-        "axis",
-        OF_BODY,
-        attributes=SPACE_FRAME,
-    ),
-    Column(
-        "position", "length", f"position {FROM_PRIMARY}", _orbit(slice(3)), "axis", TWO_BODIES, attributes=SPACE_FRAME
-    ),
-    Column(
-        "momentum",
-        "linear_momentum",
-        f"reduced mass times velocity {FROM_PRIMARY}",
-        _orbit(slice(3, None)),
-        "axis",
-        TWO_BODIES,
-        attributes=SPACE_FRAME,
-    ),
-    Column("velocity", "velocity", f"velocity {FROM_PRIMARY}", _velocity, "axis", TWO_BODIES, attributes=SPACE_FRAME),
-    Column(
-        MOMENTUM_SPACE,
-        "momentum",
-        "angular momentum about the barycentre",
-        lambda b: b.state.angular_momentum_space,
-        "axis",
-        TWO_BODIES,
-        attributes=SPACE_FRAME,
-    ),
-    Column("kinetic_energy", "energy", "rotational kinetic energy T", _kinetic_energy, scope=ONE_BODY, requires=PARTS),
-    Column("kinetic_energy", "energy", "kinetic energy T", _kinetic_energy, scope=TWO_BODIES),
-    Column(
-        "potential_energy",
-        "energy",
-        "potential energy U",
-        lambda b: np.asarray(b.system.potential_energy(b.state, b.environment)),
-        requires=FORCES,
-    ),
+    Column("kinetic_energy", "energy", "rotational kinetic energy T", _kinetic_energy, "", ONE_BODY, PARTS),
+    Column("kinetic_energy", "energy", "kinetic energy T", _kinetic_energy, "", TWO_BODIES),
+    Column("potential_energy", "energy", "potential energy U", _potential_energy, requires=FORCES),
     Column("norm_error", "1", "|q| - 1", _norm_error),
     Column("tangency_error", "1", "q . Q / |Q|", _tangency_error),
-    Column(
-        ORBIT_VARIABLES,
-        "1",
-        "variables of the orbits that were integrated along",
-        None,
-        "variable",
-        requires=ORBITS,
-    ),
+    Column(ORBIT_VARIABLES, "1", "variables of integrated orbits", None, "variable", requires=ORBITS),
 )
 """The table of output variables. Parts and integrals of a system add columns of their own: see `columns_of`."""
 
@@ -314,7 +280,7 @@ def _unit_of_part(part: Part | RecordedPart) -> str:
     return "momentum" if set(part.momenta) == set(part.variables) else ""
 
 
-def _own(name: str) -> Callable[[ColumnBlock], Array]:
+def _own(name: str) -> Formula:
     return lambda block: block.state.own[name]
 
 
@@ -331,7 +297,7 @@ def _of_integrals(system: System) -> dict[str, Column]:
     return found
 
 
-def _value(integral: Integral) -> Callable[[ColumnBlock], Array]:
+def _value(integral: Integral) -> Formula:
     return lambda block: np.asarray(integral.value(block.state))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from poinsot.mechanics.state import RIGID, Phase, State, named
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
+from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.columns import RENAMED, Column, columns_of_states
 from poinsot.propagation.recorded import RecordedPart
 from poinsot.propagation.run_record import RunRecord
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = [
-    "DescribedMotion",
     "ResultVariable",
     "components",
     "dataset_of_motion",
@@ -43,58 +43,15 @@ Array = NDArray[np.float64]
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
 
-class DescribedMotion(Protocol):
-    """Motion as a dataset describes it."""
-
-    @property
-    def system(self) -> System:
-        """System of the motion."""
-
-    @property
-    def initial(self) -> State:
-        """Initial state."""
-
-    @property
-    def times(self) -> Array:
-        """Times of the motion."""
-
-    @property
-    def phase(self) -> Phase:
-        """State variables by name."""
-
-    @property
-    def run(self) -> RunRecord:
-        """Run of the motion."""
-
-    @property
-    def failures(self) -> dict[int, str]:
-        """Reasons why members stopped."""
-
-    @property
-    def provenance(self) -> Mapping[str, object]:
-        """Provenance from a scenario or a file."""
-
-    @property
-    def is_ensemble(self) -> bool:
-        """True if the first axis is the axis of members."""
-
-    @property
-    def calendar(self) -> Calendar | None:
-        """Calendar of the times."""
-
-    @property
-    def reference_frame(self) -> str:
-        """Name of the space axes."""
-
-    @property
-    def variable_names(self) -> tuple[str, ...]:
-        """Names of the variables along the times."""
-
-    def variables(self, names: Collection[str]) -> xarray.Dataset:
-        """Return some variables."""
-
-
-def dataset_of_motion(motion: DescribedMotion, columns: Mapping[str, tuple[Column, Array]]) -> xarray.Dataset:
+def dataset_of_motion(
+    motion: ColumnReader,
+    names: Collection[str],
+    run: RunRecord,
+    failures: Mapping[int, str],
+    provenance: Mapping[str, str | int],
+    calendar: Calendar | None,
+    reference_frame: str,
+) -> xarray.Dataset:
     """Return the dataset of a motion, with one variable for each column, along `time`, members first.
 
     It contains the numbers of the trajectory bit for bit, and no information about the machine. The system is described
@@ -102,14 +59,13 @@ def dataset_of_motion(motion: DescribedMotion, columns: Mapping[str, tuple[Colum
     """
     import xarray
 
-    system, units = motion.system, DerivedUnits(motion.system.units)
+    system, units, table, arrays = motion.system, DerivedUnits(motion.system.units), motion.table, motion.read(names)
     leading = ("member", "time") if motion.is_ensemble else ("time",)
-    along = {name: _along(leading, column, values, units) for name, (column, values) in columns.items()}
-    frame, provenance = motion.reference_frame, motion.provenance
+    along = {name: _along(leading, table[name], arrays[name], units) for name in table if name in arrays}
     return xarray.Dataset(
         along | dict(_initial(motion.initial, system, units)) | dict(_bodies(motion.initial, system, units)),
         coords={
-            "time": ("time", motion.times, {"units": system.units["time"], **_attributes_of_time(motion.calendar)}),
+            "time": ("time", motion.times, {"units": system.units["time"], **_attributes_of_time(calendar)}),
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
             **{f"component_{part.name}": components(part) for part in system.parts if part.size},
@@ -122,39 +78,41 @@ def dataset_of_motion(motion: DescribedMotion, columns: Mapping[str, tuple[Colum
             "initial_state": repr(motion.initial),
             **({"parts": text_of_parts(system.parts)} if system.parts else {}),
             **({"jumps": text_of_jumps(system.jumping)} if system.jumping else {}),
-            "state_variables": " ".join(name.removeprefix("own_") for name in state_variables(motion)),
-            **{f"version_{name}": version for name, version in motion.run.versions.items()},
-            **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
+            "state_variables": " ".join(
+                name.removeprefix("own_") for name in state_variables(motion.system, motion.rows.phase)
+            ),
+            **{f"version_{name}": version for name, version in run.versions.items()},
+            **({"failures": json.dumps(failures)} if failures else {}),
             **{key: provenance[key] for key in ("title", "seed") if provenance.get(key) is not None},
-            **({} if frame == SPACE_AXES_UNNAMED else {"reference_frame": frame}),
+            **({} if reference_frame == SPACE_AXES_UNNAMED else {"reference_frame": reference_frame}),
             **{f"units_{measure}": unit for measure, unit in system.units.items()},
         },
     )
 
 
 def dataset_of_store(
-    stored: xarray.Dataset, motion: DescribedMotion, record: Mapping[str, str | float]
+    stored: xarray.Dataset, data: xarray.Dataset, names: Collection[str], record: Mapping[str, str | float]
 ) -> xarray.Dataset:
     """Return the dataset of a motion in a store, with the stored variables, of which chunks are read when needed.
 
-    If variables are stored at different times, it is the dataset of the store.
+    `data` contains the initial state and the bodies, `names` the variables along the times, and `record` the summary.
+    If variables are stored at different times, the result is the dataset of the store.
     """
-    known = motion.variable_names
-    along_members = [str(name) for name in stored.data_vars if name in known]
+    along_members = [str(name) for name in stored.data_vars if name in names]
     along = {str(stored[name].dims[1]) for name in along_members}
     if len(along) > 1:
         return stored
     own = stored[along_members].drop_vars("time", errors="ignore")
     at_times = own.rename_dims(dict.fromkeys(along - {"time"}, "time"))
-    data = motion.variables(()).assign({name: at_times.variables[name] for name in along_members})
-    return data.assign_attrs({key: value for key, value in record.items() if key != "wall_time"})
+    whole = data.assign({name: at_times.variables[name] for name in along_members})
+    return whole.assign_attrs({key: value for key, value in record.items() if key != "wall_time"})
 
 
-def state_variables(motion: DescribedMotion) -> tuple[str, ...]:
+def state_variables(system: System, phase: Phase) -> tuple[str, ...]:
     """Return the names of the state variables in a dataset."""
-    orbit = ("position", "momentum") if "quaternion" not in motion.phase and "orbit" in motion.phase else ()
-    rigid = (name for name in motion.phase if name in RIGID)
-    return (*rigid, *orbit, *(f"own_{part.name}" for part in motion.system.parts if part.size))
+    orbit = ("position", "momentum") if "quaternion" not in phase and "orbit" in phase else ()
+    rigid = (name for name in phase if name in RIGID)
+    return (*rigid, *orbit, *(f"own_{part.name}" for part in system.parts if part.size))
 
 
 def with_present_names(data: xarray.Dataset) -> xarray.Dataset:

@@ -106,7 +106,7 @@ class EnsembleOfMotions:
         needed = {Requirement.ORBITS}
         if "not_rerunnable" in self._described.attrs:
             needed |= {Requirement.FORCES, *([Requirement.PARTS] if parts else [])}
-        own = state_variables(self.frame)
+        own = state_variables(self.frame.system, self.frame.phase)
         return (*own, *(name for name in self.names if columns[name].requires & needed))
 
     @property

@@ -319,7 +319,8 @@ class Trajectory(QuantitiesOfMotion):
     def dataset(self) -> xarray.Dataset:
         """Motion as an xarray Dataset with units, frames and provenance; for a store, its variables."""
         if self.store is not None:
-            return dataset_of_store(with_present_names(self.store.dataset()), self, self.summary)
+            stored = with_present_names(self.store.dataset())
+            return dataset_of_store(stored, self.variables(()), self.variable_names, self.summary)
         data = self.variables(self.variable_names)
         known = self._summary_with(lambda names: {name: data[name].values for name in names})
         return data.assign_attrs({key: value for key, value in known.items() if key != "wall_time"})
@@ -332,10 +333,9 @@ class Trajectory(QuantitiesOfMotion):
         names : list of str
             Some of `variable_names`.
         """
-        columns = self._reader.table
-        refuse_other_names("names", names, columns)
-        arrays = self._reader.read(names)
-        return dataset_of_motion(self, {name: (each, arrays[name]) for name, each in columns.items() if name in arrays})
+        refuse_other_names("names", names, self._reader.table)
+        known = self.run, self.failures, self.provenance, self.calendar, self.reference_frame
+        return dataset_of_motion(self._reader, names, *known)
 
     @property
     def _kept_provenance(self) -> dict[str, Any]:
