@@ -11,7 +11,7 @@ import functools
 import itertools
 import sys
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,7 +32,7 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_times
-from poinsot.propagation.chunks import Chunking, plan_of
+from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import analysed_in_chunks
 from poinsot.propagation.run_record import RunRecord
@@ -220,8 +220,9 @@ def chaos_indicators(
     if plan := plan_of(**chunking):
         given = {"vectors": vectors, "formulation": formulation, "tolerance": tolerance, "threads": threads}
         t, varied = checked_times(times, system), {"momentum_unit": momentum_unit}
-        made: ChaosIndicators = analysed_in_chunks(plan, chaos_indicators, system, state, t, progress, given, varied)
-        return made
+        return cast(
+            "ChaosIndicators", analysed_in_chunks(plan, chaos_indicators, system, state, t, progress, given, varied)
+        )
     job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
     if not 1 <= vectors <= job.size:
         raise ValueError(f"vectors must be a whole number from 1 to {job.size}, got {vectors}.")
@@ -407,8 +408,9 @@ def lyapunov_spectrum(
     given: dict[str, Any] = {"formulation": formulation, "tolerance": tolerance, "threads": threads}
     given |= {"step": float(np.min(APART / _fastest(system, whole.state)))}  # one for all members, also in chunks
     if plan:
-        made: LyapunovSpectrum = analysed_in_chunks(plan, _spectrum, system, state, whole.times, progress, given)
-        return made
+        return cast(
+            "LyapunovSpectrum", analysed_in_chunks(plan, _spectrum, system, state, whole.times, progress, given)
+        )
     return _spectrum(system, state, whole.times, progress=progress, **given)
 
 

@@ -16,7 +16,7 @@ from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, common_members
-from poinsot.propagation.chunks import Chunking
+from poinsot.propagation.chunk_plan import Chunking
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.propagate import propagate
 from poinsot.quantities import Times

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,11 +27,11 @@ from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import described, quoted
 from poinsot.propagation.arguments import checked_time
-from poinsot.propagation.chunks import Plan
+from poinsot.propagation.chunk_plan import Plan
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import (
-    EnsembleOfResults,
     analysed_in_chunks,
+    ensemble_of_results,
     of_each,
     results_in_chunks,
     taken_out,
@@ -230,8 +230,9 @@ def spin_orbit_section(
     refuse_other_members(angle=theta.shape, rate=spin.shape)
     theta, spin = np.broadcast_arrays(theta, spin)
     if plan:
-        made: Section = _spin_orbit_in_chunks(plan, system, {"angle": theta, "rate": spin}, revolutions, options)
-        return made
+        return cast(
+            "Section", _spin_orbit_in_chunks(plan, system, {"angle": theta, "rate": spin}, revolutions, options)
+        )
     passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / float(orbit.mean_motion)
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
     omega = spin[..., None] * (0.0, 0.0, 1.0)
@@ -251,7 +252,7 @@ def spin_orbit_section(
 
 def _spin_orbit_in_chunks(
     plan: Plan, system: System, starts: dict[str, Any], revolutions: int, options: dict[str, Any]
-) -> Any:
+) -> xarray.Dataset:
     """Return the section of motions in chunks: a dataset."""
     progress, given = options.pop("progress", None), options | {"threads": plan.threads(options.get("threads"))}
     if not starts["rate"].ndim:
@@ -262,7 +263,7 @@ def _spin_orbit_in_chunks(
 
     settings = {name: value for name, value in options.items() if name != "threads"}
     problem = {"function": "spin_orbit_section", "system": system, "starts": starts, "revolutions": revolutions}
-    ensemble = EnsembleOfResults(some, starts["rate"].size, float(revolutions), problem | {"settings": settings})
+    ensemble = ensemble_of_results(some, starts["rate"].size, float(revolutions), problem | {"settings": settings})
     return results_in_chunks(ensemble, plan, progress)
 
 
@@ -311,10 +312,12 @@ def andoyer_section(system: OfOneBody, state: State, time: Time, *, angle: Angle
 
     if plan := taken_out(options):
         progress, end = options.pop("progress", None), checked_time("time", time, system)
-        found: Section = analysed_in_chunks(
-            plan, _andoyer_section_until, system, state, np.reshape(end, 1), progress, options, {"angle": angle}
+        return cast(
+            "Section",
+            analysed_in_chunks(
+                plan, _andoyer_section_until, system, state, np.reshape(end, 1), progress, options, {"angle": angle}
+            ),
         )
-        return found
     event = AndoyerCrossing(angle=angle, direction=1)
     times: Any = [time]
     motion = propagate(system, state, times, events=[event], **options)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,7 @@ from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_times
-from poinsot.propagation.chunks import Chunking, plan_of
+from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import analysed_in_chunks
 from poinsot.propagation.row_source import MemoryRows
@@ -217,8 +217,7 @@ def state_transition(
     if plan := plan_of(**chunking):
         given = {"parameters": parameters, "order": order, "formulation": formulation, "tolerance": tolerance}
         given, t = given | {"threads": threads}, checked_times(times, system)
-        made: StateTransition = analysed_in_chunks(plan, state_transition, system, state, t, progress, given)
-        return made
+        return cast("StateTransition", analysed_in_chunks(plan, state_transition, system, state, t, progress, given))
     inputs = tuple(resolve(system, name) for name in parameters)
     sizes = np.array(np.broadcast_arrays(*(binary_size(system, name) for name in parameters)), dtype=int).T
     whole = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order, sizes)

@@ -25,10 +25,9 @@ from poinsot.mechanics.state import Phase, State, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.printable import described, quoted, shortened
-from poinsot.propagation.chunks import saved_in_chunks
 from poinsot.propagation.columns import RENAMED, Requirement, names_with, static_columns
 from poinsot.propagation.dataset import read_parts, state_variables, text_of_parts, with_present_names
-from poinsot.propagation.ensemble_store import EnsembleStore
+from poinsot.propagation.ensemble_store import EnsembleStore, save_in_chunks
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.recorded import RecordedSystem, recorded_integral
 from poinsot.propagation.row_source import MemoryRows, RowSource, StoreRows
@@ -164,7 +163,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
         with new_folder(path, overwrite, GROUP) as part:
             summary = {name: of_all.attrs[name] for name in of_all.attrs.keys() - motion.variables(()).attrs.keys()}
             about = {"failures": motion.failures, "run": told_run(motion.run), "summary": summary}
-            saved_in_chunks(data, part, about)
+            save_in_chunks(data, part, about)
     return path
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import functools
 import sys
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,14 +16,15 @@ from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, common_members
-from poinsot.propagation.chunks import Chunking, Part, Plan, in_chunks, plan_of
-from poinsot.propagation.ensemble_store import EnsembleStore
-from poinsot.propagation.stored_motion import result_in, told_run
+from poinsot.propagation.chunk_plan import Chunking, Plan, plan_of
+from poinsot.propagation.chunk_run import run_in_chunks
+from poinsot.propagation.ensemble import ChunkResult, Ensemble, digests
+from poinsot.propagation.stored_motion import result_in
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["EnsembleOfResults", "analysed_in_chunks", "of_each", "results_in_chunks", "taken_out"]
+__all__ = ["analysed_in_chunks", "ensemble_of_results", "of_each", "results_in_chunks", "taken_out"]
 
 POINTS = "point"
 """The dimension of what members have different numbers of."""
@@ -36,74 +36,57 @@ OF_ONE = (*PROOF, "failures", "initial_state", "norm_error", "order", "state_var
 """What attributes of the first member begin with that are not those of all."""
 
 
-@dataclass(frozen=True)
-class EnsembleOfResults:
-    """Results of members, each with a `dataset`; see `Ensemble`. No member depends on who else is there.
+Compute = Callable[[NDArray[np.int_]], Any]
+
+
+def ensemble_of_results(
+    compute: Compute, members: int, last: float, problem: Mapping[str, Any]
+) -> Ensemble[xarray.Dataset]:
+    """Return results of members as an ensemble in chunks. No result depends on the other members.
 
     Parameters
     ----------
     compute : callable
-        Numbers of members to the result of these.
+        Returns the result of some members, which has a `dataset`, from the numbers of the members.
     members : int
+        Number of members.
     last : float
+        Last time.
     problem : mapping
+        Arguments by name, of which a store contains the digests; `system` is one of them.
     """
+    first: xarray.Dataset = compute(np.arange(1)).dataset  # in which an unknown number of points is none
+    along = (str(name) for name, each in first.data_vars.items() if each.dims[:1] == ("member",))
+    names = tuple(name for name in along if not name.startswith(PROOF))
+    shared = first.drop_dims(["member", POINTS], errors="ignore")
+    own = {name: value for name, value in shared.attrs.items() if not name.startswith(OF_ONE)}
+    return Ensemble(
+        members=members,
+        last=last,
+        problem=digests(problem),
+        names=names,
+        stored=tuple(name for name in names if POINTS not in first[name].dims),
+        member_bytes=sum(int(first[name].nbytes) for name in names),
+        fixed=shared.drop_attrs(deep=False).assign_attrs({**own, "system": repr(problem["system"])}),
+        template=lambda names: first[[*names]],
+        compute=functools.partial(_computed, compute),
+        open=result_in,
+    )
 
-    compute: Callable[[NDArray[np.int_]], Any]
-    members: int
-    last: float
-    problem: Mapping[str, Any]
 
-    @functools.cached_property
-    def _first(self) -> xarray.Dataset:
-        """The dataset of the first member, in which an unknown number of points is none."""
-        data: xarray.Dataset = self.compute(np.arange(1)).dataset
-        return data
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The variables along members."""
-        along = (str(name) for name, each in self._first.data_vars.items() if each.dims[:1] == ("member",))
-        return tuple(name for name in along if not name.startswith(PROOF))
-
-    @property
-    def kept(self) -> tuple[str, ...]:
-        """Those whose rows have the same shape for all members."""
-        return tuple(name for name in self.names if POINTS not in self._first[name].dims)
-
-    @property
-    def member_bytes(self) -> int:
-        """Bytes of the rows of a member."""
-        return sum(int(self._first[name].nbytes) for name in self.names)
-
-    def fixed(self) -> xarray.Dataset:
-        """Return what all members share."""
-        data = self._first.drop_dims(["member", POINTS], errors="ignore")
-        own = {name: value for name, value in data.attrs.items() if not name.startswith(OF_ONE)}
-        return data.drop_attrs(deep=False).assign_attrs({**own, "system": repr(self.problem["system"])})
-
-    def empty(self, names: Iterable[str]) -> xarray.Dataset:
-        """Return the variables of one member."""
-        return self._first[[*names]]
-
-    def computed(self, members: slice, names: Iterable[str], progress: Progress) -> Part:
-        """Compute the results of some members."""
-        who = np.arange(members.start, members.stop)
-        try:
-            result, interrupted = self.compute(who), False
-        except PropagationInterrupted as error:
-            result, interrupted = error.trajectory, True
-        if callable(progress):
-            progress(who.size)
-        motion, data = getattr(result, "motion", result), result.dataset
-        failures = {str(members.start + member): why for member, why in motion.failures.items()}
-        about = {"failures": failures, "run": told_run(motion.run)}
-        points = {} if POINTS not in data.dims else _points(data, members.start)
-        return Part(data[[*names]], points, about, interrupted)
-
-    def opened(self, store: EnsembleStore) -> Any:
-        """Return the dataset in a store."""
-        return result_in(store)
+def _computed(compute: Compute, members: slice, names: tuple[str, ...], progress: Progress) -> ChunkResult:
+    """Compute the results of some members."""
+    who = np.arange(members.start, members.stop)
+    result: Any
+    try:
+        result, interrupted = compute(who), False
+    except PropagationInterrupted as error:
+        result, interrupted = error.trajectory, True
+    if callable(progress):
+        progress(who.size)
+    run_of, data = getattr(result, "motion", result), result.dataset
+    points = {} if POINTS not in data.dims else _points(data, members.start)
+    return ChunkResult.of(run_of, members.start, data[[*names]], points, interrupted)
 
 
 def analysed_in_chunks(
@@ -115,10 +98,10 @@ def analysed_in_chunks(
     progress: bool | None,
     settings: Mapping[str, Any],
     varied: Mapping[str, Any] | None = None,
-) -> Any:
-    """Return what a function of system, state and times makes of an ensemble in chunks.
+) -> xarray.Dataset:
+    """Return the dataset of a function of system, state and times of an ensemble, computed in chunks.
 
-    `varied` are arguments that may have one value for each member.
+    `varied` contains the arguments that may have one value for each member.
     """
     counts = common_members(system, state)
     if not counts:
@@ -133,13 +116,13 @@ def analysed_in_chunks(
 
     problem = {"function": function.__qualname__, "system": system, "times": times, "settings": {**shared, **varied}}
     states = {"states": (dict(whole.phase), whole.time, *whole.jumped.items())}
-    ensemble = EnsembleOfResults(some, counts[0], float(times[-1]), problem | states)
+    ensemble = ensemble_of_results(some, counts[0], float(times[-1]), problem | states)
     return results_in_chunks(ensemble, plan, progress)
 
 
-def results_in_chunks(ensemble: EnsembleOfResults, plan: Plan, progress: bool | None) -> Any:
+def results_in_chunks(ensemble: Ensemble[xarray.Dataset], plan: Plan, progress: bool | None) -> xarray.Dataset:
     """Return the results of an ensemble, chunk by chunk, shown on a terminal by default."""
-    return in_chunks(ensemble, plan, sys.stderr.isatty() if progress is None else progress)
+    return run_in_chunks(ensemble, plan, sys.stderr.isatty() if progress is None else progress)
 
 
 def of_each(arguments: Mapping[str, Any], members: NDArray[np.int_]) -> dict[str, Any]:

@@ -32,6 +32,7 @@ from poinsot.propagation.zarr_group import (
     check_descriptions,
     check_lengths,
     own_folder,
+    plain,
     plain_attributes,
     read_group,
     side_by_side,
@@ -42,19 +43,25 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = [
+    "MAX_CHUNK_BYTES",
     "EnsembleStore",
     "Frame",
+    "Variables",
     "block_of",
     "coordinates_of",
     "dataset_of_arrays",
     "frame_of",
     "plain_variables",
+    "save_in_chunks",
 ]
 
 CHUNKS = "chunks"
 
 FORMAT = 1
 """Of the folders and names in a store."""
+
+MAX_CHUNK_BYTES = 128 * 1024**2
+"""Largest size of the rows of a chunk: larger chunks are no faster."""
 
 MOST_CHUNKS = 2**24
 """In one store: each is at least a file."""
@@ -162,13 +169,13 @@ class EnsembleStore:
 
     # ------------------------------------------------------------------ writing
 
-    def write(self, number: int, rows: Variables, aside: Variables, attributes: Attributes) -> None:
-        """Write a chunk: its rows of the arrays in shards, what it has aside, and what is said of it."""
+    def write(self, number: int, rows: Variables, extra: Variables, attributes: Attributes) -> None:
+        """Write a chunk: its rows of the arrays in shards, its extra arrays, and the attributes of its group."""
         side_by_side(functools.partial(self._write_rows, name, rows[name][1], number) for name in self.sharded)
         folder = own_folder(self._folder_of(number))
-        described = {name: Described.of(*plain_variable(name, *given)) for name, given in aside.items()}
+        described = {name: Described.of(*plain_variable(name, *given)) for name, given in extra.items()}
         for name, about in described.items():
-            about.written(own_folder(folder / name), aside[name][1])
+            about.written(own_folder(folder / name), extra[name][1])
         write_group(folder, described, attributes)
         synced(folder.parent)
         self.whole[number] = True
@@ -209,7 +216,7 @@ class EnsembleStore:
 
     def _check_chunk(self, number: int) -> None:
         """Refuse a chunk that is not as it was written."""
-        arrays, _ = self.aside(number)
+        arrays, _ = self.extra_of(number)
         check_descriptions(self._folder_of(number), {name: array.about for name, array in arrays.items()})
         for array in arrays.values():
             array.check_content()
@@ -231,8 +238,8 @@ class EnsembleStore:
 
     # ------------------------------------------------------------------ reading
 
-    def aside(self, number: int) -> tuple[dict[str, StoredArray], dict[str, Any]]:
-        """Return what a whole chunk has aside, and what is said of it."""
+    def extra_of(self, number: int) -> tuple[dict[str, StoredArray], dict[str, Any]]:
+        """Return the extra arrays and the attributes of a whole chunk."""
         folder = self._folder_of(number)
         if folder.is_symlink() or folder.parent.is_symlink():
             raise StoreError(f"{shortened(folder.name)} is a link")
@@ -243,9 +250,9 @@ class EnsembleStore:
             array.check_file()
         return arrays, attributes
 
-    def asides(self) -> Iterator[tuple[dict[str, StoredArray], dict[str, Any]]]:
-        """Yield those of all chunks that are whole."""
-        return (self.aside(number) for number in np.flatnonzero(self.whole).tolist())
+    def extras(self) -> Iterator[tuple[dict[str, StoredArray], dict[str, Any]]]:
+        """Yield the extra arrays and the attributes of each whole chunk."""
+        return (self.extra_of(number) for number in np.flatnonzero(self.whole).tolist())
 
     def dataset(self) -> xarray.Dataset:
         """Return all arrays as a dataset, of which chunks are read when they are needed: with dask, as its arrays."""
@@ -301,6 +308,26 @@ def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: 
     return Frame(
         whole, {**described, **shards}, plain_attributes({**fixed.attrs, **coordinates_of(fixed), "store": store})
     )
+
+
+def save_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any]) -> None:
+    """Write a dataset into a new folder as a store, variables along members and times in chunks of members.
+
+    `about` contains the `summary` of all members, their `failures`, and the `run` of each chunk.
+    """
+    names = [str(name) for name, each in data.variables.items() if each.dims[:2] == ("member", "time")]
+    members = data.sizes["member"] if names else 0
+    bytes_of_all = sum(data.variables[name].size for name in names) * 8
+    chunk = -(-members // max(-(-bytes_of_all // MAX_CHUNK_BYTES), 1)) if names else 0
+    summary = {"summary": {name: plain(value) for name, value in sorted(about["summary"].items())}}
+    folder.mkdir()
+    fixed, grown = data.drop_vars(names), data[names].drop_vars(data.coords, errors="ignore")
+    frame_of(fixed, grown.isel(member=slice(0, 1), missing_dims="ignore"), members, chunk, summary).write(folder)
+    store = EnsembleStore(folder)
+    for number in range(store.whole.size):
+        own = store.members_of(number)
+        failures = {str(k): why for k, why in about["failures"].items() if own.start <= k < own.stop}
+        store.write(number, plain_variables(grown.isel(member=own)), {}, {"failures": failures, "run": about["run"]})
 
 
 def block_of(chunk: int, member_bytes: int) -> int:

@@ -122,10 +122,6 @@ class Integrator:
             dense=self.dense,
         ).integrate()
 
-    def telling(self, progress: Progress) -> Integrator:
-        """Return the same that tells how much is done."""
-        return dataclasses.replace(self, progress=progress)
-
     def motion(self, state: State, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
         """Return the motion from a state, or that of the members from theirs, and what is known about the run."""
         members = state.time.shape

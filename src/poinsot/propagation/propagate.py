@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from typing import cast
 
 from typing_extensions import Unpack
 
@@ -26,8 +27,9 @@ from poinsot.propagation.arguments import (
     checked_tolerance,
     common_members,
 )
-from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
-from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
+from poinsot.propagation.chunk_plan import Chunking, plan_of
+from poinsot.propagation.chunk_run import run_in_chunks
+from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
@@ -134,8 +136,8 @@ def propagate(
     if not (plan and plan.client):  # whose workers have devices of their own
         integrator.check_device(bool(members))
     if members and plan:
-        result: Trajectory = in_chunks(EnsembleOfMotions(integrator, state, t, plan.provenance), plan, shown)
-        return result
+        ensemble = ensemble_of_motions(integrator, state, t, plan.provenance)
+        return cast("Trajectory", run_in_chunks(ensemble, plan, shown))
     motion, report = integrator.motion(state, t)
     if members:
         report.check("propagation", float(t[-1]), motion)

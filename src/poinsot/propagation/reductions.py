@@ -43,7 +43,7 @@ def _numbers_or_words(values: NDArray[np.generic]) -> bool:
 
 def reduced(store: EnsembleStore) -> xarray.Dataset:
     """Return what a reduction has made of the chunks that are whole."""
-    return concatenated(dataset_of_arrays(*each) for each in store.asides())
+    return concatenated(dataset_of_arrays(*each) for each in store.extras())
 
 
 def concatenated(parts: Iterable[xarray.Dataset]) -> xarray.Dataset:

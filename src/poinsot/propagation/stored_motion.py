@@ -96,7 +96,7 @@ def times_in(store: EnsembleStore) -> str:
 
 def run_in(store: EnsembleStore, run: RunRecord) -> RunRecord:
     """Return the record of the run that computed the complete chunks."""
-    runs = [about["run"] for _, about in store.asides()]
+    runs = [about["run"] for _, about in store.extras()]
     if not runs:
         return run
     first = {name: runs[0][name] for name in ("order", "tolerance", "kernel", "lanes")}
@@ -110,7 +110,7 @@ def told_run(run: RunRecord) -> dict[str, Any]:
 
 def failures_in(store: EnsembleStore) -> dict[int, str]:
     """Return the reasons why members stopped, from the complete chunks."""
-    return {int(member): str(why) for _, about in store.asides() for member, why in about["failures"].items()}
+    return {int(member): str(why) for _, about in store.extras() for member, why in about["failures"].items()}
 
 
 def told_events(events: Sequence[Event]) -> dict[str, str]:
@@ -213,4 +213,4 @@ def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table
     if members is not None and store.chunk:
         chunks = np.intersect1d(chunks, np.atleast_1d(members) // store.chunk)
     for number in chunks.tolist():
-        yield store.aside(number)[0]
+        yield store.extra_of(number)[0]

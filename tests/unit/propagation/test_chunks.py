@@ -13,8 +13,7 @@ import pytest
 import xarray
 
 import poinsot as pt
-from poinsot.propagation import chunks, zarr_group
-from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
+from poinsot.propagation import chunk_plan, chunk_run, ensemble_of_motions, zarr_group
 from poinsot.propagation.ensemble_store import EnsembleStore
 
 BODY = pt.Body((1.25, 1.0, 0.75))
@@ -468,16 +467,16 @@ def test_one_body_has_no_chunks():
 
 
 def test_a_chunk_larger_than_memory_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "available_memory", lambda: 100_000)
+    monkeypatch.setattr(chunk_plan, "available_memory", lambda: 100_000)
     with pytest.raises(ValueError, match=r"chunk must fit into the memory that .* 0.0001 GB, got 23 members, which"):
         run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=COUNT)
-    monkeypatch.setattr(chunks, "available_memory", lambda: 1000)
+    monkeypatch.setattr(chunk_plan, "available_memory", lambda: 1000)
     with pytest.raises(ValueError, match=r"got 1 members, which take .* GB. Give fewer times."):
         run(pt.System(BODY), out=tmp_path / "it.zarr")
 
 
 def test_memory_chooses_the_chunk(tmp_path, monkeypatch):
-    monkeypatch.setattr(chunks, "available_memory", lambda: 16 * 5000)
+    monkeypatch.setattr(chunk_plan, "available_memory", lambda: 16 * 5000)
     motion = run(pt.System(BODY), out=tmp_path / "it.zarr")  # 11 rows of 7 + 7 numbers, 1232 bytes a member
     assert motion.store.chunk == 4
     assert "it.zarr, 6 of 6 chunks of 4 members" in str(motion)
@@ -486,24 +485,27 @@ def test_memory_chooses_the_chunk(tmp_path, monkeypatch):
 PATIENCE = 30.0
 """Seconds in which another thread must have come to a place."""
 
+MEMBERS = 3
+"""Place of the members among the arguments of what integrates a chunk."""
+
 
 def test_a_chunk_is_written_while_the_next_one_is_computed_and_no_more_than_one_waits(tmp_path, monkeypatch):
     begun, written = [threading.Event() for _ in range(5)], []
-    write, computed = EnsembleStore.write, EnsembleOfMotions.computed
+    write, computed = EnsembleStore.write, ensemble_of_motions._integrated
 
     def slow(store, number, *others):
         assert number == 4 or begun[number + 1].wait(PATIENCE), "the next chunk waits for this one"
         write(store, number, *others)
         written.append(number)
 
-    def noted(ensemble, members, *others):
-        number = members.start // 5
+    def noted(*given):
+        number = given[MEMBERS].start // 5
         assert written[: number - 1] == [*range(number - 1)], "more than one chunk waits"
         begun[number].set()
-        return computed(ensemble, members, *others)
+        return computed(*given)
 
     monkeypatch.setattr(EnsembleStore, "write", slow)
-    monkeypatch.setattr(EnsembleOfMotions, "computed", noted)
+    monkeypatch.setattr(ensemble_of_motions, "_integrated", noted)
     motion = run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=5)
     assert written == [0, 1, 2, 3, 4]
     assert_same_rows(motion, run(pt.System(BODY)))
@@ -528,22 +530,22 @@ def test_what_the_writer_raises_ends_the_call_and_leaves_whole_chunks(fails, tmp
 
 
 def test_an_interrupt_lets_the_chunk_that_is_written_end(tmp_path, monkeypatch):
-    write, computed, out = EnsembleStore.write, EnsembleOfMotions.computed, tmp_path / "it.zarr"
+    write, computed, out = EnsembleStore.write, ensemble_of_motions._integrated, tmp_path / "it.zarr"
     interrupted = threading.Event()
 
     def slow(store, number, *others):
         assert number != 1 or interrupted.wait(PATIENCE)
         write(store, number, *others)
 
-    def stopped(ensemble, members, *others):
-        if members.start == 10:
+    def stopped(*given):
+        if given[MEMBERS].start == 10:
             interrupted.set()
             raise KeyboardInterrupt
-        return computed(ensemble, members, *others)
+        return computed(*given)
 
     with monkeypatch.context() as patch:
         patch.setattr(EnsembleStore, "write", slow)
-        patch.setattr(EnsembleOfMotions, "computed", stopped)
+        patch.setattr(ensemble_of_motions, "_integrated", stopped)
         with pytest.raises(
             pt.PropagationInterrupted, match=r"10 of 23 members are done. The same call continues the run."
         ):
@@ -561,7 +563,7 @@ def test_progress_is_over_all_chunks(tmp_path, monkeypatch):
         assert (what, total, wanted) == ("members", COUNT, True)
         yield lambda more: told.append(more)
 
-    monkeypatch.setattr(chunks, "bar", bar)
+    monkeypatch.setattr(chunk_run, "bar", bar)
     pt.propagate(pt.System(BODY), STARTS, TIMES, progress=True, out=tmp_path / "it.zarr", chunk=5)
     assert sum(told) == COUNT
     shutil.rmtree(tmp_path / "it.zarr" / "chunks" / "000002")

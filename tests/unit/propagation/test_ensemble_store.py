@@ -16,7 +16,7 @@ import pytest
 
 import forked
 import poinsot as pt
-from poinsot.propagation import chunks, ensemble_store, lease, zarr_group
+from poinsot.propagation import ensemble_store, lease, store_opening, zarr_group
 from poinsot.propagation.run_record import versions
 
 PROBLEM = """
@@ -249,7 +249,7 @@ def test_another_problem_is_refused(name, whole):
 
 def test_another_version_is_refused(whole, monkeypatch):
     of = versions()
-    monkeypatch.setattr(chunks, "versions", lambda: of | {"llvmlite": "99.0"})
+    monkeypatch.setattr(store_opening, "versions", lambda: of | {"llvmlite": "99.0"})
     with pytest.raises(ValueError, match=f"differs in its versions, llvmlite {of['llvmlite']} and now 99.0"):
         run(whole[0])
 

@@ -19,7 +19,7 @@ from poinsot.files.untrusted import read_text
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened
-from poinsot.propagation.chunks import Chunking
+from poinsot.propagation.chunk_plan import Chunking
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.system_text import MOST_CHARACTERS, WHOLE, WITH_FILES, text_of

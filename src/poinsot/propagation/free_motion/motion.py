@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time as clock
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,9 @@ from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, common_members
-from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
-from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
+from poinsot.propagation.chunk_plan import Chunking, plan_of
+from poinsot.propagation.chunk_run import run_in_chunks
+from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.integrator import Integrator, SinkRows
@@ -95,10 +96,9 @@ def free_motion(
     if plan:
         if not members:
             raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body.")
-        result: Trajectory = in_chunks(
-            _in_chunks(system, broadcast_members(state, members), t, plan.provenance), plan, sys.stderr.isatty()
-        )
-        return result
+        integrator = _closed_form(system, broadcast_members(state, members))
+        ensemble = ensemble_of_motions(integrator, broadcast_members(state, members), t, plan.provenance)
+        return cast("Trajectory", run_in_chunks(ensemble, plan, sys.stderr.isatty()))
     began = clock.perf_counter()
     if members:
         refuse_larger_than_memory(members[0], t.size, sum(SIZES.values()))
@@ -130,10 +130,9 @@ class _ClosedForm(Integrator):
         return Trajectory(self.system, state, times, MemoryRows(kept.phase), run)
 
 
-def _in_chunks(system: System, state: State, times: Array, provenance: Mapping[str, Any]) -> EnsembleOfMotions:
-    problem, chart = Problem(system), FORMULATIONS["lie_poisson"]
-    variables = state_vector(problem, state, chart, "double")
-    return EnsembleOfMotions(_ClosedForm(problem, variables, 0.0), state, times, provenance)
+def _closed_form(system: System, state: State) -> _ClosedForm:
+    problem = Problem(system)
+    return _ClosedForm(problem, state_vector(problem, state, FORMULATIONS["lie_poisson"], "double"), 0.0)
 
 
 class _Rotation:
