@@ -25,18 +25,19 @@ from poinsot.errors import PropagationInterrupted, member_array, refuse_nonposit
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
 from poinsot.integration.scaling import momentum_scale_of_members, orbital_rate
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.probing import time_scales
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import checked_times
+from poinsot.propagation.arguments import RunSettings, checked_times
 from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
-from poinsot.propagation.ensemble_of_results import analysed_in_chunks
+from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.run_record import RunRecord
-from poinsot.propagation.variational_run import TOGETHER, VariationalRun
+from poinsot.propagation.variational_run import TOGETHER, UserUnits, VariationalRun
 from poinsot.quantities import Times
 
 if TYPE_CHECKING:
@@ -220,51 +221,58 @@ def chaos_indicators(
     if plan := plan_of(**chunking):
         given = {"vectors": vectors, "formulation": formulation, "tolerance": tolerance, "threads": threads}
         t, varied = checked_times(times, system), {"momentum_unit": momentum_unit}
-        return cast(
-            "ChaosIndicators", analysed_in_chunks(plan, chaos_indicators, system, state, t, progress, given, varied)
-        )
-    job = VariationalRun(system, state, times, formulation, tolerance, threads, progress)
-    if not 1 <= vectors <= job.size:
-        raise ValueError(f"vectors must be a whole number from 1 to {job.size}, got {vectors}.")
-    _check_one_way(np.sort(job.times), job.state.time)
-    starts, rates = job.state.time, _fastest(system, job.state)
+        analysis = Analysis(chaos_indicators, system, state, t, given, varied)
+        return cast("ChaosIndicators", analysed_in_chunks(plan, analysis, progress))
+    run = VariationalRun.of(system, state, times, RunSettings.of(formulation, tolerance, threads, progress))
+    if not 1 <= vectors <= run.size:
+        raise ValueError(f"vectors must be a whole number from 1 to {run.size}, got {vectors}.")
+    _check_one_way(np.sort(run.times), run.state.time)
+    starts, rates = run.state.time, _fastest(system, run.state)
     unit = _momentum_unit(system, rates) if momentum_unit is None else member_array("momentum_unit", momentum_unit, ())
     refuse_nonpositive("momentum_unit", unit)
     refuse_other_members(momentum_unit=unit.shape, state=starts.shape)
-    unit = np.broadcast_to(unit, starts.shape) if job.members else np.ravel(unit)[0]
-    weights, start, report = job.weights(unit), _directions(vectors, job.size), Report(np.zeros(starts.size, dtype=int))
-    parts = {name: np.full((starts.size, job.times.size), np.nan) for name in FOUND}
-    for who, step in _alike(2 * np.pi / (SAMPLES * rates), starts.size, job.times):
-        some = job if who.size == starts.size else job.of_members(who)
-        fine, own = _refined(job.times, starts[who], step), np.broadcast_to(weights, (starts.size, job.size))[who, None]
-        out = _Indicators(starts[who], fine, job.times, own)
-        report.put(who, some.integrate(start * own, fine, out, ways=out.ways))
+    unit = np.broadcast_to(unit, starts.shape) if run.is_ensemble else np.ravel(unit)[0]
+    units, directions = run.user_units(unit), _directions(vectors, run.size)
+    report = Report(np.zeros(starts.size, dtype=int))
+    parts = {name: np.full((starts.size, run.times.size), np.nan) for name in FOUND}
+    for who, step in _alike(2 * np.pi / (SAMPLES * rates), starts.size, run.times):
+        some, own = run if who.size == starts.size else members_of(run, who), members_of(units, who)
+        out = _Indicators(starts[who], _refined(run.times, starts[who], step), run.times, own)
+        report.put(who, some.integrate(own.multiplied(directions), out.fine, out, ways=out.ways))
         for name, values in out.parts.items():
             parts[name][who] = values
         if report.interrupted:
             break
-    found = {name: part if job.members else part[0] for name, part in parts.items()}
-    since, units = starts if job.members else float(starts[0]), weights / job.units
-    failed, run = job.failures(report), job.run(report)
-    result = ChaosIndicators(system, job.times, since, unit, units, start, **found, failures=failed, run=run)
-    job.check(report, result)
+    result = ChaosIndicators(
+        system,
+        run.times,
+        starts if run.is_ensemble else float(starts[0]),
+        unit,
+        (units.weights if run.is_ensemble else units.weights[0]) / run.units,
+        directions,
+        **{name: part if run.is_ensemble else part[0] for name, part in parts.items()},
+        failures=run.failures(report),
+        run=run.run(report),
+    )
+    run.check(report, result)
     return result
 
 
 class _Indicators:
-    """The indicators of an ensemble at some of its times, in their order."""
+    """Indicators of an ensemble at some of the times of a run, in their order."""
 
-    def __init__(self, starts: Array, fine: Array, wanted: Array, weights: Array) -> None:
-        self._starts, self._weights, self._wanted = starts, weights, np.searchsorted(fine, wanted)
+    def __init__(self, starts: Array, fine: Array, wanted: Array, units: UserUnits) -> None:
+        self.fine, self._starts, self._units = fine, starts, units
+        self._wanted = np.searchsorted(fine, wanted)
         self._forwards = bool(np.max(wanted) > np.min(starts))
         self.ways = (self._forwards,)  # the times between the starts of members are those of the earlier ones
         self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in FOUND}
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:
-        """Keep the indicators of some members."""
+        """Compute the indicators of some members."""
         if not members.size:
             return
-        u, bits = rows["vectors"] / self._weights[members, None], rows["exponents"]
+        u, bits = self._units.divided(members, rows["vectors"]), rows["exponents"]
         lengths = np.sqrt(np.einsum("...k,...k->...", u, u))  # a norm along few components takes several times as long
         since = (times - self._starts[members, None]) * (1 if self._forwards else -1)
         growth = np.where(since > 0, np.log(lengths[..., 0]) + bits[..., 0] * np.log(2), 0.0)
@@ -403,15 +411,13 @@ def lyapunov_spectrum(
             "the "
             "way, and so would its memory. Take chaos_indicators."
         )
-    whole, plan = VariationalRun(system, state, times, formulation, tolerance, threads, False), plan_of(**chunking)
-    _common_start(whole)
-    given: dict[str, Any] = {"formulation": formulation, "tolerance": tolerance, "threads": threads}
-    given |= {"step": float(np.min(APART / _fastest(system, whole.state)))}  # one for all members, also in chunks
+    run, plan = _spectral_run(system, state, times, formulation, tolerance, threads), plan_of(**chunking)
+    step = float(np.min(APART / _fastest(system, run.state)))  # one for all members, also in chunks
     if plan:
-        return cast(
-            "LyapunovSpectrum", analysed_in_chunks(plan, _spectrum, system, state, whole.times, progress, given)
-        )
-    return _spectrum(system, state, whole.times, progress=progress, **given)
+        given = {"formulation": formulation, "tolerance": tolerance, "threads": threads, "step": step}
+        analysis = Analysis(_spectrum, system, state, run.times, given)
+        return cast("LyapunovSpectrum", analysed_in_chunks(plan, analysis, progress))
+    return _exponents(run, step, progress)
 
 
 def _spectrum(
@@ -425,71 +431,118 @@ def _spectrum(
     threads: int | None,
     progress: bool | None,
 ) -> LyapunovSpectrum:
-    """Return the exponents by vectors that are orthogonalised after each step at the latest."""
-    whole = VariationalRun(system, state, times, formulation, tolerance, threads, False)
-    start, members, k = _common_start(whole), len(whole.state.time), whole.size
-    copies = 1 if k <= TOGETHER else k  # of each member, with as many of the vectors
-    job = whole if copies == 1 else whole.repeated(copies)
-    shape, rates = (members * copies, k // copies), _fastest(job.system, job.state)
-    weights = np.broadcast_to(job.weights(_momentum_unit(job.system, rates)), (shape[0], k))[:, None]
-    at_start = job.variables.to_phase(job.state.time[:, None], job.variables.from_state(job.state)[:, None])
-    vectors = np.broadcast_to(_directions(k, k), (members, k, k))
-    now, total = job.state, Report(np.zeros(shape[0], dtype=int))
-    growth, kept = np.zeros((members, k)), np.empty((members, 0, k))
+    """Return the exponents of some members, with the step of all."""
+    return _exponents(_spectral_run(system, state, times, formulation, tolerance, threads), step, progress)
+
+
+def _spectral_run(
+    system: System, state: State, times: Times, formulation: str | None, tolerance: float | None, threads: int | None
+) -> VariationalRun:
+    """Return the run of a spectrum; raise a ValueError for several starts and for times that do not rise from one."""
+    run = VariationalRun.of(system, state, times, RunSettings.of(formulation, tolerance, threads, False))
+    start = float(run.state.time[0])
+    if np.any(run.state.time != start):
+        other = run.state.time[run.state.time != start][0]
+        raise ValueError(f"state must have one time for a spectrum, got {start:.10g} and {other:.10g}.")
+    if run.times[0] <= start or run.times[0] > run.times[-1]:
+        raise ValueError(
+            f"times must rise from the state's time, {start:.10g}, got [{run.times[0]:.10g}, ... {run.times[-1]:.10g}]."
+        )
+    return run
+
+
+def _exponents(run: VariationalRun, step: float, progress: bool | None) -> LyapunovSpectrum:
+    """Return the exponents from vectors that become orthonormal after each step at the latest."""
+    vectors, start, exponents = _OrthonormalVectors(run), float(run.state.time[0]), list[Array]()
 
     def result() -> LyapunovSpectrum:
-        found = kept if whole.members else kept[0]
-        failures = {member // copies: why for member, why in whole.failures(total).items()}
-        return LyapunovSpectrum(system, job.times[: kept.shape[1]], found, failures, job.run(total))
+        found = np.stack(exponents, axis=1) if exponents else np.empty((len(run.state.time), 0, run.size))
+        times = run.times[: len(exponents)]
+        found = found if run.is_ensemble else found[0]
+        return LyapunovSpectrum(run.system, times, found, vectors.failures, run.run(vectors.report))
 
-    stops = _refined(job.times, job.state.time, step)
-    wanted = sys.stderr.isatty() if progress is None else progress
+    stops, shown = _refined(run.times, run.state.time, step), sys.stderr.isatty() if progress is None else progress
     try:
-        with bar("time", float(stops[-1]) - start, wanted) as told:
+        with bar("time", float(stops[-1]) - start, shown) as advance:
             for stop in stops:
-                end = Memory(job.variables, shape[0], np.array([stop]), vectors=(shape[1], k), exponents=shape[1:])
-                given = vectors.reshape(*shape, k) * weights
-                report = job.integrate(given, end.times, end, now)
-                total.add(report)
-                whole.check(report, result())
-                _restart(end, list(total.stops), at_start, given)
-                vectors, sizes = _orthogonal((end.rows["vectors"][:, 0] / weights).reshape(members, k, k))
-                growth = growth + np.log(sizes) + end.rows["exponents"].reshape(members, k) * np.log(2)
-                told(float(stop - now.time[0]))
-                now = state_of(changed(end.phase, lambda x: np.repeat(x[::copies, 0], copies, 0)), stop + 0 * now.time)
-                if stop == job.times[kept.shape[1]]:
-                    kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
+                before, report, end = vectors.time, *vectors.integrated(stop)
+                run.check(report, result())
+                vectors.orthonormalise(end)
+                advance(float(stop - before))
+                if stop == run.times[len(exponents)]:
+                    exponents.append(vectors.growth / (stop - start))
     except KeyboardInterrupt:
-        reached = float(now.time[0])
-        sentence = f"the integration was interrupted at t = {reached:.10g} of {job.times[-1]:.10g}."
-        raise PropagationInterrupted(sentence, reached, result()) from None
+        sentence = f"the integration was interrupted at t = {vectors.time:.10g} of {run.times[-1]:.10g}."
+        raise PropagationInterrupted(sentence, vectors.time, result()) from None
     return result()
 
 
-def _restart(end: Memory, members: list[int], start: Phase, vectors: Array) -> None:
-    """Put something finite where members have stopped: they go on beside the others; their growth stays NaN."""
-    for name, values in end.phase.items():
-        values[members] = start[name][members]
-    end.rows["vectors"][members, 0] = vectors[members]
+class _OrthonormalVectors:
+    """As many tangent vectors as coordinates, which are integrated, then become orthonormal, and so on.
 
+    Vectors with many coordinates are integrated one by one, each along its own copy of the motion.
 
-def _orthogonal(vectors: Array) -> tuple[Array, Array]:
-    """Return orthonormal vectors for those in rows, one after another, and the lengths that each had beside them."""
-    turned, triangle = np.linalg.qr(np.swapaxes(vectors, -1, -2))
-    return np.swapaxes(turned, -1, -2), np.abs(np.diagonal(triangle, axis1=-2, axis2=-1))
+    Attributes
+    ----------
+    growth : array (members, k)
+        Logarithm of the growth of each vector, orthogonal to the vectors before it.
+    report : Report
+        Report of all integrations.
+    time : float
+        Time up to which the vectors are integrated.
+    """
 
+    def __init__(self, run: VariationalRun) -> None:
+        k, members = run.size, len(run.state.time)
+        self._run, self._copies = run, 1 if k <= TOGETHER else k
+        self._along = run if self._copies == 1 else run.repeated(self._copies)
+        self._state, count = self._along.state, members * self._copies
+        system, variables = self._along.system, self._along.variables
+        self._units = self._along.user_units(_momentum_unit(system, _fastest(system, self._state)))
+        first = variables.from_state(self._state)[:, None]
+        self._first = variables.to_phase(self._state.time[:, None], first)
+        self._vectors: Array = np.broadcast_to(_directions(k, k), (members, k, k))
+        self.growth, self.report = np.zeros((members, k)), Report(np.zeros(count, dtype=int))
 
-def _common_start(job: VariationalRun) -> float:
-    """Return the time at which all members start; refuse several, and times that do not rise from it."""
-    start = float(job.state.time[0])
-    if np.any(job.state.time != start):
-        other = job.state.time[job.state.time != start][0]
-        raise ValueError(f"state must have one time for a spectrum, got {start:.10g} and {other:.10g}.")
-    if job.times[0] <= start or job.times[0] > job.times[-1]:
-        raise ValueError(
-            f"times must rise from the state's time, {start:.10g}, got [{job.times[0]:.10g}, ... {job.times[-1]:.10g}]."
-        )
-    return start
+    @property
+    def time(self) -> float:
+        return float(self._state.time[0])
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Reasons why members stopped."""
+        return {copy // self._copies: why for copy, why in self._run.failures(self.report).items()}
+
+    def integrated(self, stop: float) -> tuple[Report, Memory]:
+        """Integrate motions and vectors to a time; return the report and the rows there."""
+        count, k = len(self._state.time), self._run.size
+        together = k // self._copies
+        rows = {"vectors": (together, k), "exponents": (together,)}
+        end = Memory(self._along.variables, count, np.array([stop]), **rows)
+        report = self._along.integrate(self._scaled, end.times, end, self._state)
+        self.report.add(report)
+        return report, end
+
+    def orthonormalise(self, end: Memory) -> None:
+        """Continue from the end of an integration, with orthonormal vectors."""
+        stopped = list(self.report.stops)
+        for name, values in end.phase.items():  # members that stopped go on from their start; their growth stays NaN
+            values[stopped] = self._first[name][stopped]
+        end.rows["vectors"][stopped, 0] = self._scaled[stopped]
+        ends = self._units.divided(np.arange(len(self._state.time)), end.rows["vectors"][:, 0])
+        turned, triangle = np.linalg.qr(np.swapaxes(ends.reshape(self._vectors.shape), -1, -2))
+        sizes = np.abs(np.diagonal(triangle, axis1=-2, axis2=-1))
+        self._vectors = np.swapaxes(turned, -1, -2)
+        bits = end.rows["exponents"].reshape(self.growth.shape)
+        self.growth = self.growth + np.log(sizes) + bits * np.log(2)
+        each = changed(end.phase, lambda x: np.repeat(x[:: self._copies, 0], self._copies, 0))
+        self._state = state_of(each, end.times[0] + 0 * self._state.time)
+
+    @property
+    def _scaled(self) -> Array:
+        """Vectors as initial values of an integration; shape (members, count, k)."""
+        k = self._run.size
+        return self._units.multiplied(self._vectors.reshape(-1, k // self._copies, k))
 
 
 # ---------------------------------------------------------------------- both

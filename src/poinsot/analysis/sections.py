@@ -30,6 +30,7 @@ from poinsot.propagation.arguments import checked_time
 from poinsot.propagation.chunk_plan import Plan
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import (
+    Analysis,
     analysed_in_chunks,
     ensemble_of_results,
     of_each,
@@ -230,9 +231,8 @@ def spin_orbit_section(
     refuse_other_members(angle=theta.shape, rate=spin.shape)
     theta, spin = np.broadcast_arrays(theta, spin)
     if plan:
-        return cast(
-            "Section", _spin_orbit_in_chunks(plan, system, {"angle": theta, "rate": spin}, revolutions, options)
-        )
+        starts = {"angle": theta, "rate": spin}
+        return cast("Section", _spin_orbit_in_chunks(plan, system, starts, revolutions, options))
     passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / float(orbit.mean_motion)
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
     omega = spin[..., None] * (0.0, 0.0, 1.0)
@@ -312,12 +312,9 @@ def andoyer_section(system: OfOneBody, state: State, time: Time, *, angle: Angle
 
     if plan := taken_out(options):
         progress, end = options.pop("progress", None), checked_time("time", time, system)
-        return cast(
-            "Section",
-            analysed_in_chunks(
-                plan, _andoyer_section_until, system, state, np.reshape(end, 1), progress, options, {"angle": angle}
-            ),
-        )
+        given = options, {"angle": angle}
+        analysis = Analysis(_andoyer_section_until, system, state, np.reshape(end, 1), *given)
+        return cast("Section", analysed_in_chunks(plan, analysis, progress))
     event = AndoyerCrossing(angle=angle, direction=1)
     times: Any = [time]
     motion = propagate(system, state, times, events=[event], **options)

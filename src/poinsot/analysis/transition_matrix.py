@@ -26,13 +26,13 @@ from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import checked_times
+from poinsot.propagation.arguments import RunSettings, checked_times
 from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import components
-from poinsot.propagation.ensemble_of_results import analysed_in_chunks
+from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.variational_run import TOGETHER, VariationalRun
+from poinsot.propagation.variational_run import TOGETHER, Derivatives, VariationalRun
 from poinsot.quantities import Times
 
 if TYPE_CHECKING:
@@ -217,22 +217,24 @@ def state_transition(
     if plan := plan_of(**chunking):
         given = {"parameters": parameters, "order": order, "formulation": formulation, "tolerance": tolerance}
         given, t = given | {"threads": threads}, checked_times(times, system)
-        return cast("StateTransition", analysed_in_chunks(plan, state_transition, system, state, t, progress, given))
+        analysis = Analysis(state_transition, system, state, t, given)
+        return cast("StateTransition", analysed_in_chunks(plan, analysis, progress))
     inputs = tuple(resolve(system, name) for name in parameters)
     sizes = np.array(np.broadcast_arrays(*(binary_size(system, name) for name in parameters)), dtype=int).T
-    whole = VariationalRun(system, state, times, formulation, tolerance, threads, progress, inputs, order, sizes)
+    settings = RunSettings.of(formulation, tolerance, threads, progress)
+    whole = VariationalRun.of(system, state, times, settings, Derivatives(inputs, order, sizes))
     out = _Columns(whole, order)
     report = Report(np.zeros(out.members, dtype=int))
     for some, groups in _shares(whole.size, len(inputs), order):
-        of_some = tuple(inputs[i] for i in some), sizes[..., list(some)]
-        job = whole if whole.size <= TOGETHER else whole.repeated(len(groups), *of_some)
+        of_some = Derivatives(tuple(inputs[i] for i in some), order, sizes[..., list(some)])
+        run = whole if whole.size <= TOGETHER else whole.repeated(len(groups), of_some)
         unit = np.eye(whole.size)
         start = np.tile(unit[np.array(groups)[:, : len(groups[0]) - len(some)]], (out.members, 1, 1))
-        found = job.integrate(start, whole.times, _Share(out, job, groups))
+        found = run.integrate(start, whole.times, _Share(out, run, groups))
         _add(report, found, len(groups))
         if report.interrupted:
             break
-    kept = slice(None) if whole.members else 0
+    kept = slice(None) if whole.is_ensemble else 0
     phase = changed(out.phase, lambda x: x[kept])
     rows, failures = MemoryRows(phase), whole.failures(report)
     motion = Trajectory(system, state, whole.times, rows, whole.run(report), failures=failures)
@@ -267,12 +269,12 @@ def _add(report: Report, found: Report, groups: int) -> None:
 class _Columns(Memory):
     """Motions with their matrices, in the units of the user."""
 
-    def __init__(self, job: VariationalRun, order: int) -> None:
-        self.members, times, k = len(job.state.time), job.times.size, job.size
-        super().__init__(job.variables, self.members, job.times)
-        columns, shape = k + job.parameters, (self.members, times)
+    def __init__(self, run: VariationalRun, order: int) -> None:
+        self.members, times, k = len(run.state.time), run.times.size, run.size
+        super().__init__(run.variables, self.members, run.times)
+        columns, shape = k + len(run.derivatives.inputs), (self.members, times)
         self.unit = np.ones((self.members, columns))
-        self.unit[:, :k] = job.units
+        self.unit[:, :k] = run.units
         self.directions = np.full((*shape, k, columns), np.nan)
         self.growth = np.full((*shape, columns), np.nan)
         self.second = np.full((*shape, k, *(columns,) * 2), np.nan) if order == 2 else np.empty(shape)
@@ -281,8 +283,8 @@ class _Columns(Memory):
 class _Share:
     """Takes the columns of each group of some, the groups of a member one after another."""
 
-    def __init__(self, out: _Columns, job: VariationalRun, groups: Sequence[Sequence[int]]) -> None:
-        self._out, self._k, self._groups = out, job.size, np.array(groups)
+    def __init__(self, out: _Columns, run: VariationalRun, groups: Sequence[Sequence[int]]) -> None:
+        self._out, self._k, self._groups = out, run.size, np.array(groups)
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
         """Keep the motions and columns of some members and groups."""

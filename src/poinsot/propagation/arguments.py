@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import sys
 import warnings
+from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
@@ -22,6 +24,7 @@ from poinsot.mechanics.system import System
 from poinsot.printable import nearest, quoted, shortened
 
 __all__ = [
+    "RunSettings",
     "broadcast_members",
     "check_bodies",
     "check_span",
@@ -34,6 +37,28 @@ __all__ = [
     "checked_tolerance",
     "common_members",
 ]
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """Checked settings of a run in double precision."""
+
+    formulation: Formulation
+    tolerance: float
+    threads: int
+    progress: bool
+
+    @classmethod
+    def of(
+        cls, formulation: str | Formulation | None, tolerance: float | None, threads: int | None, progress: bool | None
+    ) -> RunSettings:
+        """Return settings as `propagate` interprets its arguments; progress is shown on a terminal by default."""
+        return cls(
+            checked_formulation(formulation),
+            checked_tolerance(tolerance, "double"),
+            checked_threads(threads),
+            sys.stderr.isatty() if progress is None else progress,
+        )
 
 
 OWN_TIME = " Give the state its own: body.state(..., time=...)."

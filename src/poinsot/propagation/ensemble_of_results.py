@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 import sys
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from poinsot.propagation.stored_motion import result_in
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["analysed_in_chunks", "ensemble_of_results", "of_each", "results_in_chunks", "taken_out"]
+__all__ = ["Analysis", "analysed_in_chunks", "ensemble_of_results", "of_each", "results_in_chunks", "taken_out"]
 
 POINTS = "point"
 """The dimension of what members have different numbers of."""
@@ -89,24 +90,36 @@ def _computed(compute: Compute, members: slice, names: tuple[str, ...], progress
     return ChunkResult.of(run_of, members.start, data[[*names]], points, interrupted)
 
 
-def analysed_in_chunks(
-    plan: Plan,
-    function: Callable[..., Any],
-    system: System,
-    state: State,
-    times: NDArray[np.float64],
-    progress: bool | None,
-    settings: Mapping[str, Any],
-    varied: Mapping[str, Any] | None = None,
-) -> xarray.Dataset:
-    """Return the dataset of a function of system, state and times of an ensemble, computed in chunks.
+class Analysis(NamedTuple):
+    """Call of a function of a system, a state and times.
 
-    `varied` contains the arguments that may have one value for each member.
+    Parameters
+    ----------
+    function : callable
+        Returns the result of an ensemble, which has a `dataset`.
+    system, state, times
+        First arguments of the function.
+    settings : mapping
+        Arguments by name that all members share; `threads` does not change the result.
+    varied : mapping
+        Arguments by name that may have one value for each member.
     """
+
+    function: Callable[..., Any]
+    system: System
+    state: State
+    times: NDArray[np.float64]
+    settings: Mapping[str, Any]
+    varied: Mapping[str, Any] = MappingProxyType({})
+
+
+def analysed_in_chunks(plan: Plan, analysis: Analysis, progress: bool | None) -> xarray.Dataset:
+    """Return the dataset of an analysis of an ensemble, computed in chunks."""
+    function, system, state, times, settings, varied = analysis
     counts = common_members(system, state)
     if not counts:
         raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its dataset.")
-    whole, varied = broadcast_members(state, counts), varied or {}
+    whole = broadcast_members(state, counts)
     shared = {name: value for name, value in settings.items() if name != "threads"}
     threads = plan.threads(settings.get("threads"))
 

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
-import sys
-from typing import Any
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.integration import equations
-from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.formulations import FORMULATIONS, Formulation
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Sink
 from poinsot.integration.run import BOTH_WAYS, Run
+from poinsot.integration.state_vector import StateVector
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.members import members_of
@@ -22,18 +24,16 @@ from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import (
+    RunSettings,
     broadcast_members,
     check_bodies,
     check_span,
-    checked_formulation,
-    checked_threads,
     checked_times,
-    checked_tolerance,
     common_members,
 )
 from poinsot.propagation.run_record import Method, RunRecord
 
-__all__ = ["TOGETHER", "VariationalRun"]
+__all__ = ["TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
 
 Array = NDArray[np.float64]
 
@@ -41,94 +41,155 @@ TOGETHER = 12
 """The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""
 
 
-class VariationalRun:
-    """What integrations of variational equations have in common: checked arguments, variables, and the run itself.
+class Derivatives(NamedTuple):
+    """Derivatives by numbers of the system, which are integrated together with tangent vectors.
 
     Parameters
     ----------
-    system, state, times, formulation, tolerance, threads, progress
-        As in `propagate`; the formulation is one with tangent coordinates.
-    inputs : sequence of tuples of int
-        Of derivatives: which numbers of the system change together.
-    sizes : array of int (inputs,) or (members, inputs)
-        Binary exponents of about what each of these changes by; by default of one.
+    inputs : tuple of tuples of int
+        Indices of the numbers of the system that change together, for each derivative.
     order : {1, 2}
-        Of the derivatives.
+        Order of the derivatives.
+    sizes : array of int (inputs,) or (members, inputs)
+        Binary exponents of typical changes of the inputs. Default: changes by one.
+    """
+
+    inputs: tuple[tuple[int, ...], ...] = ()
+    order: int = 1
+    sizes: NDArray[np.int_] | tuple[()] = ()
+
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"sizes": 1}
+
+    def _with_values(self, **values: Any) -> Derivatives:
+        return self._replace(**values)
+
+
+NO_DERIVATIVES = Derivatives()
+
+
+class UserUnits(NamedTuple):
+    """Units in which a user gives and reads tangent vectors, as factors for the variables of a run.
+
+    Parameters
+    ----------
+    weights : array (members, k)
+        Values of the variables for vectors of size one.
+    """
+
+    weights: Array
+
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"weights": 1}
+
+    def _with_values(self, **values: Any) -> UserUnits:
+        return self._replace(**values)
+
+    def multiplied(self, vectors: Array) -> Array:
+        """Return vectors of the user as initial values of a run; shape (members, count, k)."""
+        return vectors * self.weights[:, None]
+
+    def divided(self, members: NDArray[np.int_], vectors: Array) -> Array:
+        """Return vectors of a run in the user's units; shape (members, ..., count, k) of some members."""
+        weights = self.weights[members]
+        return vectors / weights.reshape(len(weights), *(1,) * (vectors.ndim - 2), -1)
+
+
+@dataclass(frozen=True, eq=False)
+class VariationalRun:
+    """Checked arguments of integrations of variational equations, and the integrations themselves.
 
     Attributes
     ----------
-    members : tuple
-        () for one body.
-    formulation : Formulation
-        The chart.
-    variables : StateVector
-    units : array (k,) or (members, k)
-        What the variables multiply each tangent coordinate by.
-    size : int
-        The number k of tangent coordinates.
-    parameters : int
-        How many inputs there are.
+    problem : Problem
+        System without events.
+    state : State
+        Initial states; one body has a member axis of length one.
+    times : array (n,)
+        Times of the results.
+    settings : RunSettings
+        Formulation with tangent coordinates, tolerance, threads and progress.
+    chart : StateVector
+        State vector without derivatives by numbers of the system.
+    is_ensemble : bool
+        False for one body.
+    derivatives : Derivatives
+        Derivatives by numbers of the system.
     """
 
-    def __init__(
-        self,
+    problem: Problem
+    state: State
+    times: Array
+    settings: RunSettings
+    chart: StateVector
+    is_ensemble: bool
+    derivatives: Derivatives = NO_DERIVATIVES
+
+    _member_axes: ClassVar[Mapping[str, int]] = {"problem": 0, "state": 0, "chart": 0, "derivatives": 0}
+
+    def _with_values(self, **values: Any) -> VariationalRun:
+        return replace(self, is_ensemble=True, **values)
+
+    @classmethod
+    def of(
+        cls,
         system: System,
         state: State,
         times: ArrayLike,
-        formulation: str | None = None,
-        tolerance: float | None = None,
-        threads: int | None = None,
-        progress: bool | None = None,
-        inputs: tuple[tuple[int, ...], ...] = (),
-        order: int = 1,
-        sizes: Any = (),
-    ) -> None:
-        self._order, self._sizes = order, np.asarray(sizes, dtype=int)
-        self.times = checked_times(times, system)
-        check_span(system, state, self.times)
-        chosen = checked_formulation(formulation)
+        settings: RunSettings,
+        derivatives: Derivatives = NO_DERIVATIVES,
+    ) -> VariationalRun:
+        """Return the run of a system from a state; raise an error for arguments that do not fit."""
+        t, chosen = checked_times(times, system), settings.formulation
+        check_span(system, state, t)
         if not chosen.tangent:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
             raise ValueError(f"formulation must be one of {able} for variational equations, got {quoted(chosen.name)}.")
-        self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
-        self._progress = sys.stderr.isatty() if progress is None else progress
         check_bodies(system, state)
-        self.system, self.problem, self.members = system, Problem(system), common_members(system, state)
-        self.state = broadcast_members(state, self.members or (1,))
-        variables = equations.state_vector(self.problem, self.state, chosen, "double")
-        if inputs:  # comoving axes would change with their orbit
-            orbits, views = shared_blocks(
-                equations.between_first_knots(self.problem).orbits, lambda orbit: not orbit.closed_form
-            )
-            variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
-        self.formulation = chosen
-        self.variables = variables if self.members else members_of(variables, 0)
-        self._scaled, self.units = variables.tangent_scales, self.variables.tangent_units
-        self.size = len(self._scaled)
-        first = 1 + len(variables.factors)  # behind the scales
-        self._inputs = tuple(tuple(first + number for number in together) for together in inputs)
-        self.parameters = len(inputs)
+        problem, members = Problem(system), common_members(system, state)
+        states = broadcast_members(state, members or (1,))
+        chart = equations.state_vector(problem, states, chosen, "double")
+        chart = chart if members else members_of(chart, 0)
+        return cls(problem, states, t, settings, chart, bool(members), derivatives)
 
-    def repeated(self, count: int, inputs: tuple[tuple[int, ...], ...] = (), sizes: Any = ()) -> VariationalRun:
-        """Return the run of an ensemble that has each member `count` times, with other inputs and their sizes."""
-        return self.of_members(np.repeat(np.arange(len(self.state.time)), count), inputs, sizes)
+    @property
+    def system(self) -> System:
+        """System of the run."""
+        return self.problem.system
 
-    def of_members(
-        self, who: NDArray[np.int_], inputs: tuple[tuple[int, ...], ...] = (), sizes: Any = ()
-    ) -> VariationalRun:
-        """Return the run of an ensemble of some members, with other inputs and their sizes."""
-        return VariationalRun(
-            members_of(self.system, who),
-            members_of(self.state, who),
-            self.times,
-            self.formulation.name,
-            self._tolerance,
-            self._threads,
-            self._progress,
-            inputs,
-            self._order,
-            sizes[who] if np.ndim(sizes) > 1 else sizes,
-        )
+    @property
+    def formulation(self) -> Formulation:
+        """Formulation of the run."""
+        return self.settings.formulation
+
+    @functools.cached_property
+    def variables(self) -> StateVector:
+        """State vector of the run, without tangent vectors.
+
+        With derivatives it is not in comoving axes, which would change with their orbit.
+        """
+        if not self.derivatives.inputs:
+            return self.chart
+        smooth = equations.between_first_knots(self.problem)
+        orbits, views = shared_blocks(smooth.orbits, lambda orbit: not orbit.closed_form)
+        return replace(self.chart, orbits=orbits, views=views, comoving=False)
+
+    @property
+    def units(self) -> Array:
+        """Factors by which the variables multiply tangent coordinates; shape (k,) or (members, k)."""
+        return self.chart.tangent_units
+
+    @property
+    def size(self) -> int:
+        """Number k of tangent coordinates."""
+        return len(self.chart.tangent_scales)
+
+    def repeated(self, count: int, derivatives: Derivatives = NO_DERIVATIVES) -> VariationalRun:
+        """Return the run of an ensemble that contains each member `count` times, with other derivatives."""
+        each = np.repeat(np.arange(len(self.state.time)), count)
+        return members_of(replace(self, derivatives=derivatives), each)
 
     def integrate(
         self,
@@ -138,50 +199,51 @@ class VariationalRun:
         state: State | None = None,
         ways: tuple[bool, ...] = BOTH_WAYS,
     ) -> Report:
-        """Integrate to times with tangent vectors from the start, shape (..., count, k).
-
-        The state is by default that of the run.
-        """
-        variations = Variations(self._scaled, vectors.shape[-2], self._inputs, self._order, vectors, self._sizes)
-        variables = dataclasses.replace(self.variables, variations=variations)
+        """Integrate to times with initial tangent vectors of shape (..., count, k); by default from the run's state."""
+        first = 1 + len(self.chart.factors)  # inputs follow the scales
+        inputs = tuple(tuple(first + number for number in together) for together in self.derivatives.inputs)
+        order, sizes = self.derivatives.order, np.asarray(self.derivatives.sizes, dtype=int)
+        variations = Variations(self.chart.tangent_scales, vectors.shape[-2], inputs, order, vectors, sizes)
+        variables, settings = replace(self.variables, variations=variations), self.settings
         return Run(
             self.problem,
             variables,
             self.state if state is None else state,
             times,
             sink,
-            tolerance=self._tolerance,
-            threads=self._threads,
-            progress=self._progress,
+            tolerance=settings.tolerance,
+            threads=settings.threads,
+            progress=settings.progress,
             ways=ways,
         ).integrate()
 
-    def weights(self, momentum_unit: Any) -> Array:
-        """Return by what the variables multiply tangent coordinates of size one; shape (k,) or (members, k).
+    def user_units(self, momentum_unit: Any) -> UserUnits:
+        """Return the units of tangent vectors of the user.
 
-        Angles are in radians; momenta in a unit, that of a second body smaller as its largest moment is; other
-        variables in a power of two about ten times their size.
+        Angles are in radians. Momenta are in `momentum_unit`, which is smaller for a second body in the ratio of the
+        largest moments. The unit of other variables is a power of two, about ten times their size.
         """
-        scale, unit = (np.asarray(x)[..., None] for x in (self.variables.scale, momentum_unit))
-        weights = np.where(self._scaled, scale * unit, np.ones_like(self.units))
+        units = self.units
+        scale, unit = (np.asarray(x)[..., None] for x in (self.chart.scale, momentum_unit))
+        weights = np.where(self.chart.tangent_scales, scale * unit, np.ones_like(units))
         size = len(self.formulation.tangent)
         largest = [np.asarray(np.max(body.moments, axis=-1))[..., None] for body in self.system.rigid_bodies]
         for i, moments in enumerate(largest[1:], start=1):
             own = slice(i * size + size // 2, (i + 1) * size)
-            weights[..., own] = self.units[..., own] * unit * moments / largest[0]
-        return weights
+            weights[..., own] = units[..., own] * unit * moments / largest[0]
+        return UserUnits(np.broadcast_to(weights, (len(self.state.time), self.size)))
 
     def run(self, report: Report) -> RunRecord:
-        """Return how it was computed."""
+        """Return the record of the run."""
         return RunRecord.of(report, Method.VARIATIONAL, self.formulation.name)
 
     def failures(self, report: Report) -> dict[int, str]:
-        """Return why members stopped; of one body `check` raises it."""
-        return report.failures if self.members else {}
+        """Return why members stopped; for one body `check` raises the reason."""
+        return report.failures if self.is_ensemble else {}
 
     def check(self, report: Report, result: object) -> None:
-        """Raise what tells of Ctrl-C, or why one body stopped, and has the result up to there."""
+        """Raise an error, with the result up to there, after Ctrl-C or if one body stopped."""
         last = float(self.times[-1])
         report.check("the integration", last, result)
-        if not self.members:
+        if not self.is_ensemble:
             report.check_one(last, result)

@@ -251,15 +251,15 @@ def test_an_interrupt_keeps_the_finished_members(monkeypatch):
 
 
 def test_an_interrupted_spectrum_keeps_the_times_before(monkeypatch):
-    calls, orthogonal = [], chaos._orthogonal
+    calls, orthonormalise = [], chaos._OrthonormalVectors.orthonormalise
 
-    def interrupted(vectors):
+    def interrupted(vectors, end):
         calls.append(1)
         if len(calls) == 3:
             raise KeyboardInterrupt
-        return orthogonal(vectors)
+        orthonormalise(vectors, end)
 
-    monkeypatch.setattr(chaos, "_orthogonal", interrupted)
+    monkeypatch.setattr(chaos._OrthonormalVectors, "orthonormalise", interrupted)
     sentence = r"^the integration was interrupted at t = 0\.2 of 0\.3\.$"
     with pytest.raises(pt.PropagationInterrupted, match=sentence) as caught:
         pt.analysis.lyapunov_spectrum(TOP, member(states(1), 0), [0.1, 0.2, 0.3])
