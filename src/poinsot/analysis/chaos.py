@@ -7,7 +7,6 @@ affects the indicators at finite times, not their limits.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import itertools
 import sys
 from collections.abc import Iterator
@@ -17,17 +16,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack, override
 
-from poinsot import functions
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.display.progress import bar
-from poinsot.errors import PropagationInterrupted, member_array, refuse_nonpositive, refuse_other_members
+from poinsot.errors import PropagationInterrupted
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
-from poinsot.integration.scaling import momentum_scale_of_members, orbital_rate
+from poinsot.integration.scaling import fastest_rates
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.probing import time_scales
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
@@ -227,12 +223,8 @@ def chaos_indicators(
     if not 1 <= vectors <= run.size:
         raise ValueError(f"vectors must be a whole number from 1 to {run.size}, got {vectors}.")
     _check_one_way(np.sort(run.times), run.state.time)
-    starts, rates = run.state.time, _fastest(system, run.state)
-    unit = _momentum_unit(system, rates) if momentum_unit is None else member_array("momentum_unit", momentum_unit, ())
-    refuse_nonpositive("momentum_unit", unit)
-    refuse_other_members(momentum_unit=unit.shape, state=starts.shape)
-    unit = np.broadcast_to(unit, starts.shape) if run.is_ensemble else np.ravel(unit)[0]
-    units, directions = run.user_units(unit), _directions(vectors, run.size)
+    starts, rates = run.state.time, fastest_rates(system, run.state)
+    units, directions = run.user_units(rates, momentum_unit), _directions(vectors, run.size)
     report = Report(np.zeros(starts.size, dtype=int))
     parts = {name: np.full((starts.size, run.times.size), np.nan) for name in FOUND}
     for who, step in _alike(2 * np.pi / (SAMPLES * rates), starts.size, run.times):
@@ -247,7 +239,7 @@ def chaos_indicators(
         system,
         run.times,
         starts if run.is_ensemble else float(starts[0]),
-        unit,
+        units.momentum if run.is_ensemble else units.momentum[0],
         (units.weights if run.is_ensemble else units.weights[0]) / run.units,
         directions,
         **{name: part if run.is_ensemble else part[0] for name, part in parts.items()},
@@ -412,7 +404,7 @@ def lyapunov_spectrum(
             "way, and so would its memory. Take chaos_indicators."
         )
     run, plan = _spectral_run(system, state, times, formulation, tolerance, threads), plan_of(**chunking)
-    step = float(np.min(APART / _fastest(system, run.state)))  # one for all members, also in chunks
+    step = float(np.min(APART / fastest_rates(system, run.state)))  # one for all members, also in chunks
     if plan:
         given = {"formulation": formulation, "tolerance": tolerance, "threads": threads, "step": step}
         analysis = Analysis(_spectrum, system, state, run.times, given)
@@ -498,7 +490,7 @@ class _OrthonormalVectors:
         self._along = run if self._copies == 1 else run.repeated(self._copies)
         self._state, count = self._along.state, members * self._copies
         system, variables = self._along.system, self._along.variables
-        self._units = self._along.user_units(_momentum_unit(system, _fastest(system, self._state)))
+        self._units = self._along.user_units(fastest_rates(system, self._state))
         first = variables.from_state(self._state)[:, None]
         self._first = variables.to_phase(self._state.time[:, None], first)
         self._vectors: Array = np.broadcast_to(_directions(k, k), (members, k, k))
@@ -551,21 +543,6 @@ class _OrthonormalVectors:
 def _directions(count: int, k: int) -> Array:
     """Return perpendicular unit vectors, always the same, none along an axis."""
     return np.asarray(np.linalg.qr(np.random.default_rng(20061027).normal(size=(k, k)))[0][:count])
-
-
-def _fastest(system: System, state: State) -> Array:
-    """Return the rates of the fastest angle that motions need to be looked at along: the orbit's, else the body's."""
-    if isinstance(system, PairSystem):
-        return np.asarray(orbital_rate(system, state))
-    own = np.asarray(momentum_scale_of_members(system, state) / np.min(system.body.moments, axis=-1))
-    paths = [orbit.with_axes(1) for orbit in system.orbits]
-    each = [functions.norm(path.velocity_at(path.sample_time)) > 0 for path in paths]
-    moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)
-    return np.where(moving, rates, own) if moving.ndim or not moving else rates
-
-
-def _momentum_unit(system: System, rates: Array) -> Array:
-    return np.asarray(np.max(system.rigid_bodies[0].moments, axis=-1) * rates)
 
 
 def _alike(steps: Array, members: int, times: Array) -> Iterator[tuple[NDArray[np.int_], float]]:

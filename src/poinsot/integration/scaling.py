@@ -20,12 +20,13 @@ from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formula_trials import ATTITUDES, RATES, body_in_rotation
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.pair_system import ORBIT, PairSystem
-from poinsot.mechanics.probing import sample_times, samples
+from poinsot.mechanics.probing import sample_times, samples, time_scales
 from poinsot.mechanics.state import PairState, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.taylor.graph import Evaluator, Graph
 
 __all__ = [
+    "fastest_rates",
     "momentum_ratios",
     "momentum_scale",
     "momentum_scale_of_members",
@@ -36,6 +37,8 @@ __all__ = [
     "torque_scale",
     "traced_sizes",
 ]
+
+Array = NDArray[np.float64]
 
 MIN_SCALE, MAX_SCALE = 2.0**-512, 2.0**512
 """Limits of a momentum scale: squares of smaller scales underflow to zero, and squares of larger scales overflow."""
@@ -55,8 +58,24 @@ def momentum_scale(system: System, state: State) -> Any:
 
 def momentum_scale_of_members(system: System, state: State) -> Any:
     """Return the momentum scale of a single body, with torques at the same samples as for members of an ensemble."""
-    strongest = _strongest_at_samples(system, system.known(_has_branches))
-    return _momentum_scale(system, state, _momentum_of(system, strongest))
+    return _momentum_scale(system, state, system.once(_momentum_at_samples))
+
+
+def _momentum_at_samples(system: System) -> Any:
+    return _momentum_of(system, _strongest_at_samples(system, system.known(_has_branches)))
+
+
+def fastest_rates(system: System, state: State) -> Array:
+    """Return the rate of the fastest angle along the motion from a state: of the orbit, or else of the body."""
+    if isinstance(system, PairSystem):
+        return np.asarray(orbital_rate(system, state))
+    own = np.asarray(momentum_scale_of_members(system, state) / np.min(system.body.moments, axis=-1))
+    if not system.orbits:
+        return own
+    paths = [orbit.with_axes(1) for orbit in system.orbits]
+    each = [functions.norm(path.velocity_at(path.sample_time)) > 0 for path in paths]
+    moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)
+    return np.where(moving, rates, own) if moving.ndim or not moving else rates
 
 
 def momentum_scales(system: System, state: State) -> dict[str, Any]:

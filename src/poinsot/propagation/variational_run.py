@@ -10,6 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS, Formulation
 from poinsot.integration.problem import Problem
@@ -76,13 +77,16 @@ class UserUnits(NamedTuple):
     ----------
     weights : array (members, k)
         Values of the variables for vectors of size one.
+    momentum : array (members,)
+        Angular momentum that is compared with a rotation by one radian.
     """
 
     weights: Array
+    momentum: Array
 
     @property
     def _member_axes(self) -> dict[str, int]:
-        return {"weights": 1}
+        return {"weights": 1, "momentum": 0}
 
     def _with_values(self, **values: Any) -> UserUnits:
         return self._replace(**values)
@@ -217,21 +221,28 @@ class VariationalRun:
             ways=ways,
         ).integrate()
 
-    def user_units(self, momentum_unit: Any) -> UserUnits:
+    def user_units(self, rates: Array, momentum_unit: ArrayLike | None = None) -> UserUnits:
         """Return the units of tangent vectors of the user.
 
-        Angles are in radians. Momenta are in `momentum_unit`, which is smaller for a second body in the ratio of the
-        largest moments. The unit of other variables is a power of two, about ten times their size.
+        Angles are in radians. Momenta are in `momentum_unit`, by default the largest moment of the first body times the
+        rate of the fastest angle. The unit of momenta of a second body is smaller in the ratio of the largest moments.
+        The unit of other variables is a power of two, about ten times their size.
         """
-        units = self.units
-        scale, unit = (np.asarray(x)[..., None] for x in (self.chart.scale, momentum_unit))
-        weights = np.where(self.chart.tangent_scales, scale * unit, np.ones_like(units))
+        members = self.state.time.shape
+        largest = [np.asarray(np.max(body.moments, axis=-1)) for body in self.system.rigid_bodies]
+        given = largest[0] * rates if momentum_unit is None else member_array("momentum_unit", momentum_unit, ())
+        refuse_nonpositive("momentum_unit", given)
+        refuse_other_members(momentum_unit=given.shape, state=members)
+        momentum = np.broadcast_to(given, members)
+        unit, units = momentum[:, None], self.units
+        weights = np.where(
+            self.chart.tangent_scales, np.asarray(self.chart.scale)[..., None] * unit, np.ones_like(units)
+        )
         size = len(self.formulation.tangent)
-        largest = [np.asarray(np.max(body.moments, axis=-1))[..., None] for body in self.system.rigid_bodies]
         for i, moments in enumerate(largest[1:], start=1):
             own = slice(i * size + size // 2, (i + 1) * size)
-            weights[..., own] = units[..., own] * unit * moments / largest[0]
-        return UserUnits(np.broadcast_to(weights, (len(self.state.time), self.size)))
+            weights[..., own] = units[..., own] * unit * moments[..., None] / largest[0][..., None]
+        return UserUnits(weights, momentum)
 
     def run(self, report: Report) -> RunRecord:
         """Return the record of the run."""
