@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,8 @@ from poinsot.integration.report import Report
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
-from poinsot.propagation.columns import Requirement, columns_of
+from poinsot.mechanics.system import System
+from poinsot.propagation.columns import Column, Requirement, columns_of
 from poinsot.propagation.dataset import state_variables
 from poinsot.propagation.ensemble import ChunkResult, Ensemble, digests
 from poinsot.propagation.ensemble_store import EnsembleStore
@@ -61,7 +62,7 @@ def ensemble_of_motions(
     whole = integrator.trajectory(state, _NoRows(variables, size, times), report, times)
     whole._complete(provenance=provenance)
     first, run, events = whole.isel(member=slice(0, 1)), whole.run, integrator.problem.events
-    described = with_texts(whole.variables(()), whole)
+    described, columns = with_texts(whole.variables(()), whole), columns_of(first.system, first.variable_names)
     method = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
     problem = {
         "function": "propagate",
@@ -75,8 +76,8 @@ def ensemble_of_motions(
         members=size,
         last=float(times[-1]),
         problem=digests(problem),
-        names=first.variable_names,
-        stored=_stored(first, "not_rerunnable" not in described.attrs),
+        names=tuple(columns),
+        stored=(*state_variables(first.system, first.phase), *_required(columns, first.system, described)),
         member_bytes=8 * times.size * (variables.size + sum(variables.sizes.values())),
         fixed=described.assign_attrs(
             {**method, "tolerance": run.tolerance, "order": 0, "steps": 0, **told_events(events)}
@@ -87,12 +88,12 @@ def ensemble_of_motions(
     )
 
 
-def _stored(motion: Trajectory, rerunnable: bool) -> tuple[str, ...]:
-    """Return the names of the state variables; if the forces cannot be written, also of columns that require them."""
-    columns, needed = columns_of(motion.system, motion.variable_names), {Requirement.ORBITS}
-    if not rerunnable:
-        needed |= {Requirement.FORCES, *([Requirement.PARTS] if motion.system.parts else [])}
-    return (*state_variables(motion.system, motion.phase), *(name for name, column in columns.items() if column.requires & needed))
+def _required(columns: Mapping[str, Column], system: System, described: xarray.Dataset) -> Iterator[str]:
+    """Yield the names of columns that states do not give again: with orbits, and forces that cannot be written."""
+    needed = {Requirement.ORBITS}
+    if "not_rerunnable" in described.attrs:
+        needed |= {Requirement.FORCES, *([Requirement.PARTS] if system.parts else [])}
+    return (name for name, column in columns.items() if column.requires & needed)
 
 
 def _template(first: Trajectory, names: tuple[str, ...]) -> xarray.Dataset:
