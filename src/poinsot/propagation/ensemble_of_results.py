@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 __all__ = ["Analysis", "analysed_in_chunks", "ensemble_of_results", "of_each", "results_in_chunks", "taken_out"]
 
 POINTS = "point"
-"""The dimension of what members have different numbers of."""
+"""Dimension of points, of which members have different numbers."""
 
 PROOF = ("integral_", "drift_")
-"""What names begin with of what a motion conserves: some members conserve more than all."""
+"""Beginnings of the names of conserved quantities: some members conserve more than all members."""
 
 OF_ONE = (*PROOF, "failures", "initial_state", "norm_error", "order", "state_variables", "steps", "tangency_error")
-"""What attributes of the first member begin with that are not those of all."""
+"""Beginnings of the names of attributes that describe the first member only."""
 
 
 Compute = Callable[[NDArray[np.int_]], Any]
@@ -139,12 +139,12 @@ def results_in_chunks(ensemble: Ensemble[xarray.Dataset], plan: Plan, progress: 
 
 
 def of_each(arguments: Mapping[str, Any], members: NDArray[np.int_]) -> dict[str, Any]:
-    """Return those of some members, of arguments that may have one value for each."""
+    """Return arguments of some members; arguments that all members share stay."""
     return {name: np.asarray(x)[members] if np.ndim(x) else x for name, x in arguments.items()}
 
 
 def taken_out(options: dict[str, Any]) -> Plan | None:
-    """Take the arguments of chunks out of options, and return what they ask for."""
+    """Remove the arguments of chunks from options and return the plan; None without any."""
     return plan_of(**{name: options.pop(name) for name in Chunking.__annotations__ if name in options})
 
 
