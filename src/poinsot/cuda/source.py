@@ -1,7 +1,7 @@
 """CUDA C from LLVM's representation of a kernel of one lane, instruction by instruction: so all bits are the same.
 
-It knows what `poinsot.taylor.llvm_ir` writes. Branches become goto. What a block gets from the one before it is handed
-over in variables of their own, as all of them change at once.
+It translates the instructions that `poinsot.taylor.llvm_ir` writes. Branches become goto. Values that a block receives
+from the block before it are passed in variables of their own, as all of them change at once.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ TWO, COMPARED, CAST = r"(\w+) (\S+), (\S+)", r"(\w+) \w+ (\S+), (\S+)", r"\w+ (\
 
 
 class _Instruction(NamedTuple):
-    """What follows its name, and by the groups of that the type of the result and the text."""
+    """Pattern of the operands, and the type of the result and the text in C by the groups of the pattern."""
 
     pattern: str
     kind: str
@@ -133,7 +133,7 @@ class _Body:
         return [f"{name} = {name}n;" for name, *_ in taken]
 
     def _line(self, label: str, line: str) -> str:
-        """Return an instruction, and note the type of its result."""
+        """Return an instruction, and store the type of its result."""
         own, _, rest = line.rpartition(" = ")
         name, _, rest = rest.partition(" ")
         if name == "br":

@@ -1,7 +1,8 @@
 """Canonical polynomial form of formulas: linear forms of monomials, the drafts of the operations of a decomposition.
 
-What depends on inputs of the run alone becomes a parameter where it meets a variable. Numbers and constants are taken
-out of products, so that 2 (3 (a x)) costs one operation; sums that are used once are part of the sum that uses them.
+A scalar that depends on inputs of the run alone becomes a parameter where it meets a variable. Numbers and constants
+are taken out of products, so that 2 (3 (a x)) costs one operation; a sum that is used once is part of the sum that
+uses it.
 """
 
 from __future__ import annotations

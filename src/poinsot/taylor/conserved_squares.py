@@ -1,7 +1,7 @@
 """Sums of squares that are integrals of the motion, as the norm of a quaternion: each saves the square of a variable.
 
-What does not change with time has no Taylor coefficients but the first, so it costs no product of series. Where N is
-x^2 + y^2 + z^2, the form x^2 - y^2 is N - 2 y^2 - z^2. N is what it is as a step begins: none is taken for 1.
+A constant of the motion has no Taylor coefficients but the first, so it costs no product of series. If N is
+x^2 + y^2 + z^2, the form x^2 - y^2 is N - 2 y^2 - z^2. The kernel computes N when a step begins; it assumes no value.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import numpy as np
 from poinsot.taylor.layouts import Batch, Single
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Structure, Value, Wide, WideValue, vector
 
-__all__ = ["QUEUE", "Body", "Context", "Field", "Part", "Work"]
+__all__ = ["QUEUE", "Body", "Context", "Field", "KernelPart", "Work"]
 
 QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
 """The record of a queue: counts and addresses."""
@@ -133,7 +133,7 @@ Body = Callable[[Work, Value], None]
 """The body of a function of one lane: it writes the instructions for the memory of a worker and a lane."""
 
 
-class Part:
+class KernelPart:
     """A part of a kernel: its fields in memory, its functions, and what it does where lanes change their tasks.
 
     Attributes

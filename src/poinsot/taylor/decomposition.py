@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 Factor = TypeVar("Factor")
-"""What an operation combines: an operation by its number, or a monomial while a decomposition is made."""
+"""Operand of an operation: the number of an operation, or a monomial while a decomposition is made."""
 
 
 Number: TypeAlias = float | Fraction
@@ -125,14 +125,14 @@ class Invariant(NamedTuple, Generic[Factor]):
 
 
 class Crossing(NamedTuple):
-    """What is done at the zeros of a value that is watched.
+    """Zeros of the value of an event that the kernel records.
 
     Parameters
     ----------
     direction : {-1, 0, 1}
-        Only where the value falls or rises with time; 0: both.
+        -1 for zeros where the value falls with time, 1 for zeros where it rises; 0 for both.
     stops : bool
-        Whether the motion stops there, for good or to go on with another state.
+        Whether the motion stops there, at its end or to continue with another state.
     """
 
     direction: int
@@ -149,7 +149,7 @@ class Momenta(NamedTuple):
     scaled : tuple of int
         Of all that go with the scale.
     powers : tuple of int
-        To which power of the scale each parameter goes.
+        The power of the scale in each parameter.
     conjugates : tuple of (int, int)
         Where the quaternions and their conjugate momenta begin. Momenta that have shrunk lose q . Q, the rounding of
         larger ones, which changes no motion but would hide those that shrink on.
@@ -186,7 +186,7 @@ class Decomposition:
     parameters : int
         How many parameters there are.
     watched : tuple of Coefficient or int
-        What is negative where each condition holds, then the values of events.
+        A function for each condition, negative where the condition holds, then the values of events.
     conditions : tuple of int
         The parameters that hold these conditions, 1 or 0.
     events : tuple of Crossing

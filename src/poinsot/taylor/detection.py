@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from typing_extensions import override
 
-from poinsot.taylor.context import Context, Part, Work
+from poinsot.taylor.context import Context, KernelPart, Work
 from poinsot.taylor.decomposition import Decomposition
 from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Structure, Value, vector
 from poinsot.taylor.rescaling import Rescaling
@@ -98,7 +98,7 @@ class _Starts(NamedTuple):
     delayed: dict[int, Value]
 
 
-class Detection(Part):
+class Detection(KernelPart):
     """The part of a kernel that detects sign changes of conditions and events.
 
     Fields: `span`, the time of the run; `branches`, the conditions of the last step, and `next_branches`, those at the

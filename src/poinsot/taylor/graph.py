@@ -195,7 +195,7 @@ class Node(Comparable):
 
     @property
     def arguments(self) -> tuple[Any, ...]:
-        """What its value is computed from: the operands but a rule, and what that takes derivatives by."""
+        """Operands that determine the value: all but a rule of derivatives and its variables."""
         return self.operands[:1] if self.name == "ruled" else self.operands
 
     __add__, __radd__ = _operators("add")

@@ -40,7 +40,7 @@ COSINE = (
     4.16666666666666019037e-02, -1.38888888888741095749e-03, 2.48015872894767294178e-05,
     -2.75573143513906633035e-07, 2.08757232129817482790e-09, -1.13596475577881948265e-11,
 )  # fmt: skip
-"""Those of fdlibm, up to pi/4."""
+"""Coefficients of sine and cosine of fdlibm, up to pi/4."""
 
 SINE_DEFECT = tuple((-1.0) ** k / math.factorial(2 * k + 3) for k in range(12))
 """x - sin x over x^3, in powers of x^2; up to 2."""

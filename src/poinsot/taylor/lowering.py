@@ -39,7 +39,7 @@ class Program:
     given : sequence of Node
         The `Constants` of runs in which none of them is zero, if some may be.
     jumps : Jumps, optional
-        What is done at samples.
+        Updates of variables at samples.
     """
 
     decomposition: Decomposition

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from typing_extensions import override
 
-from poinsot.taylor.context import Context, Part, Work
+from poinsot.taylor.context import Context, KernelPart, Work
 from poinsot.taylor.decomposition import Momenta
 from poinsot.taylor.graph import GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Structure, Value
@@ -56,7 +56,7 @@ def powers_of(parameters: Sequence[Node]) -> tuple[int, ...]:
     return tuple([int(powers[node.place]) for node in parameters])
 
 
-class Rescaling(Part):
+class Rescaling(KernelPart):
     """The part of a kernel that rescales momenta.
 
     Fields: `exponent`, the scale exponent of a task or a lane; `torque_scale`, the momenta that forces give a body at

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from typing_extensions import override
 
-from poinsot.taylor.context import Context, Part, Work
+from poinsot.taylor.context import Context, KernelPart, Work
 from poinsot.taylor.detection import Detection
 from poinsot.taylor.draws import UNUSED, uniform, words
 from poinsot.taylor.evaluation import written
@@ -52,7 +52,7 @@ class Jumps:
     first: int
 
 
-class Sampling(Part):
+class Sampling(KernelPart):
     """The part of a kernel that evaluates the formulas of updates between two steps.
 
     Fields: `SAMPLES`; `keys`, the keys of the numbers drawn; `sample`.

@@ -1,7 +1,7 @@
-"""Which inner sums the Taylor coefficients of a decomposition have, and which of them share a loop.
+"""Inner sums of the Taylor coefficients of a decomposition, and the loops that they share.
 
-Order n of a product, a quotient or a function has an inner sum of orders below n, sum_{j=1..n-1} a_j b_{n-j}. Those of
-all operations come first, in loops over j that share what they load; the rest of order n has no loops.
+Order n of a product, a quotient or a function has an inner sum of orders below n, sum_{j=1..n-1} a_j b_{n-j}. The inner
+sums of all operations come first, in loops over j that share the rows that they load; the rest of order n has no loops.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ GROUP = 24
 """How many inner sums one loop has at most: with their operands they fill 32 registers."""
 
 _Load = tuple[int, "CoefficientRow"]
-"""What a loop loads: rows as first operands (0) and as second ones (1)."""
+"""Rows that a loop loads as first operands (0) and as second operands (1)."""
 
 _Option = tuple[int, int, "InnerSum"]
 """Of an inner sum its place, whether its operands change places, and what it is then."""
@@ -42,7 +42,7 @@ class InnerSum(NamedTuple):
 
 
 class Schedule:
-    """What is computed of a decomposition, and when; the same for every layout, so that all give the same bits.
+    """Order of the computations of a decomposition: the same for every layout, so that all give the same bits.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Schedule:
         The place of an inner sum among all, by its operation and the number of the argument that it is of.
     groups : list of lists of InnerSum
     rows : list of CoefficientRow
-        What inner sums read.
+        Rows that inner sums read.
     zeros, reciprocals : dict
         The operations of which order 0, or one over it, is needed in higher orders, each with its place among these.
     """

@@ -110,7 +110,7 @@ def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:
 class _Factoring:
     """Monomials as products of parts; the pair of parts that most of them have becomes one part, again and again.
 
-    Which monomials have a pair is kept: to count all pairs anew each time takes the square of their number.
+    The monomials that have a pair are stored: to count all pairs anew each time takes the square of their number.
 
     Attributes
     ----------

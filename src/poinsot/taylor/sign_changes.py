@@ -1,7 +1,8 @@
 """The first sign change of a Taylor polynomial within a step, in LLVM's representation.
 
-The search goes from the start by as much as the slope and a bound of the second derivative allow, less what rounding
-and truncation may be: it comes up to a zero from before it, quadratically, and passes none, however close the next one.
+The search advances from the start by as much as the slope and a bound of the second derivative allow, less the bounds
+of rounding and truncation errors. It converges to the first zero from before it, quadratically, and passes no zero,
+however close the next one is.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from poinsot.taylor.context import Context, Part, Work
+from poinsot.taylor.context import Context, KernelPart, Work
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Structure, Value, WideValue
 from poinsot.taylor.rescaling import Rescaling
 
@@ -43,13 +43,13 @@ class Status(IntEnum):
     ENDED = 8
 
 
-class Tasks(Part):
+class Tasks(KernelPart):
     """The functions of a kernel that take and leave tasks.
 
     Parameters
     ----------
     context : Context
-    parts : sequence of Part
+    parts : sequence of KernelPart
         Parts with fields of tasks and of lanes.
     rescaling : Rescaling
         The part that converts stored steps.
@@ -66,7 +66,7 @@ class Tasks(Part):
     of_lanes = [*((name, "i8", ()) for name in ("active", "flags", "task")), ("output_time", "f8", ())]  # noqa: RUF012
     of_workers = [(name, "i8", ()) for name in ("queue", "stored_steps", "stored_limit", "stored_count")]  # noqa: RUF012
 
-    def __init__(self, context: Context, parts: Sequence[Part], rescaling: Rescaling) -> None:
+    def __init__(self, context: Context, parts: Sequence[KernelPart], rescaling: Rescaling) -> None:
         super().__init__(context)
         self._parts, self._rescaling = parts, rescaling
         numbers = context.words * context.parameters
