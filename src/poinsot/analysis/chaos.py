@@ -24,9 +24,10 @@ from poinsot.display.progress import bar
 from poinsot.errors import PropagationInterrupted, member_array, refuse_nonpositive, refuse_other_members
 from poinsot.integration.runs import Memory, Report, Rows
 from poinsot.integration.scaling import momentum_scale_of_members, orbital_rate
-from poinsot.mechanics.pair_system import PairSystem
+from poinsot.mechanics.body_dynamics import BodyDynamics
+from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.probing import time_scales
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import AnyState, Phase, changed
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
@@ -162,7 +163,7 @@ class ChaosIndicators(Summarized):
 @checked
 def chaos_indicators(
     system: System,
-    state: State,
+    state: AnyState,
     times: Times,
     *,
     vectors: int = 1,
@@ -352,7 +353,7 @@ class LyapunovSpectrum(Summarized):
 @checked
 def lyapunov_spectrum(
     system: System,
-    state: State,
+    state: AnyState,
     times: Times,
     *,
     formulation: str | None = None,
@@ -395,11 +396,10 @@ def lyapunov_spectrum(
     >>> np.allclose(np.sum(found.exponents), -0.01 * np.sum(1 / body.moments))  # the divergence
     True
     """
-    if system.jumping:
+    if system.dynamics.jumping:
         raise ValueError(
-            f"system must have no digital controller, got {quoted(system.jumping[0].name)}: a spectrum begins anew on "
-            "the "
-            "way, and so would its memory. Take chaos_indicators."
+            f"system must have no digital controller, got {quoted(system.dynamics.jumping[0].name)}: a spectrum "
+            "begins anew on the way, and so would its memory. Take chaos_indicators."
         )
     whole, plan = VariationalRun(system, state, times, formulation, tolerance, threads, False), plan_of(**chunking)
     _common_start(whole)
@@ -413,7 +413,7 @@ def lyapunov_spectrum(
 
 def _spectrum(
     system: System,
-    state: State,
+    state: AnyState,
     times: Array,
     *,
     step: float,
@@ -453,7 +453,8 @@ def _spectrum(
                 vectors, sizes = _orthogonal((end.rows["vectors"][:, 0] / weights).reshape(members, k, k))
                 growth = growth + np.log(sizes) + end.rows["exponents"].reshape(members, k) * np.log(2)
                 told(float(stop - now.time[0]))
-                now = state_of(changed(end.phase, lambda x: np.repeat(x[::copies, 0], copies, 0)), stop + 0 * now.time)
+                phase = changed(end.phase, lambda x: np.repeat(x[::copies, 0], copies, 0))
+                now = type(now).computed(phase, stop + 0 * now.time)
                 if stop == job.times[kept.shape[1]]:
                     kept = np.concatenate([kept, growth[:, None] / (stop - start)], axis=1)
     except KeyboardInterrupt:
@@ -497,19 +498,21 @@ def _directions(count: int, k: int) -> Array:
     return np.asarray(np.linalg.qr(np.random.default_rng(20061027).normal(size=(k, k)))[0][:count])
 
 
-def _fastest(system: System, state: State) -> Array:
+def _fastest(system: System, state: AnyState) -> Array:
     """Return the rates of the fastest angle that motions need to be looked at along: the orbit's, else the body's."""
-    if isinstance(system, PairSystem):
-        return np.asarray(orbital_rate(system, state))
-    own = np.asarray(momentum_scale_of_members(system, state) / np.min(system.body.moments, axis=-1))
+    dynamics: AnyDynamics = system.dynamics
+    if not isinstance(dynamics, BodyDynamics):
+        return np.asarray(orbital_rate(dynamics, state))
+    scale = momentum_scale_of_members(dynamics, state.of_bodies[""])
+    own = np.asarray(scale / np.min(dynamics.body.moments, axis=-1))
     paths = [orbit.with_axes(1) for orbit in system.orbits]
     each = [functions.norm(path.velocity_at(path.sample_time)) > 0 for path in paths]
-    moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)
+    moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system.dynamics)
     return np.where(moving, rates, own) if moving.ndim or not moving else rates
 
 
 def _momentum_unit(system: System, rates: Array) -> Array:
-    return np.asarray(np.max(system.rigid_bodies[0].moments, axis=-1) * rates)
+    return np.asarray(np.max(next(iter(system.of_bodies.values())).moments, axis=-1) * rates)
 
 
 def _alike(steps: Array, members: int, times: Array) -> Iterator[tuple[NDArray[np.int_], float]]:

@@ -114,7 +114,7 @@ def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
     if body not in BODIES:
         raise ValueError(f"body must be 'primary' or 'secondary', got {quoted(body)}.")
     relative = getattr(motion, body).relative_to(motion.orbit_frame).quaternion
-    axes = expanded(upright(motion.system.pair.bodies[body]), relative.ndim - 1, components=1)
+    axes = expanded(upright(motion.system.body.bodies[body]), relative.ndim - 1, components=1)
     principal = quat.product(relative, quat.conjugate(axes))
     # a half turn about the axis k exchanges the real part with the component k
     nearest = np.argmax(np.abs(principal[..., :1, :]), axis=-1, keepdims=True)

@@ -156,7 +156,7 @@ def apsidal_precession(motion: PairTrajectory) -> Any:
     across = moving.x + 1j * moving.y
     speed = moving.vx + 1j * moving.vy
     turning = (np.conj(across) * speed).imag
-    vector = -1j * speed * turning / np.asarray(motion.system.pair.mu) - across / motion.distance
+    vector = -1j * speed * turning / np.asarray(motion.system.body.mu) - across / motion.distance
     lines = lines_of(vector, motion.times, LINES)
     pace = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
     slow = np.flatnonzero((np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > ROUND))[:1]
@@ -240,7 +240,7 @@ def _polished(motion: PairTrajectory, times: Array) -> Array:
     for _ in range(2):
         state: Any = motion(times)
         place = state.position @ axes
-        speed = state.momentum @ axes / float(motion.system.pair.reduced_mass)
+        speed = state.momentum @ axes / float(motion.system.body.reduced_mass)
         # near the passage the second component is the longitude times the first
         times = times - place[:, 1] / speed[:, 1]
     return times

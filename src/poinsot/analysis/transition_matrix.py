@@ -22,7 +22,7 @@ from poinsot.errors import real_numbers
 from poinsot.integration.runs import Memory, Report, Rows
 from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
-from poinsot.mechanics.state import State, changed
+from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_times
@@ -165,7 +165,7 @@ class StateTransition(Summarized):
 @checked
 def state_transition(
     system: System,
-    state: State,
+    state: AnyState,
     times: Times,
     parameters: Sequence[str] = (),
     *,

@@ -53,7 +53,7 @@ def check_device(job: Job, members: bool, constants: Constants) -> None:
         "precision='quadruple'": job.precision != "double",
         "events": bool(job.problem.events),
         "a table": bool(job.problem.knots.size),
-        "a sampled law": bool(job.problem.system.jumping),
+        "a sampled law": bool(job.problem.dynamics.jumping),
         "a formulation with singularities": type(job.variables.formulation).nearness is not Formulation.nearness,
         f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants.switches
         or constants.size > MAX_OPERATIONS,

@@ -30,7 +30,7 @@ from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.printable import quoted
 from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.draws import normals
@@ -77,12 +77,12 @@ class _Answers:
 known = _Answers()
 
 
-def state_vector(problem: Problem, state: State, formulation: Formulation, precision: str) -> StateVector:
+def state_vector(problem: Problem, state: AnyState, formulation: Formulation, precision: str) -> StateVector:
     """Return the variables in which a system is integrated: in comoving axes where all its forces allow.
 
     Quadruple precision stays in the space axes, as an independent check of the comoving ones.
     """
-    smooth, system = problem.between_knots(), problem.system
+    smooth, system = problem.between_knots(), problem.dynamics
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
@@ -226,7 +226,7 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
     inputs = map(graph.input, itertools.count())
     scale, variables, twin = next(inputs), variables.with_factors(inputs), problem.with_numbers(inputs)
     own, time = [graph.symbol(place) for place in range(variables.size)], graph.symbol(TIME)
-    chart, system, variations = variables.formulation, twin.system, variables.variations
+    chart, system, variations = variables.formulation, twin.dynamics, variables.variations
     environment = _environment(twin, variables, own, time)
     turning = None
     if variables.comoving:

@@ -191,7 +191,7 @@ def _acted(
     """Return the variables of the state that an event of a member returns; those of parts that it leaves out stay."""
     variables = variables.of_members(member)
     phase = variables.to_phase(np.array([time]), row[None])
-    state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.system
+    state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.dynamics
     event, *records = (_of_member(record, member) for record in (problem.events[number], *system.records))
     body = system.with_records(records).at(state).acted_on
     after = event.act(body, state)

@@ -137,7 +137,7 @@ class LoopedRun(Run):
         self._numbers = equations.numbers_of(job.problem.between_knots(), job.variables)
         self.ready, self.parameters = self._with_parameters()
         self.code = self.ready.code
-        self.push = np.asarray(torque_scale(job.problem.system) * job.variables.scale)
+        self.push = np.asarray(torque_scale(job.problem.dynamics) * job.variables.scale)
         self.report.order, self.report.tolerance = self.code.order, job.tolerance
         self.report.kernel, self.report.lanes = self.kernel_name, self.code.lanes
 

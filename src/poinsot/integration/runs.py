@@ -22,7 +22,7 @@ from poinsot.integration.samples import Clock
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.termination import INTERRUPTED, reason_of_speed
 from poinsot.lazy import cached_property
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.state import AnyState, Phase
 from poinsot.printable import quoted
 
 __all__ = ["BOTH_WAYS", "Job", "Memory", "OneMotion", "Report", "Rows", "Run", "Sink", "Stop", "allowed_threads"]
@@ -232,15 +232,15 @@ class Job:
 class Run(ABC):
     """One run of a job, from a state outwards to times, in a direction or both."""
 
-    def __init__(self, job: Job, state: State, times: Array, sink: Sink, ways: tuple[bool, ...]) -> None:
+    def __init__(self, job: Job, state: AnyState, times: Array, sink: Sink, ways: tuple[bool, ...]) -> None:
         self.job, self.state, self.times, self.sink, self.ways = job, state, times, sink, ways
         self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
         self.rising, self.origins = times[self.turn].copy(), state.time.reshape(-1)
         self.report, self.stop, self.lock = Report(np.zeros(self.origins.size, dtype=int)), False, Lock()
         start = job.variables.from_state(state)
         self.starts = start.reshape(-1, start.shape[-1])
-        jumping = job.problem.system.jumping
-        self.clock = Clock(jumping, job.problem.system.numbered(self.origins.size), state.jumped) if jumping else None
+        jumping = job.problem.dynamics.jumping
+        self.clock = Clock(jumping, job.problem.dynamics.numbered(self.origins.size), state.jumped) if jumping else None
         if jumping and self.rising[0] < self.origins.max() and False in ways:
             raise ValueError(
                 f"times must not be before the state's where {quoted(jumping[0].name)} is sampled, got "
@@ -261,7 +261,7 @@ class Run(ABC):
     def speeds(self) -> Array:
         """How fast the members turn at their starts."""
         with np.errstate(over="ignore"):
-            return np.broadcast_to(self.job.problem.system.speed(self.state), self.origins.shape)
+            return np.broadcast_to(self.job.problem.dynamics.speed(self.state), self.origins.shape)
 
     def on_threads(self, count: int, slabs: Iterator[Members], serve: Callable[[Iterator[Members]], None]) -> None:
         """Let so many threads serve slabs of members until none is left, and hear Ctrl-C until all have returned."""

@@ -133,7 +133,7 @@ def system_html(system: Any) -> str:
         rows.append((type(force).__name__, f"{said}<br>{html.escape(rounded(in_units(force, units)))}"))
     conserved = (f"{integral.symbol}: {integral.meaning}" for integral in system.integrals)
     rows.append(("conserved", html.escape("; ".join(conserved) or "neither energy nor a momentum")))
-    if used := letters_of([cell for _, cell in rows], two_bodies=len(system.rigid_bodies) > 1):
+    if used := letters_of([cell for _, cell in rows], two_bodies=len(system.of_bodies) > 1):
         rows.append(("letters", "; ".join(f"{_math(MATHML.letter(name))} {what}" for name, what in used.items())))
     return markup_table("System", rows)
 
@@ -146,7 +146,7 @@ def letters_of(formulas: Sequence[str], two_bodies: bool) -> dict[str, str]:
 
 def _motion(system: Any, notation: Notation) -> list[str]:
     """Return the equations of motion of one body; those of two have a page of their own."""
-    if len(system.rigid_bodies) > 1:
+    if len(system.of_bodies) > 1:
         return []
     return written(OF_ANY if system.parts else OF_ANY + OF_RIGID, notation)
 

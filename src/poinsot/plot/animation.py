@@ -145,8 +145,8 @@ class _Moving:
 def _bodies(motion: Trajectory, times: Array) -> list[_Moving]:
     """Return the bodies of a motion."""
     if not isinstance(motion, PairTrajectory):
-        return [_moving(motion, times, triangles(motion.system.body), 1.0, PURPLE)]
-    pair = motion.system.pair
+        return [_moving(motion, times, triangles(motion.system.of_bodies[""]), 1.0, PURPLE)]
+    pair = motion.system.body
     shares = [sign * (1 - mass / pair.total_mass) for mass, sign in zip(pair.masses, (-1, 1), strict=True)]
     solids = [triangles(body, mass) for body, mass in zip(pair.bodies.values(), pair.masses, strict=True)]
     sizes = [float(np.max(np.linalg.norm(solid, axis=-1))) for solid in solids]

@@ -65,10 +65,10 @@ def mutual_orbit(
     path, panel = unit.factor * motion.position @ across, one_panel(ax, (6.4, 6.4), title)
     draw_path(panel, path, color=GREY, linewidth=0.8, label="orbit of the secondary")
     places = {"primary": np.zeros(2), "secondary": path[-1]}
-    for (body, colour), mass in zip(BODIES.items(), motion.system.pair.masses, strict=True):
+    for (body, colour), mass in zip(BODIES.items(), motion.system.body.masses, strict=True):
         one = motion.of_bodies[body]
         label = f"{body} at {instant(motion, -1, time_unit)}" if body == "secondary" else body
-        for points in surfaces(one.system.body, mass):
+        for points in surfaces(one.system.of_bodies[""], mass):
             outline = _hull(unit.factor * one.attitude[-1].apply(points) @ across)
             panel.fill(*(places[body] + outline).T, color=colour, linewidth=0.5, label=label, zorder=3)
             label = ""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from poinsot.mechanics.environment import Dated, within
 from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 
 __all__ = ["along_times"]
 
@@ -25,7 +25,7 @@ class HasColumns(Protocol):
     """A motion, as far as its columns need it."""
 
     system: Any
-    initial: State
+    initial: AnyState
     times: Array
 
     def __len__(self) -> int:
@@ -36,7 +36,7 @@ class HasColumns(Protocol):
         """Whether it has members."""
 
     @property
-    def _state(self) -> State:
+    def _state(self) -> AnyState:
         """Its states."""
 
     @property
@@ -91,7 +91,7 @@ def _integrals(motion: HasColumns, names: Collection[str]) -> tuple[Integral, ..
 
 def _blocks(motion: HasColumns) -> Iterator[slice]:
     """Return the times in blocks; formulas of orbits and rotation models round by all the times at once, so in one."""
-    dated = any(isinstance(each, Dated) for record in motion.system.records for each in within(record))
+    dated = any(isinstance(each, Dated) for record in motion.system.dynamics.records for each in within(record))
     count, members = max(motion.times.size, 1), max(len(motion), 1) if motion.is_ensemble else 1
     step = count if dated else BLOCK // members or count
     return (slice(first, first + step) for first in range(0, count, step))
@@ -110,7 +110,7 @@ def _sizes(part: HasColumns, columns: Mapping[str, Array]) -> Array:
     return np.stack([np.fmax.reduce(each, axis=-1, initial=0.0) for each in (T_and_U, part._momentum_size)])
 
 
-def _drift(integral: Integral, initial: State, values: Array, sizes: Array) -> Array:
+def _drift(integral: Integral, initial: AnyState, values: Array, sizes: Array) -> Array:
     size = sizes[0 if integral.is_energy else 1]
     with np.errstate(invalid="ignore"):
         change: Array = values - np.asarray(integral.value(initial))[..., None]

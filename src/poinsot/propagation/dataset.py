@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.mechanics.part import Jump, Part
-from poinsot.mechanics.state import RIGID, State, named
+from poinsot.mechanics.state import RIGID, AnyState, named
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
@@ -98,7 +98,7 @@ class Motion(NamedTuple):
     """
 
     system: System
-    initial: State
+    initial: AnyState
     times: Array
     leading: tuple[str, ...]
     columns: Mapping[str, Array]
@@ -126,12 +126,12 @@ def dataset_of(motion: Motion) -> xarray.Dataset:
         },
         attrs={
             "Conventions": "CF-1.11",
-            "title": "Rotation of a rigid body" if len(motion.system.rigid_bodies) == 1 else "Motion of two bodies",
+            "title": "Rotation of a rigid body" if len(motion.system.of_bodies) == 1 else "Motion of two bodies",
             "conventions": CONVENTIONS,
             "system": repr(motion.system),
             "initial_state": repr(motion.initial),
             **({"parts": told_parts(parts)} if parts else {}),
-            **({"jumps": told_jumps(motion.system.jumping)} if motion.system.jumping else {}),
+            **({"jumps": told_jumps(motion.system.dynamics.jumping)} if motion.system.dynamics.jumping else {}),
             **motion.attributes,
             **{f"units_{measure}": unit for measure, unit in motion.system.units.items()},
         },
@@ -277,7 +277,7 @@ class _Variables:
         for name, done in state.jumped.items():
             self._fixed(f"initial_jumped_{name}", done.astype(float), "1", f"1 if {name} has jumped at the start")
         self._fixed("initial_time", state.time, units.time, "time of the start")
-        for name, body in zip(state.of_bodies, motion.system.rigid_bodies, strict=True):
+        for name, body in zip(state.of_bodies, motion.system.of_bodies.values(), strict=True):
             self._body(name, body)
         if len(state.of_bodies) > 1:
             pair: Any = motion.system.body

@@ -10,7 +10,7 @@ from poinsot.cuda.run import CudaRun, check_device
 from poinsot.integration.looped_runs import LoopedRun, constants_of
 from poinsot.integration.runs import BOTH_WAYS, Job, Report, Sink
 from poinsot.integration.termination import HeldInterrupts
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 
 __all__ = ["Driver"]
 
@@ -20,7 +20,7 @@ Array = NDArray[Any]
 class Driver(Job):
     """Integrates a job."""
 
-    def run(self, state: State, times: Array, sink: Sink, ways: tuple[bool, ...] = BOTH_WAYS) -> Report:
+    def run(self, state: AnyState, times: Array, sink: Sink, ways: tuple[bool, ...] = BOTH_WAYS) -> Report:
         """Integrate from a state outwards to all the times, which are monotonic; on Ctrl-C what is finished is kept.
 
         A state with one time is that of one body, one with times those of an ensemble.

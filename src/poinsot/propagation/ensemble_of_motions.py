@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
 from poinsot.integration.runs import Report
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.propagation.chunks import Part
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.integrator import Integrator
@@ -52,7 +52,7 @@ class EnsembleOfMotions:
     """
 
     integrator: Integrator
-    state: State
+    state: AnyState
     times: Array
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
@@ -63,7 +63,7 @@ class EnsembleOfMotions:
         motion._complete(provenance=self.provenance)
         return motion
 
-    def _without_numbers(self, integrator: Integrator, state: State) -> Trajectory:
+    def _without_numbers(self, integrator: Integrator, state: AnyState) -> Trajectory:
         return integrator.trajectory(state, _Nothing(integrator, state, self.times), _report(integrator, state))
 
     @functools.cached_property
@@ -158,7 +158,7 @@ OF_FORCES = ("potential_energy", "kinetic_energy", "omega_body", "primary_omega_
 class _Nothing:
     """The rows of members that are not integrated, which take no memory."""
 
-    def __init__(self, integrator: Integrator, state: State, times: Array) -> None:
+    def __init__(self, integrator: Integrator, state: AnyState, times: Array) -> None:
         self.times, shape = times, (state.time.size, times.size)
         variables = integrator.variables
         self.phase = {name: np.broadcast_to(np.nan, (*shape, size)) for name, size in variables.sizes.items()}
@@ -166,5 +166,5 @@ class _Nothing:
         self.rows = {"orbits": np.broadcast_to(np.nan, (*shape, along.stop - along.start))}
 
 
-def _report(integrator: Integrator, state: State) -> Report:
+def _report(integrator: Integrator, state: AnyState) -> Report:
     return Report(np.zeros(state.time.size, dtype=int), tolerance=integrator.tolerance, wall_time=np.nan)

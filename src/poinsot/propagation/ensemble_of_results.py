@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
 from poinsot.errors import PropagationInterrupted
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, members_of
 from poinsot.propagation.chunks import Chunking, Part, Plan, in_chunks, plan_of
@@ -110,7 +110,7 @@ def analysed_in_chunks(
     plan: Plan,
     function: Callable[..., Any],
     system: System,
-    state: State,
+    state: AnyState,
     times: NDArray[np.float64],
     progress: bool | None,
     settings: Mapping[str, Any],

@@ -17,7 +17,7 @@ from poinsot.integration.event_log import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import AnyState, Phase, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import printable
 from poinsot.propagation.selection import Chosen, numbers_of_members
@@ -63,7 +63,7 @@ class EventRecord(Summarized):
     event: Event
     system: System
     times: Array
-    states: State
+    states: AnyState
     directions: Array
     members: Array
 
@@ -86,15 +86,15 @@ class EventRecord(Summarized):
 
     def _rows(self, chosen: Array) -> EventRecord:
         """Return some of them, by their places or by which they are."""
-        states = state_of(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])
+        states = type(self.states).computed(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])
         own = self.times[chosen], states, self.directions[chosen], self.members[chosen]
         return EventRecord(self.event, self.system, *own)
 
     @property
     def omega_body(self) -> Array:
         """Inertial angular velocity at the events along the body axes, shape (k, 3)."""
-        numbers = (number[self.members] if number.ndim else number for number in self.system.numbers)
-        return np.asarray(self.system.with_numbers(numbers).omega_body(self.states))
+        numbers = (number[self.members] if number.ndim else number for number in self.system.dynamics.numbers)
+        return np.asarray(self.system.dynamics.with_numbers(numbers).omega_body(self.states))
 
 
 class StoredEvent(Event):

@@ -12,7 +12,7 @@ from poinsot.display.progress import Progress
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
 from poinsot.integration.runs import Memory, OneMotion, Report
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.propagation.driver import Driver
 from poinsot.propagation.event_record import KnownEvents, crossings
@@ -49,7 +49,7 @@ class Integrator(Driver):
         """Return the same that tells how much is done."""
         return dataclasses.replace(self, progress=progress)
 
-    def motion(self, state: State, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
+    def motion(self, state: AnyState, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
         """Return the motion from a state, or that of the members from theirs, and what is known about the run."""
         members = state.time.shape
         if members:
@@ -64,7 +64,7 @@ class Integrator(Driver):
             motion._complete(event_source=KnownEvents(found))
         return motion, report
 
-    def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
+    def trajectory(self, state: AnyState, kept: Any, report: Report) -> Trajectory:
         """Return the motion of rows that a sink has kept."""
         problem, variables, many = self.problem, self.variables, bool(state.time.ndim)
         method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR

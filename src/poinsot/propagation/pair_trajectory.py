@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.lazy import cached_property
-from poinsot.mechanics.environment import Environment
+from poinsot.functions import Scalar
+from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
-from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.state import PairState, Phase, State, refused
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.pair_dynamics import PairDynamics, acceleration
+from poinsot.mechanics.state import PairState, Phase
 from poinsot.mechanics.system import System
-from poinsot.mechanics.two_bodies import BODIES
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation.dataset import COLUMNS, OF_TWO
 from poinsot.propagation.run_record import Method
@@ -60,7 +60,7 @@ class PairTrajectory(Trajectory):
     """
 
     _of_whole: ClassVar[tuple[str, ...]] = (*OF_TWO, *COLUMNS)
-    system: PairSystem
+    system: System[TwoBodies]
     initial: PairState
 
     @property
@@ -77,14 +77,14 @@ class PairTrajectory(Trajectory):
     def velocity(self) -> Array:
         """The velocity of the secondary relative to the primary, space axes; shape (n, 3)."""
         momentum = self.momentum
-        return np.asarray(momentum / self.system.pair.with_axes(momentum.ndim).reduced_mass)
+        return np.asarray(momentum / self.system.body.with_axes(momentum.ndim).reduced_mass)
 
     @property
     def acceleration(self) -> Array:
         """The acceleration of the secondary relative to the primary, space axes; shape (n, 3)."""
         state: Any = self._state
         with np.errstate(invalid="ignore"):
-            return self.system.acceleration(state, self.environment)
+            return acceleration(self.system.dynamics, state, self.environment)
 
     @property
     def distance(self) -> Array:
@@ -100,7 +100,7 @@ class PairTrajectory(Trajectory):
     def elements(self) -> OsculatingElements:
         """The osculating elements of the secondary's orbit at all times, with the parameter G (m1 + m2)."""
         position = self.position
-        mu = np.asarray(self.system.pair.with_axes(position.ndim - 1).mu)
+        mu = np.asarray(self.system.body.with_axes(position.ndim - 1).mu)
         return osculating_elements(mu, position=position, velocity=self.velocity)
 
     @property
@@ -116,8 +116,8 @@ class PairTrajectory(Trajectory):
         if np.array_equal(np.asarray(time), self.times):
             return self.position, self.velocity, self.acceleration
         state: Any = self(time)
-        velocity = state.momentum / np.asarray(self.system.pair.reduced_mass)
-        return state.position, velocity, self.system.acceleration(state)
+        velocity = state.momentum / np.asarray(self.system.body.reduced_mass)
+        return state.position, velocity, acceleration(self.system.dynamics, state)
 
     @property
     def primary(self) -> Trajectory:
@@ -130,7 +130,7 @@ class PairTrajectory(Trajectory):
         return self._of("secondary")
 
     def _of(self, body: str) -> Trajectory:
-        system = OneOfTwo(self.system.pair.bodies[body], units=self.system.units)
+        system = System.of(OneOfTwo(self.system.of_bodies[body], ()), self.system.units)
         interpolant = None
         if self._interpolant is not None:
             _, first, last = self._interpolant
@@ -152,7 +152,7 @@ class PairTrajectory(Trajectory):
     @property
     @override
     def torques_body(self) -> dict[str, Array]:
-        raise AttributeError(refused("torques_body"))
+        raise AttributeError(_refused("torques_body"))
 
     @override
     def _at_hand(self, names: Collection[str]) -> dict[str, Array]:
@@ -162,22 +162,22 @@ class PairTrajectory(Trajectory):
     @property
     @override
     def quaternion(self) -> Array:
-        raise AttributeError(refused("quaternion"))
+        raise AttributeError(_refused("quaternion"))
 
     @property
     @override
     def conjugate_momenta(self) -> Array:
-        raise AttributeError(refused("conjugate_momenta"))
+        raise AttributeError(_refused("conjugate_momenta"))
 
     @property
     @override
     def angular_momentum_body(self) -> Array:
-        raise AttributeError(refused("angular_momentum_body"))
+        raise AttributeError(_refused("angular_momentum_body"))
 
     @property
     @override
     def omega_body(self) -> Array:
-        raise AttributeError(refused("omega_body"))
+        raise AttributeError(_refused("omega_body"))
 
     @property
     @override
@@ -259,20 +259,19 @@ def _interpolated(motion: PairTrajectory, body: str, times: Array) -> Phase:
     return _phase_of(motion(times), body)
 
 
-class OneOfTwo(System):
-    """One of two bodies, for reading its rotation: what acts on it is the pair's."""
+class OneOfTwo(BodyDynamics):
+    """One of two bodies, whose rotation a motion of the pair contains. The forces belong to the pair."""
 
-    measures = PairSystem.measures
+    measures = PairDynamics.measures
     moves_alone = False
 
-    @cached_property
     @override
-    def integrals(self) -> tuple[Integral, ...]:
-        return ()
-
-    @override
-    def potential_energy(self, state: State, environment: Environment | None = None) -> Any:
+    def potential_at(self, instant: Instant) -> Scalar:
         raise AttributeError("one of two bodies has no energy of its own: take `motion.energy` of the pair.")
+
+
+def _refused(name: str) -> str:
+    return f"a motion of two bodies has no {name}. Read primary.{name} or secondary.{name}."
 
 
 def of_one_body(motion: Trajectory, body: str | None) -> Trajectory:
@@ -288,4 +287,4 @@ def of_one_body(motion: Trajectory, body: str | None) -> Trajectory:
 
 def trajectory_class(system: System) -> type[Trajectory]:
     """Return the class of the motions of a system."""
-    return PairTrajectory if len(system.body_names) > 1 else Trajectory
+    return PairTrajectory if len(system.of_bodies) > 1 else Trajectory

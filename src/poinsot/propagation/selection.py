@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import array_of
 from poinsot.mechanics.parameters import kinds_of, of_each
-from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.state import Bodies, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import described, quoted
 from poinsot.propagation.zarr_group import JoinedArrays, StoredArray
@@ -101,12 +101,14 @@ def system_of_members(system: System, members: Chosen | slice) -> System:
     forces = (numbers_of_members(force, members) for force in system.forces)
     chosen = System(numbers_of_members(system.body, members), *forces, units=system.units)
     if draws:
-        chosen._complete(numbering=np.r_[members] if system.numbering is None else np.r_[system.numbering[members]])
+        known = system.dynamics.numbering
+        chosen.dynamics._complete(numbering=np.r_[members] if known is None else np.r_[known[members]])
     return chosen
 
 
-def state_of_members(state: State, members: Chosen | slice) -> State:
-    """Return the states of some members; one that all members share stays."""
+def state_of_members(state: Bodies, members: Chosen | slice) -> Bodies:
+    """Return the states of some members; a state that all members share remains as it is."""
     own = changed(state.phase, lambda x: x[members] if x.ndim > 1 else x)
     jumped = changed(dict(state.jumped), lambda x: x[members] if x.ndim else x)
-    return state_of(own, np.asarray(state.time[members]) if np.ndim(state.time) else state.time, jumped)
+    time = np.asarray(state.time[members]) if np.ndim(state.time) else state.time
+    return type(state).computed(own, time, jumped)

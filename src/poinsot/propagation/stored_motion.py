@@ -15,7 +15,7 @@ from poinsot.integration.formulations import formulation_of
 from poinsot.integration.problem import Problem
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.state import RIGID, Phase, State, state_of
+from poinsot.mechanics.state import RIGID, AnyState, Phase, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import described
 from poinsot.propagation.ensemble_store import EnsembleStore
@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 
-def motion_in(store: EnsembleStore, system: System, initial: State, run: Run) -> Trajectory | None:
+def motion_in(store: EnsembleStore, system: System, initial: AnyState, run: Run) -> Trajectory | None:
     """Return the motion of a system; None if the store does not have its whole states."""
     phase = phase_in(store)
     if phase is None:
@@ -205,7 +205,7 @@ def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table
         yield store.aside(number)[0]
 
 
-def _environment(store: EnsembleStore, system: System, initial: State, run: Run, times: Any) -> Environment:
+def _environment(store: EnsembleStore, system: System, initial: AnyState, run: Run, times: Any) -> Environment:
     problem = Problem(system)
     variables = equations.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
     return variables.environment(problem, times, np.asarray(store.arrays["carried"]))

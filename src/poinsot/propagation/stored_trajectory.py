@@ -12,9 +12,10 @@ from typing_extensions import override
 
 from poinsot.immutable import Immutable
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.dynamics import Dynamics
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
 from poinsot.printable import printable
 from poinsot.propagation.dataset import StoredPart
@@ -74,15 +75,10 @@ class StoredSystem(Immutable):
         self.parts = parts
         self.body, self.integrals, self.not_rerunnable, self._written = body, integrals, reason, written
         self._free = System(body, units=units)
-        self.units, self.rigid_bodies = self._free.units, self._free.rigid_bodies
+        self.units, self.of_bodies = self._free.units, self._free.of_bodies
 
     def __repr__(self) -> str:
         return printable(self._written, kept="\n")
-
-    @property
-    def pair(self) -> Any:
-        """The two bodies, of a motion of two."""
-        return self.body
 
     def of_members(self, members: Chosen) -> StoredSystem:
         """Return the body of some members."""
@@ -91,19 +87,24 @@ class StoredSystem(Immutable):
         return StoredSystem(body, self.units, self._written, self.not_rerunnable, self.integrals, parts)
 
     @property
+    def dynamics(self) -> StoredSystem:
+        """The system itself, which has no equations of motion."""
+        return self
+
+    @property
     def jumping(self) -> tuple[StoredPart, ...]:
-        """The parts whose variables jump, as a file has them."""
+        """Parts whose variables jump, as a file describes them."""
         return tuple(part for part in self.parts if part.jump is not None)
 
     @property
-    def numbers(self) -> Any:
-        """The numbers of the body."""
-        return self._free.numbers
+    def numbers(self) -> tuple[Array, ...]:
+        """Numbers of the body."""
+        return self._free.dynamics.numbers
 
-    def with_numbers(self, numbers: Iterable[Any]) -> Any:
-        """Return the body with other numbers in their places."""
+    def with_numbers(self, numbers: Iterable[Any]) -> Dynamics[Any, Any]:
+        """Return the torque-free motion of the body with other numbers in their places."""
         self._refuse_parts("omega_body")
-        return self._free.with_numbers(numbers)
+        return self._free.dynamics.with_numbers(numbers)
 
     def omega_body(self, state: State) -> Any:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
@@ -155,7 +156,7 @@ class StoredTrajectory(Trajectory):
     def __init__(
         self,
         system: StoredSystem,
-        initial: State,
+        initial: AnyState,
         times: Array,
         phase: Phase,
         run: Run,
@@ -238,4 +239,4 @@ class StoredPairTrajectory(StoredTrajectory, PairTrajectory):
 
 def stored_trajectory_class(system: StoredSystem) -> type[StoredTrajectory]:
     """Return the class of the motions of a system in a file."""
-    return StoredTrajectory if len(system.rigid_bodies) == 1 else StoredPairTrajectory
+    return StoredTrajectory if len(system.of_bodies) == 1 else StoredPairTrajectory

@@ -29,7 +29,7 @@ from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.part import jumps_at
-from poinsot.mechanics.state import RIGID, Phase, State, changed, named, state_of
+from poinsot.mechanics.state import RIGID, AnyState, Phase, State, changed, named
 from poinsot.mechanics.system import System
 from poinsot.printable import described
 from poinsot.propagation.columns import along_times
@@ -104,7 +104,7 @@ class Trajectory(Summarized):
     """
 
     system: System
-    initial: State
+    initial: AnyState
     times: Array
     run: Run
     failures: dict[int, str]
@@ -118,13 +118,13 @@ class Trajectory(Summarized):
     _of_whole: ClassVar[tuple[str, ...]] = COLUMNS
     """What a dataset has of it beside the rotation of each body."""
 
-    _kept_state: State | None = None
+    _kept_state: AnyState | None = None
     """The states, with what they have computed: of a part of a motion that is soon forgotten."""
 
     def __init__(
         self,
         system: System,
-        initial: State,
+        initial: AnyState,
         times: Array,
         phase: Callable[[], Phase],
         run: Run,
@@ -184,8 +184,8 @@ class Trajectory(Summarized):
         return {"": self}
 
     @property
-    def _state(self) -> State:
-        return self._kept_state or state_of(changed(self.phase, np.asarray), self.times)
+    def _state(self) -> AnyState:
+        return self._kept_state or type(self.initial).computed(changed(self.phase, np.asarray), self.times)
 
     @cached_property
     def environment(self) -> Environment:
@@ -206,7 +206,7 @@ class Trajectory(Summarized):
     @property
     def conjugate_momenta(self) -> Array:
         """Conjugate momenta Q = 2 q (0, g); shape (n, 4)."""
-        return self._state.conjugate_momenta
+        return self._state.of_bodies[""].conjugate_momenta
 
     @property
     def attitude(self) -> Rotation:
@@ -216,7 +216,7 @@ class Trajectory(Summarized):
     @property
     def angular_momentum_body(self) -> Array:
         """Angular momentum g = Im(q~ Q)/2 along the body axes; shape (n, 3)."""
-        return self._state.angular_momentum_body
+        return self._state.of_bodies[""].angular_momentum_body
 
     @property
     def own(self) -> Phase:
@@ -279,7 +279,7 @@ class Trajectory(Summarized):
             warnings.warn(sentence, stacklevel=level_of_user())
         regular = sine >= euler.SINGULAR_SINE
         if np.all(regular):
-            return self._state.euler(sequence)
+            return self._state.of_bodies[""].euler(sequence)
         angles, momenta = np.full((2, *q.shape[:-1], 3), np.nan)
         angles[regular] = euler.angles_from_quaternion(q[regular], sequence)
         momenta[regular] = euler.momenta_from_angular_momentum(
@@ -312,7 +312,7 @@ class Trajectory(Summarized):
             outside = t.min() if t.min() < first else t.max()
             raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
         phase = changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1]))
-        return state_of(phase, t, jumps_at(self.system.jumping, t))
+        return type(self.initial).computed(phase, t, jumps_at(self.system.dynamics.jumping, t))  # type: ignore[return-value]
 
     # ------------------------------------------------------------------ members and times
 
@@ -370,8 +370,8 @@ class Trajectory(Summarized):
         if isinstance(at, int):
             phase = changed(self.phase, lambda x: rows_of(x, members, at))
             time = np.full(next(iter(phase.values())).shape[:-1], self.times[at])
-            jumped = jumps_at(self.system.jumping, time, EVERY if members is None else members)
-            return state_of(phase, time, jumped)
+            jumped = jumps_at(self.system.dynamics.jumping, time, EVERY if members is None else members)
+            return type(self.initial).computed(phase, time, jumped)  # type: ignore[return-value]
         if np.any(np.diff(at) <= 0):
             raise ValueError("time must have the order of the times of the motion, got places in another order.")
         return self._selected(members, at)

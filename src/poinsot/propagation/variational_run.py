@@ -15,7 +15,7 @@ from poinsot.integration.problem import Problem
 from poinsot.integration.runs import BOTH_WAYS, Report, Sink
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import (
@@ -72,7 +72,7 @@ class VariationalRun:
     def __init__(
         self,
         system: System,
-        state: State,
+        state: AnyState,
         times: ArrayLike,
         formulation: str | None = None,
         tolerance: float | None = None,
@@ -132,7 +132,7 @@ class VariationalRun:
         vectors: Array,
         times: Array,
         sink: Sink,
-        state: State | None = None,
+        state: AnyState | None = None,
         ways: tuple[bool, ...] = BOTH_WAYS,
     ) -> Report:
         """Integrate to times with tangent vectors from the start, shape (..., count, k).
@@ -153,7 +153,7 @@ class VariationalRun:
         scale, unit = (np.asarray(x)[..., None] for x in (self.variables.scale, momentum_unit))
         weights = np.where(self._scaled, scale * unit, np.ones_like(self.units))
         size = len(self.formulation.tangent)
-        largest = [np.asarray(np.max(body.moments, axis=-1))[..., None] for body in self.system.rigid_bodies]
+        largest = [np.asarray(np.max(body.moments, axis=-1))[..., None] for body in self.system.of_bodies.values()]
         for i, moments in enumerate(largest[1:], start=1):
             own = slice(i * size + size // 2, (i + 1) * size)
             weights[..., own] = self.units[..., own] * unit * moments / largest[0]

@@ -18,7 +18,7 @@ from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, uni
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.state import State, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.run_record import Method, Run, versions
@@ -132,10 +132,10 @@ class AttitudeTable(Summarized):
         if system.members:
             raise ValueError(f"system must be of one body, got {system.members[0]} members.")
         (times, unit), q = self._times_of(system), self.quaternion
-        phase = {"quaternion": q, "angular_momentum_body": system.body.angular_momentum(unit * self._rates())}
+        phase = {"quaternion": q, "angular_momentum_body": system.of_bodies[""].angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
         run = Run(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
-        motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, lambda: phase, run)
+        motion = Trajectory(system, State.computed(changed(phase, lambda x: x[0]), times[0]), times, lambda: phase, run)
         known: dict[str, Any] = {}
         if self.calendar is not None and system.calendar is None and system.units["time"] in SECONDS:
             known["calendar"] = dataclasses.replace(self.calendar, unit=system.units["time"])

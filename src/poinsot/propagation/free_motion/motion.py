@@ -20,7 +20,7 @@ from poinsot.integration.problem import Problem
 from poinsot.integration.runs import Report
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, members_of
 from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
@@ -115,14 +115,15 @@ class _ClosedForm(Integrator):
     """The closed form in the place of an integration."""
 
     @override
-    def motion(self, state: State, times: Array) -> tuple[Trajectory, Report]:
-        motion, done = free_motion(self.system.body, state, times, units=self.system.units), state.time.size
+    def motion(self, state: AnyState, times: Array) -> tuple[Trajectory, Report]:
+        body, start = self.system.of_bodies[""], state.of_bodies[""]
+        motion, done = free_motion(body, start, times, units=self.system.units), state.time.size
         if callable(self.progress):
             self.progress(done)
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
-    def trajectory(self, state: State, kept: Any, report: Report) -> Trajectory:
+    def trajectory(self, state: AnyState, kept: Any, report: Report) -> Trajectory:
         run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
         return Trajectory(self.system, state, kept.times, lambda: kept.phase, run)
 
