@@ -31,7 +31,7 @@ def forget_kernels(monkeypatch):
     """Makes a function that forgets all equations, and what is known of structures."""
 
     def forget():
-        monkeypatch.setattr(equations, "known", equations._Answers())
+        monkeypatch.setattr(equations, "known", equations.Cache())
         answers_of.cache_clear()
 
     return forget

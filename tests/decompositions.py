@@ -26,7 +26,7 @@ class _Values:
             return self.known[operand]
         return float(operand.number) * (1.0 if operand.parameter is None else self.parameters[operand.parameter])
 
-    def State(self, place):
+    def Variable(self, place):
         return self.states[place]
 
     def Sum(self, terms, constants):
@@ -41,7 +41,7 @@ class _Values:
     def Select(self, condition, first, second):
         return self.of(first) if self.parameters[condition] else self.of(second)
 
-    def Integral(self, roots):
+    def Invariant(self, roots):
         return sum(self.known[root] ** 2 for root in roots)
 
     def Function(self, name, arguments, _):

@@ -89,7 +89,7 @@ INTERNAL = {
     *("try_event", "numbered", "variables"),
     *("from_msis",),  # its package is not among those of the tests
     *("turned", "update", "in_body", "rate_in_body", "moment", "angles_at", "axes_at", "to_planet"),
-    *("first", "of_members", "falls_on", "limits"),
+    *("first", "falls_on", "limits"),
 }
 """Methods that formulas and the package call, and not a user."""
 
@@ -726,6 +726,7 @@ def public_calls(folder):
             },
         ),
         "Trajectory.__call__": (motion().__call__, {"time": 1.0}),
+        "Trajectory.column": (motion().column, {"name": "omega_body"}),
         "Trajectory.euler": (motion().euler, {"sequence": "313"}),
         "Trajectory.isel": (ensemble().isel, {"time": [0, 2], "member": slice(0, 1)}),
         "RunEstimate.seconds_on": (ESTIMATE.seconds_on, {"workers": 2, "threads": 4}),

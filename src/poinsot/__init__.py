@@ -5,17 +5,6 @@ The public names are in `__init__.pyi`; each is imported when it is used first.
 
 import lazy_loader
 
-from poinsot.orbits import solutions
-
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 __version__ = "0.2.0"
-
-
-def _engine() -> solutions.Solutions:
-    from poinsot.integration import paths
-
-    return paths
-
-
-solutions.engine = _engine

@@ -58,7 +58,7 @@ app()
 
 
 SIGNALS = {signal.SIGINT: 130, signal.SIGTERM: 143}
-LOOPED = "poinsot.integration.looped_runs"
+LOOPED = "poinsot.integration.run"
 
 
 def interrupted(module, name, at, *arguments, number=signal.SIGINT):
@@ -75,8 +75,8 @@ def interrupted(module, name, at, *arguments, number=signal.SIGINT):
 @pytest.mark.parametrize(
     ("number", "kernel", "name"),
     [
-        (signal.SIGINT, LOOPED, "_Tasks._watch"),
-        (signal.SIGTERM, LOOPED, "_Tasks._watch"),
+        (signal.SIGINT, LOOPED, "Run._check_progress"),
+        (signal.SIGTERM, LOOPED, "Run._check_progress"),
     ],
 )
 def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
@@ -95,8 +95,8 @@ def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
 @pytest.mark.parametrize(
     ("number", "kernel", "name", "at"),
     [
-        (signal.SIGINT, LOOPED, "_Tasks._watch", 5),
-        (signal.SIGTERM, LOOPED, "_Tasks._watch", 5),
+        (signal.SIGINT, LOOPED, "Run._check_progress", 5),
+        (signal.SIGTERM, LOOPED, "Run._check_progress", 5),
     ],
 )
 def test_ensemble_keeps_the_members_that_are_done(tmp_path, number, kernel, name, at):
@@ -137,8 +137,8 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, count = 11}\n" + ENSEMBLE)
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from poinsot.cli import app; app()"
-    owner, name = "looped_runs import _Tasks", "run"
-    told = f"from poinsot.{owner} as owner; right = owner.{name}\n"
+    owner, name = "run import Run", "_advance"
+    told = f"from poinsot.integration.{owner} as owner; right = owner.{name}\n"
     # One write for the word and its line end: threads tell it beside each other.
     told += f"owner.{name} = lambda *a: (print('begun\\n', end='', flush=True), right(*a))[1]\n"
     command = [sys.executable, "-c", told + code, "run", str(scenario)]
@@ -239,10 +239,10 @@ def test_paper_keeps_the_cases_that_are_done(interrupting, monkeypatch, tmp_path
 
 SLOW = """
 import threading
-from poinsot.integration import looped_runs
+from poinsot.integration import run
 from poinsot.display import progress
 progress.PATIENCE = 0.05
-for owner, name in ((looped_runs._Tasks, "run"),):
+for owner, name in ((run.Run, "_advance"),):
     def slow(*arguments, right=getattr(owner, name)):
         for thread in threading.enumerate():
             if isinstance(thread, threading.Timer):

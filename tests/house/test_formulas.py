@@ -43,5 +43,5 @@ def test_test_exists(name):
 @pytest.mark.parametrize("kind", [pt.Potential, pt.Torque, Part, pt.Orbit, pt.Event, Shape, Formulation])
 def test_every_class_of_a_kind_is_named(kind):
     classes = {each.__qualname__ for each in concrete_subclasses(kind)}
-    classes -= {"StoredEvent"}  # of a file, without a formula
+    classes -= {"RecordedEvent"}  # of a file, without a formula
     assert classes <= {name.rpartition(".")[2] for name in named(2)}

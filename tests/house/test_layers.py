@@ -61,11 +61,15 @@ def circles(edges):
     return [names for names in found if len(names) > 1]
 
 
+def contracts():
+    """Return the contracts on imports by their names."""
+    rows = tomllib.loads(PROJECT.read_text())["tool"]["importlinter"]["contracts"]
+    return {row["name"]: row for row in rows}
+
+
 def layers():
     """Return the layers of the project, the uppermost first; modules of one layer stand side by side."""
-    contracts = tomllib.loads(PROJECT.read_text())["tool"]["importlinter"]["contracts"]
-    rows = next(contract["layers"] for contract in contracts if contract["type"] == "layers")
-    return [[name.strip() for name in row.split("|")] for row in rows]
+    return [[name.strip() for name in row.split("|")] for row in contracts()["imports go down"]["layers"]]
 
 
 def place_of(module, rows):
@@ -100,6 +104,42 @@ def test_every_module_is_in_a_layer():
     assert outside == ["poinsot"]
 
 
+def test_every_package_imports_the_compiler_by_one_rule():
+    """Packages above the bridge and below it have a contract each; `integration` and `cuda` import any module."""
+    names = [name for row in layers() for name in row]
+    bridge, compiler = names.index("poinsot.integration"), names.index("poinsot.taylor")
+    above = contracts()["results and analyses reach the compiler through integration alone"]
+    below = contracts()["descriptions import the graph of formulas alone"]
+    assert sorted(above["source_modules"]) == sorted(set(names[:bridge]) - {"poinsot.cuda"})
+    assert sorted(below["source_modules"]) == sorted(names[bridge + 1 : compiler])
+    for contract in (above, below):
+        assert contract["forbidden_modules"] == ["poinsot.taylor"]
+
+
+def set_elsewhere(text):
+    """Yield the globals that a module declares without a value, and the globals that it sets in another module."""
+    tree = ast.parse(text)
+    yield from (ast.unparse(node.target) for node in tree.body if isinstance(node, ast.AnnAssign) and not node.value)
+    nodes = [*ast.walk(tree)]
+    imported = {
+        (alias.asname or alias.name).partition(".")[0]
+        for node in nodes
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+    for node in nodes:
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+        for target in targets:
+            name = ast.unparse(target) if isinstance(target, ast.Attribute) else ""
+            if name.replace(".", "").isidentifier() and name.partition(".")[0] in imported:
+                yield name
+
+
+def test_no_module_sets_a_global_of_another_one():
+    found = {name: [*set_elsewhere(path.read_text())] for name, path in modules().items()}
+    assert {name: names for name, names in found.items() if names} == {}
+
+
 def test_the_judges_find_what_they_look_for():
     """A circle through a function and one through TYPE_CHECKING; an import upwards and one across."""
     texts = {
@@ -112,3 +152,5 @@ def test_the_judges_find_what_they_look_for():
     assert circles(edges) == [["p.a", "p.b", "p.c"]]
     assert upward(edges, [["p.a"], ["p.b", "p.d"], ["p.c"]]) == ["p.c -> p.a", "p.d -> p.a"]
     assert upward({"p.b": {"p.d"}}, [["p.b", "p.d"]]) == ["p.b -> p.d"]
+    hatch = "from p import a\nimport p.b\nstart: int\nend: int = 1\na.engine = end\np.b.engine = end\nstart.x = 1"
+    assert [*set_elsewhere(hatch)] == ["start", "a.engine", "p.b.engine"]

@@ -7,8 +7,8 @@ import poinsot as pt
 from laws.test_every_force_in_files import FIRST, OF_ONE, OF_TWO, PAIR, RUN, label
 from laws.test_every_part import BODY, PARTS
 from poinsot.mechanics.state import state_of
-from poinsot.propagation import columns
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation import column_reader
+from poinsot.propagation.row_source import MemoryRows
 
 ROWS = 101
 RANDOM = np.random.default_rng(7)
@@ -24,18 +24,19 @@ def any_body(monkeypatch):
         monkeypatch.setattr(type(force), "check", lambda *_: None)
 
 
-def motion_of(system, rows, kind=pt.Trajectory):
+def motion_of(system, rows):
     """Return a motion through states that nothing has computed."""
     start = state_of({name: values[0] for name, values in rows.phase.items()}, TIMES[0])
-    return kind(system, start, TIMES, lambda: rows.phase, RUN)
+    return pt.Trajectory(system, start, TIMES, MemoryRows(rows.phase), RUN)
 
 
 def assert_blocks_are_joined(motion, monkeypatch):
     whole = motion.dataset
-    for name, read in motion._columns.items():
-        assert np.array_equal(whole[name].values, read(), equal_nan=True), name
+    for name in motion.variable_names:
+        if not name.startswith("drift_"):
+            assert np.array_equal(whole[name].values, motion.column(name), equal_nan=True), name
     for rows in (40, 7):
-        monkeypatch.setattr(columns, "BLOCK", rows)
+        monkeypatch.setattr(column_reader, "ROWS_OF_BLOCK", rows)
         assert motion.dataset.identical(whole)
         assert all(np.array_equal(x, whole[f"drift_{name}"], equal_nan=True) for name, x in motion.drift.items())
 
@@ -60,7 +61,7 @@ def test_of_a_body_with_a_part(part, monkeypatch):
 def test_of_two_bodies(force, monkeypatch):
     place = VECTORS[2] + np.array([5.0, 0, 0])
     rows = PAIR.state(place, VECTORS[3], QUATERNIONS, omega_body=list(VECTORS[:2]), time=TIMES)
-    assert_blocks_are_joined(motion_of(pt.System(PAIR, force), rows, PairTrajectory), monkeypatch)
+    assert_blocks_are_joined(motion_of(pt.System(PAIR, force), rows), monkeypatch)
 
 
 def test_of_an_ensemble_with_a_member_that_failed(monkeypatch):
@@ -78,6 +79,6 @@ def test_an_orbit_is_where_it_is_for_all_times_together(monkeypatch):
     system, times = pt.System(FIRST, pt.GravityGradient(orbit)), np.linspace(0.0, 90.0, 3001)
     start = system.body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.1, 0.2, 0.3))
     phase = {name: np.repeat(values[None], times.size, axis=0) for name, values in start.phase.items()}
-    motion = pt.Trajectory(system, start, times, lambda: phase, RUN)
-    monkeypatch.setattr(columns, "BLOCK", 100)
+    motion = pt.Trajectory(system, start, times, MemoryRows(phase), RUN)
+    monkeypatch.setattr(column_reader, "ROWS_OF_BLOCK", 100)
     assert np.array_equal(motion.dataset["potential_energy"], motion.potential_energy)

@@ -9,8 +9,8 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.integration import equations, looped_runs
-from poinsot.taylor import kernels
+from poinsot.integration import equations, run
+from poinsot.taylor import queue
 
 MOST = 17
 BODY = pt.Body((1.0, 1.3, 1.7))
@@ -221,9 +221,9 @@ COUNTS, THREADS, CHUNKS = (1, 7, 8, 9, MOST), (1, 2), (5000, 50)
     covering(SWITCHES, ("none", "all"), STARTS, TIMES, COUNTS, THREADS, CHUNKS),
 )
 def test_an_ensemble_is_its_members_alone(switch, events, starts, way, members, threads, chunk, monkeypatch):
-    advance = kernels.Run.advance
-    monkeypatch.setattr(kernels.Run, "advance", lambda run, budget=None: advance(run, budget or chunk))
-    monkeypatch.setattr(looped_runs, "SLAB_BYTES", 1)
+    advance = queue.Worker.advance
+    monkeypatch.setattr(queue.Worker, "advance", lambda run, budget=None: advance(run, budget or chunk))
+    monkeypatch.setattr(run, "MAX_SLAB_BYTES", 1)
     assert wrong_members(switch, events, starts, way, True, members, threads) == {}
 
 
@@ -366,7 +366,7 @@ def both(system_of, starts, call):
 
 @pytest.mark.parametrize(("switch", "fails", "chunk"), [("table", True, 10), ("members' times", False, 700)])
 def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monkeypatch):
-    monkeypatch.setattr(looped_runs, "STEPS_AT_A_TIME", {1: chunk})
+    monkeypatch.setattr(run, "STEPS_AT_A_TIME", {1: chunk})
 
     def call(*given):
         return pt.analysis.state_transition(*given, TIMES["both ways"])
@@ -382,7 +382,7 @@ def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monk
 
 
 def test_second_derivatives_are_those_of_members_alone(monkeypatch):
-    monkeypatch.setattr(looped_runs, "STEPS_AT_A_TIME", {2: 20})
+    monkeypatch.setattr(run, "STEPS_AT_A_TIME", {2: 20})
 
     def call(*given):
         return pt.analysis.state_transition(*given, TIMES["both ways"], order=2)

@@ -17,13 +17,13 @@ from laws.test_pairs import PAIR_FORCES
 from poinsot.algebra.quaternion import product
 from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
-from poinsot.integration import equations, looped_runs
+from poinsot.integration import equations
+from poinsot.integration.kernel_parameters import PreparedKernel
 from poinsot.integration.scaling import sample_torque
 from poinsot.mechanics.formula_trials import ATTITUDES
 from poinsot.mechanics.parameters import kinds_of, of_each, records_in
 from poinsot.quantities import Along, said_of
-from poinsot.taylor import kernels
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, Node
 from poinsot.taylor.lowering import Constants
 
@@ -160,7 +160,7 @@ def compiled_torque(system):
     symbols = [graph.symbol(place) for place in range(8)]
     symbolic = formulas.twin(system, map(graph.input, itertools.count()))
     torque = formulas.torque(symbolic, symbols[:4], symbols[4:7], symbols[7])
-    compiled = WideReplay([*torque], symbols)
+    compiled = WideEvaluator([*torque], symbols)
     return lambda q, omega, time: np.array(compiled([*q, *omega, time, *system.dynamics.numbers])[:3])
 
 
@@ -340,7 +340,7 @@ def motion(body, force):
 
 def compiled():
     """Return all equations."""
-    return [known.code for known in equations.known._known.values() if isinstance(known, looped_runs.Ready)]
+    return [known.code for known in equations.known._stored.values() if isinstance(known, PreparedKernel)]
 
 
 @each_body
@@ -510,7 +510,6 @@ FREE_TO_BE_ZERO = (
     "specular",
     "omega_space",
 )
-looped = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
 
 
 def simple(record):
@@ -524,7 +523,6 @@ def largest_alone(value):
     return np.where(np.abs(value) == np.max(np.abs(value)), 2 * value, 0.0) if np.ndim(value) else 0.0
 
 
-@looped
 @pytest.mark.parametrize("body", [SYMMETRIC, BODIES[0]], ids=["symmetric", "asymmetric"])
 @each_force
 def test_a_motion_without_the_zeros_is_that_with_them(force, body, monkeypatch):
@@ -536,7 +534,6 @@ def test_a_motion_without_the_zeros_is_that_with_them(force, body, monkeypatch):
     assert np.max(np.abs(without.angular_momentum_body - with_them.angular_momentum_body)) < 3e-14
 
 
-@looped
 @each_force
 def test_zeros_select_a_kernel_and_other_numbers_do_not(force, forget_kernels):
     forget_kernels()

@@ -1,7 +1,6 @@
 """Every force comes back from the text that a result has of its system: on one body, and on one or both of two."""
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from laws.test_every_force import MAGNETIC_FIELDS
 from laws.test_every_part import PARTS
 from poinsot.files.scenarios.registry import keys_of
 from poinsot.files.scenarios.scenario import rebuilt_system
+from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.system_text import text_of
 
 ELLIPSE = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, epoch=0.2)
@@ -83,8 +83,7 @@ def any_body(monkeypatch):
 def comes_back(body, force) -> bool:
     """Whether a system comes back from its own text with the same formulas and the same numbers, to the bit."""
     system = pt.System(body, force)
-    phase: Any = lambda: None  # noqa: E731
-    motion = pt.Trajectory(system, FIRST.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.zeros(1), phase, RUN)
+    motion = pt.Trajectory(system, FIRST.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.zeros(1), MemoryRows({}), RUN)
     text = text_of(motion)
     again = rebuilt_system(text.text, "it", data=text.data)
     here, there = system.dynamics, again.dynamics

@@ -15,7 +15,7 @@ from kinds import concrete_subclasses
 from poinsot.algebra.quaternion import product
 from poinsot.forces import MutualGravity, MutualHarmonics, MutualMascons
 from poinsot.functions import Vector
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, Node, gradient, ordered, tangents
 
 SHAPES = (
@@ -81,7 +81,7 @@ def test_force_and_torques_are_the_slopes_of_the_energy_in_all_engines(force):
     assert np.max(np.abs(found - expected)) < bound
     graph = Graph()
     symbols = [graph.symbol(k) for k in range(11)]
-    compiled = WideReplay(load(formulas.twin(system, map(graph.input, itertools.count())), symbols), symbols)
+    compiled = WideEvaluator(load(formulas.twin(system, map(graph.input, itertools.count())), symbols), symbols)
     assert np.max(np.abs(np.array(compiled([*START, *system.dynamics.numbers])[:9]) - expected)) < bound
     numbers = [sympy.Float(float(x), 17) for x in START]
     assert np.max(np.abs(np.array(load(system, numbers), dtype=float) - expected)) < bound

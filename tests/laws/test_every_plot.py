@@ -145,7 +145,7 @@ def test_every_plot_of_a_motion_takes_one_of_two_bodies_or_says_why_not(calls, n
 @pytest.mark.parametrize("name", sorted(OF_PAIRS))
 def test_plots_of_two_bodies_refuse_one(calls, name):
     draw, arguments = calls[name]
-    with pytest.raises(TypeError, match=r"^motion must be a PairTrajectory, got Trajectory\.$"):
+    with pytest.raises(TypeError, match=r"^motion must be the motion of two bodies, got the motion of one body\.$"):
         draw(**given(arguments, free()))
 
 

@@ -16,11 +16,12 @@ from laws.test_every_mutual_gravity import FORCES as GRAVITIES
 from laws.test_every_mutual_gravity import PAIR
 from laws.test_every_part import PARTS
 from laws.test_pairs import forces_of
+from poinsot.display.formulas import equations
+from poinsot.display.notation import LATEX, MATHML, split_name
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import orbits_of
-from poinsot.mechanics.notation import LATEX, MATHML, split_name
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.typeset import formula_of
+from poinsot.mechanics.symbolic_formula import formula_of
 from poinsot.parts import ControlMomentGyro
 from poinsot.quantities import Along, said_of
 
@@ -233,7 +234,7 @@ def test_the_formula_of_a_force_is_what_it_computes(force):
         state = system.state(turn, omega_body=omega, time=TIME)
         at = numbers_by_name(force, turn) | letters(force, body, turn, omega, system.at(state))
         letter = "U" if isinstance(force, pt.Potential) else "N"
-        shown.append(evaluated(formula_of(force, body, list(orbits_of(force))[:1], MATHML), at)[letter])
+        shown.append(evaluated(equations(formula_of(force, body, list(orbits_of(force))[:1]), MATHML), at)[letter])
         computed.append(system.potential_energy(state) if letter == "U" else system.torque_body(state))
     assert np.min(np.max(np.abs(computed), axis=-1)) > 1e-9
     np.testing.assert_allclose(shown, computed, rtol=1e-11, atol=1e-13)
@@ -256,7 +257,7 @@ def test_the_formula_of_a_force_on_two_bodies_is_what_it_computes(force):
         rates = np.array([(0.1, 0.2, 1.0), (-0.3, 0.1, 0.4)])
         start = PAIR.state((5.0, 1.0 - seed, 2.0), (-0.1, 0.6, 0.3), list(turns), omega_body=rates, time=TIME)
         at = numbers_by_name(force, Rotation.identity()) | of_two(force, PAIR, turns, rates, system.at(start))
-        found = evaluated(formula_of(force, PAIR, list(orbits_of(force)), MATHML), at)
+        found = evaluated(equations(formula_of(force, PAIR, list(orbits_of(force))), MATHML), at)
         if isinstance(force, pt.Potential):
             computed.append(system.potential_energy(start))
             shown.append(found["U"])
@@ -311,7 +312,7 @@ def test_the_formula_of_a_part_is_what_it_computes(part):
     at = numbers_by_name(part, Rotation.identity()) | {"ω": vec(omega), **CALLS}
     letters_of_own = {1: "α" if isinstance(part, ControlMomentGyro) else "p", 2: "αp", 3: "h"}.get(part.size, "")
     at |= {"h": vec(own)} if part.size == 3 else dict(zip(letters_of_own, own, strict=True))
-    found = evaluated(formula_of(part, BODIES[1], [], MATHML), at)
+    found = evaluated(equations(formula_of(part, BODIES[1], []), MATHML), at)
     np.testing.assert_allclose(found["h"], vec(part.momentum(Vector(own), TIME)), rtol=1e-14)
     rates = np.ravel([found[f"rate {letter}"] for letter in letters_of_own])
     np.testing.assert_allclose(rates, vec(part.rates(system.at(state), Vector([0.0] * part.size))), rtol=1e-13)
@@ -319,7 +320,7 @@ def test_the_formula_of_a_part_is_what_it_computes(part):
 
 def test_a_formula_is_the_law_of_every_force_but_long_ones():
     for force in (*FORCES, *LAWS, *GRAVITIES, *PAIR_FORCES):
-        assert bool(formula_of(force, BODIES[0], list(orbits_of(force)), MATHML)) == (
+        assert bool(equations(formula_of(force, BODIES[0], list(orbits_of(force))), MATHML)) == (
             type(force).__name__ not in TOO_LONG
         )
 
@@ -332,7 +333,7 @@ class Halved(pt.forces.LinearDamping):
 
 
 def test_a_class_that_computes_something_else_does_not_show_the_formula_of_its_base():
-    (equation,) = formula_of(Halved(0.3), BODIES[0], [], LATEX)
+    (equation,) = equations(formula_of(Halved(0.3), BODIES[0], []), LATEX)
     assert "0.5" in equation
 
 
@@ -369,6 +370,6 @@ def test_formulas_of_users_are_written_or_told_in_words():
     assert "<mn>2.5</mn><mo>×</mo><msup><mn>10</mn><mn>-7</mn></msup>" in wind._repr_html_()
     assert r"\mathrm{strength}" in wind._repr_latex_()
     assert wind._repr_latex_().count("{") == wind._repr_latex_().count("}")
-    assert formula_of(Table(0.5, (0, 0, 1)), BODIES[0], [], MATHML) == []
+    assert equations(formula_of(Table(0.5, (0, 0, 1)), BODIES[0], []), MATHML) == []
     long = pt.System(BODIES[0], pt.forces.EllipsoidGravity(AT_REST, 1.1, (0.9, 0.6, 0.4)))
     assert "Exact gravity of an attractor on a homogeneous ellipsoid" in long._repr_html_()

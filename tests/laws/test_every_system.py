@@ -130,7 +130,7 @@ def switches(system):
     """Whether a formula has a condition on what varies."""
     problem = Problem(system)
     variables = equations.state_vector(problem, start_of(system), FORMULATIONS["lie_poisson"], "double")
-    return equations.looped_constants(problem.between_knots(), variables).switches
+    return equations.constants(problem.between_knots(), variables).switches
 
 
 @pytest.mark.samples

@@ -12,11 +12,9 @@ from laws.test_every_force import FORCES, label
 from laws.test_every_orbit import ORBITS
 from laws.test_every_part import PARTS
 from laws.test_every_system import switches
-from poinsot.taylor import kernels
 
 pytestmark = [
     cuda_on_cpu.needs_compiler,
-    pytest.mark.skipif(not kernels.available(), reason="needs llvmlite"),
 ]
 
 BODY = pt.Body((1.3, 1.0, 0.7))

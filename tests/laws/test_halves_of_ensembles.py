@@ -6,7 +6,7 @@ import pytest
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.control import NoisySensors, RateDamping, Sampled
-from poinsot.propagation.selection import numbers_of_members, state_of_members, system_of_members
+from poinsot.mechanics.members import members_of
 
 COUNT = 14
 HALVES = (np.arange(5), np.arange(5, COUNT))
@@ -87,7 +87,7 @@ def differing(compute, system, state):
     """Which variables of which members of the halves are not those of the whole."""
     whole, wrong = compute(system, state), {}
     for half in HALVES:
-        part = compute(system_of_members(system, half), state_of_members(state, half))
+        part = compute(members_of(system, half), members_of(state, half))
         for name, rows in whole.items():
             alike = np.all(bits(rows[half]) == bits(part[name]), axis=1)
             wrong |= {name: half[~alike].tolist()} if not alike.all() else {}
@@ -153,7 +153,7 @@ def test_closed_form_of_one_member_at_a_time():
     whole = pt.free_motion(body, state, times)
     for k in (*range(0, count, 50), 578):  # the last one differed
         own = np.array([k])
-        one = pt.free_motion(numbers_of_members(body, own), state_of_members(state, own), times)
+        one = pt.free_motion(members_of(body, own), members_of(state, own), times)
         assert all(np.array_equal(one.phase[name][0], rows[k]) for name, rows in whole.phase.items())
 
 
@@ -161,8 +161,8 @@ def test_noise_is_that_of_the_member():
     """Whoever it is computed with, also alone."""
     system, state = case("noise")
     whole = pt.propagate(system, state, TIMES)
-    one = pt.propagate(system_of_members(system, 9), state_of_members(state, 9), TIMES)
-    other = pt.propagate(system, state_of_members(state, 9), TIMES)
+    one = pt.propagate(members_of(system, 9), members_of(state, 9), TIMES)
+    other = pt.propagate(system, members_of(state, 9), TIMES)
     np.testing.assert_allclose(one.omega_body, whole.omega_body[9], rtol=0, atol=1e-10)
     assert np.max(np.abs(other.omega_body - whole.omega_body[9])) > 1e-6
 

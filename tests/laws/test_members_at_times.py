@@ -357,7 +357,7 @@ INNER = {
     **dict.fromkeys(("CompositeBody", "_Piece", "RelativeOrbit"), "made inside formulas, of scalars that broadcast"),
     "IGRF": "SecularHarmonics between two dates, with the tables of the standard",
     "Impact": "an action on states of single members; its value is that of AtTime",
-    "StoredEvent": "an event of a file, without a formula",
+    "RecordedEvent": "an event of a file, without a formula",
     "RelativeOrbitFrame": "the frame of a motion of two bodies, tested with it",
 }
 """Classes without an instance above, and the reasons."""
@@ -412,10 +412,9 @@ READ = {
 """Calls of the methods of motions, and the values of attributes that are no numbers."""
 
 UNREAD = {
-    **dict.fromkeys(("member", "isel", "variables", "variable_names", "state_variables"), "a choice of rows"),
+    **dict.fromkeys(("member", "isel", "variables", "variable_names", "column"), "a choice of rows"),
     **dict.fromkeys(("events", "summary", "calendar", "reference_frame", "has_dense_output"), "text, or no array"),
     **dict.fromkeys(("is_ensemble", "phase", "of_bodies"), "the arrays of the other attributes"),
-    "loads": "the function that computes the forces and torques on each body",
 }
 
 

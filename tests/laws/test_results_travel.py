@@ -140,7 +140,7 @@ RESULTS = {
     "relative to a frame": lambda _: along_orbit().relative_to(CIRCLE.frame),
     "read from a file": loaded,
     "stopped": lambda _: stopped(),
-    "PairTrajectory": lambda _: of_two(dense=True, events=[Nearest()]),
+    "Trajectory of two bodies": lambda _: of_two(dense=True, events=[Nearest()]),
     "one of two bodies": lambda _: of_two(dense=True).secondary,
     "ensemble of two bodies": lambda _: of_two(PAIR, formulation="canonical"),
     "one of an ensemble of two bodies": lambda _: of_two(PAIR).primary,
@@ -189,7 +189,7 @@ READ = (
     "structure",
     "args",
 )
-UNREAD = ("environment", "event_source", "beside_samples", "origin_of")
+UNREAD = ("environment", "beside_samples", "origin_of")
 
 
 @pytest.mark.parametrize("way", COPIES)

@@ -12,7 +12,7 @@ from poinsot.functions import Vector
 from poinsot.integration import equations
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.parts import ReactionWheels
-from poinsot.taylor import kernels
+from poinsot.taylor import queue
 
 BODY = pt.Body.from_inertia([(1.3, 0.05, -0.02), (0.05, 1.0, 0.03), (-0.02, 0.03, 0.7)])
 ORBIT = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, true_anomaly=0.3)
@@ -207,9 +207,9 @@ def test_a_motion_goes_on_from_any_of_its_states(forces):
 def test_chunks_of_steps_change_nothing(name, monkeypatch):
     system = pt.System(BODY, *SYSTEMS[name])
     whole = pt.propagate(system, system.state(**START), TIMES, dense=True)
-    monkeypatch.setattr(kernels, "STEPS_KEPT", 3)
-    advance = kernels.Run.advance
-    monkeypatch.setattr(kernels.Run, "advance", lambda self, budget=None: advance(self, min(budget or 2, 2)))
+    monkeypatch.setattr(queue, "STEPS_IN_BLOCK", 3)
+    advance = queue.Worker.advance
+    monkeypatch.setattr(queue.Worker, "advance", lambda self, budget=None: advance(self, min(budget or 2, 2)))
     parts = pt.propagate(system, system.state(**START), TIMES, dense=True)
     assert np.array_equal(values(parts), values(whole))
     assert np.array_equal(values(parts(TIMES)), values(whole(TIMES)))

@@ -10,7 +10,7 @@ import sympy
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph
 
 EPS = np.finfo(float).eps
@@ -23,7 +23,7 @@ S = sympy.Symbol("s", real=True)
 
 def compiled(formula, *values):
     """Return the value of a formula of X (and Y), compiled in double-double arithmetic."""
-    return WideReplay([formula], [X, Y][: len(values)])(values)[0]
+    return WideEvaluator([formula], [X, Y][: len(values)])(values)[0]
 
 
 # ---------------------------------------------------------------------- elementary functions

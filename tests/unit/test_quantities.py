@@ -10,7 +10,7 @@ from astropy import units as u
 from astropy.time import Time
 
 import poinsot as pt
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.run_record import RunRecord
 from public_calls import ELLIPSE, START, TOP, public_calls
 
 ANGLES = {
@@ -31,7 +31,7 @@ def numbers_of(result):
         return [number for one in result for number in numbers_of(one)]
     if isinstance(result, np.ndarray | float):
         return list(np.ravel(result))
-    if not type(result).__module__.startswith("poinsot") or isinstance(result, Run):
+    if not type(result).__module__.startswith("poinsot") or isinstance(result, RunRecord):
         return []
     derived = {
         name for name in vars(result) if isinstance(getattr(type(result), name, None), functools.cached_property)

@@ -8,10 +8,11 @@ import textwrap
 
 from tools.site.names import NAMESPACES, public
 
+from poinsot.display.formulas import letters_of
+from poinsot.display.notation import LATEX, MATHML, typeset_stated
 from poinsot.mechanics.force import Force, PairLoad
-from poinsot.mechanics.notation import LATEX, MATHML, written
 from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.typeset import letters_of, stated_formula
+from poinsot.mechanics.symbolic_formula import stated_formula
 
 __all__ = ["pages"]
 
@@ -153,6 +154,6 @@ def typeset(kind: type) -> str:
     if not stated:
         return ""
     two = issubclass(kind, PairLoad) or kind.__name__ in ON_TWO_BODIES
-    equations = "".join(f".. math:: {each}\n\n" for each in written(stated, LATEX))
-    letters = letters_of(written(stated, MATHML), two_bodies=two)
+    equations = "".join(f".. math:: {each}\n\n" for each in typeset_stated(stated, LATEX))
+    letters = letters_of(typeset_stated(stated, MATHML), two_bodies=two)
     return equations + "; ".join(f":math:`{LATEX.letter(name)}` {what}" for name, what in letters.items()) + "\n\n"

@@ -1,1 +1,1 @@
-"""Numbers alone: quaternions, formulas as graphs and their derivatives, sums of two doubles, solid harmonics."""
+"""Quaternions, ellipsoids and solid harmonics, as formulas for scalars of any kind."""

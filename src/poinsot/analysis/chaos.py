@@ -22,7 +22,8 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.display.progress import bar
 from poinsot.errors import PropagationInterrupted, member_array, refuse_nonpositive, refuse_other_members
-from poinsot.integration.runs import Memory, Report, Rows
+from poinsot.integration.report import Report
+from poinsot.integration.rows import Memory, Rows
 from poinsot.integration.scaling import momentum_scale_of_members, orbital_rate
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.dynamics import AnyDynamics
@@ -35,7 +36,7 @@ from poinsot.propagation.arguments import checked_times
 from poinsot.propagation.chunks import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import analysed_in_chunks
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
 
@@ -96,7 +97,7 @@ class ChaosIndicators(Summarized):
         Physica D 231, 30).
     failures : dict
         Map from the number of a failed member to the reason; its rows are NaN from the time of failure.
-    run : Run
+    run : RunRecord
         Method, number of steps, tolerance and versions.
 
     Examples
@@ -120,7 +121,7 @@ class ChaosIndicators(Summarized):
     mean_megno: Array
     gali: Array
     failures: dict[int, str]
-    run: Run
+    run: RunRecord
 
     @property
     def lyapunov(self) -> Array:
@@ -315,7 +316,7 @@ class LyapunovSpectrum(Summarized):
         for planar motion. If all torques derive from potentials, each exponent has its opposite in the limit.
     failures : dict
         Map from the number of a failed member to the reason; its rows are NaN from the time of failure.
-    run : Run
+    run : RunRecord
         Method, number of steps, tolerance and versions.
 
     Examples
@@ -330,7 +331,7 @@ class LyapunovSpectrum(Summarized):
     times: Array
     exponents: Array
     failures: dict[int, str]
-    run: Run
+    run: RunRecord
 
     @property
     def dataset(self) -> xarray.Dataset:

@@ -18,7 +18,7 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
-from poinsot.display.html_text import PER_TIME, Summarized, told
+from poinsot.display.html_text import Summarized, told
 from poinsot.functions import Vector
 from poinsot.integration.scaling import momentum_scale
 from poinsot.lazy import cached_property
@@ -33,6 +33,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import OfOneBody, System
+from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_time
 from poinsot.quantities import Time

@@ -8,16 +8,17 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told
+from poinsot.double_double import DoubleDouble
 from poinsot.lazy import cached_property
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, members_of
+from poinsot.propagation.arguments import broadcast_members, common_members
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 
@@ -57,7 +58,7 @@ class FreeRotation(Summarized):
 
     @checked
     def __init__(self, body: Body, state: State) -> None:
-        members = members_of(System(body), state)
+        members = common_members(System(body), state)
         self.body = body
         self.state = broadcast_members(state, members) if members else state
         self._elements = elements_of(body.moments, body.principal_matrix, self.state)
@@ -265,7 +266,7 @@ def _mean_angles(e: Elements) -> tuple[Any, Any]:
     rotation, periodic = np.empty(near.shape), np.empty(near.shape)
     for side in (near, ~near):
         if np.any(side):
-            theta = theta_functions(e.of_members(side), bool(np.all(near[side])))
+            theta = theta_functions(members_of(e, side), bool(np.all(near[side])))
             endless = e.mean.hi[side] == 0
             rotation[side] = np.where(endless, 0.0, e.mean.hi[side] * np.where(endless, 0.0, theta.start))
             periodic[side] = -np.squeeze(theta.sense * theta.first_angle, axis=-1) * 2

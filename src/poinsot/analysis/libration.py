@@ -17,7 +17,8 @@ from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.members import expanded
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.printable import quoted
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.two_body_motion import two_bodies
 
 __all__ = ["Librations", "librations"]
 
@@ -82,7 +83,7 @@ class Librations(Summarized):
 
 
 @checked
-def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
+def librations(motion: OfTwoBodies, body: str = "secondary") -> Librations:
     """Return yaw, pitch and roll of one of two bodies relative to their orbit.
 
     `pt.analysis.frequencies(found.yaw, found.times)` gives the free frequencies of a libration as lines of these
@@ -90,7 +91,7 @@ def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
 
     Parameters
     ----------
-    motion : PairTrajectory
+    motion : Trajectory
         Motion of two bodies, or an ensemble.
     body : {"secondary", "primary"}
         Body whose angles are returned.
@@ -114,7 +115,7 @@ def librations(motion: PairTrajectory, body: str = "secondary") -> Librations:
     if body not in BODIES:
         raise ValueError(f"body must be 'primary' or 'secondary', got {quoted(body)}.")
     relative = getattr(motion, body).relative_to(motion.orbit_frame).quaternion
-    axes = expanded(upright(motion.system.body.bodies[body]), relative.ndim - 1, components=1)
+    axes = expanded(upright(two_bodies(motion.system).bodies[body]), relative.ndim - 1, components=1)
     principal = quat.product(relative, quat.conjugate(axes))
     # a half turn about the axis k exchanges the real part with the component k
     nearest = np.argmax(np.abs(principal[..., :1, :]), axis=-1, keepdims=True)

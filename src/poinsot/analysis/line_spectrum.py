@@ -24,8 +24,9 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import PER_TIME, Summarized, told
+from poinsot.display.html_text import Summarized, told
 from poinsot.errors import array_of, level_of_user, real_array, refuse_nonpositive
+from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import kind_of
 from poinsot.quantities import Times
 

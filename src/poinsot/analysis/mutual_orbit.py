@@ -14,7 +14,8 @@ from poinsot.analysis.line_spectrum import lines_of
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, told
 from poinsot.errors import level_of_user
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.two_body_motion import two_bodies
 
 __all__ = ["Revolutions", "apsidal_precession", "revolutions"]
 
@@ -75,7 +76,7 @@ class Revolutions(Summarized):
 
 
 @checked
-def revolutions(motion: PairTrajectory) -> Revolutions:
+def revolutions(motion: OfTwoBodies) -> Revolutions:
     """Return the revolutions of two bodies: the times at which the secondary returns to its first longitude.
 
     The longitude is the angle of the line of centres about the initial total angular momentum, which is constant
@@ -86,7 +87,7 @@ def revolutions(motion: PairTrajectory) -> Revolutions:
 
     Parameters
     ----------
-    motion : PairTrajectory
+    motion : Trajectory
         Motion of two bodies, or an ensemble, with at least eight times per revolution.
 
     Returns
@@ -117,7 +118,7 @@ def revolutions(motion: PairTrajectory) -> Revolutions:
 
 
 @checked
-def apsidal_precession(motion: PairTrajectory) -> Any:
+def apsidal_precession(motion: OfTwoBodies) -> Any:
     """Return the precession rate of the apsides of two bodies, positive in the direction of the motion.
 
     The osculating eccentricity vector, as a complex number in the plane normal to the total angular momentum, is a sum
@@ -127,7 +128,7 @@ def apsidal_precession(motion: PairTrajectory) -> Any:
 
     Parameters
     ----------
-    motion : PairTrajectory
+    motion : Trajectory
         Motion of two bodies, or an ensemble, at 48 or more evenly spaced times.
 
     Returns
@@ -156,7 +157,7 @@ def apsidal_precession(motion: PairTrajectory) -> Any:
     across = moving.x + 1j * moving.y
     speed = moving.vx + 1j * moving.vy
     turning = (np.conj(across) * speed).imag
-    vector = -1j * speed * turning / np.asarray(motion.system.body.mu) - across / motion.distance
+    vector = -1j * speed * turning / np.asarray(two_bodies(motion.system).mu) - across / motion.distance
     lines = lines_of(vector, motion.times, LINES)
     pace = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
     slow = np.flatnonzero((np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > ROUND))[:1]
@@ -182,7 +183,7 @@ class _Moving(NamedTuple):
     longitude: Array
 
 
-def _axes(motion: PairTrajectory) -> Array:
+def _axes(motion: OfTwoBodies) -> Array:
     """Return two axes across the angular momentum of the first time, the first one towards the secondary."""
     normal, place = motion.angular_momentum_space[0], motion.position[0]
     normal = normal * np.sign(normal @ np.cross(place, motion.velocity[0]))
@@ -191,19 +192,19 @@ def _axes(motion: PairTrajectory) -> Array:
     return np.stack([first / np.linalg.norm(first), second / np.linalg.norm(second)], axis=-1)
 
 
-def _moving(motion: PairTrajectory) -> _Moving:
+def _moving(motion: OfTwoBodies) -> _Moving:
     axes = _axes(motion)
     place, speed = (np.moveaxis(vectors @ axes, -1, 0) for vectors in (motion.position, motion.velocity))
     return _Moving(place[0], place[1], speed[0], speed[1], np.unwrap(np.arctan2(place[1], place[0])))
 
 
-def _mean_period(motion: PairTrajectory) -> Any:
+def _mean_period(motion: OfTwoBodies) -> Any:
     since, longitude = motion.times - np.mean(motion.times), _moving(motion).longitude
     with np.errstate(invalid="ignore", divide="ignore"):
         return 2 * np.pi * (since @ since) / np.abs(since @ longitude)
 
 
-def _passages(motion: PairTrajectory) -> Array:
+def _passages(motion: OfTwoBodies) -> Array:
     """Return the times of the passages of one motion."""
     way = 1 if motion.times[-1] >= motion.times[0] else -1
     t, moving = motion.times, _moving(motion)
@@ -234,13 +235,13 @@ def _passages(motion: PairTrajectory) -> Array:
     return np.concatenate([t[:1], found])
 
 
-def _polished(motion: PairTrajectory, times: Array) -> Array:
+def _polished(motion: OfTwoBodies, times: Array) -> Array:
     """Return the times of passages by the dense output."""
     axes = _axes(motion)
     for _ in range(2):
         state: Any = motion(times)
         place = state.position @ axes
-        speed = state.momentum @ axes / float(motion.system.body.reduced_mass)
+        speed = state.momentum @ axes / float(two_bodies(motion.system).reduced_mass)
         # near the passage the second component is the longitude times the first
         times = times - place[:, 1] / speed[:, 1]
     return times

@@ -31,7 +31,7 @@ from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.printable import described, kind_of
-from poinsot.propagation.arguments import members_of
+from poinsot.propagation.arguments import common_members
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Inclination
@@ -185,7 +185,7 @@ def periodic_motion(system: System, guess: AnyState, period: float, frame: Frame
     >>> float(np.max(np.abs(back.quaternion[0] - libration.state.quaternion))) < 1e-12
     True
     """
-    _refuse_members("system and guess", members_of(system, guess))
+    _refuse_members("system and guess", common_members(system, guess))
     period = float(real_array("period", period, (), system.units["time"]))
     refuse_nonpositive("period", period)
     if is_of_two_bodies(system) and isinstance(guess, PairState):

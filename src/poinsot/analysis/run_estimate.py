@@ -12,13 +12,13 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told_times
-from poinsot.mechanics.state import AnyState
+from poinsot.mechanics.members import members_of
+from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, members_of
+from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, common_members
 from poinsot.propagation.chunks import Chunking
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.propagate import propagate
-from poinsot.propagation.selection import state_of_members, system_of_members
 from poinsot.quantities import Times
 
 __all__ = ["RunEstimate", "estimate_run"]
@@ -99,7 +99,7 @@ class RunEstimate(Summarized):
 
 @checked
 def estimate_run(
-    system: System, state: AnyState, times: Times, *, threads: int | None = None, **options: Any
+    system: System, state: State, times: Times, *, threads: int | None = None, **options: Any
 ) -> RunEstimate:
     """Estimate time and memory of `propagate` with the same arguments from a timed sample of members and times.
 
@@ -128,7 +128,7 @@ def estimate_run(
     """
     if where := sorted(options.keys() & Chunking.__annotations__):
         raise TypeError(f"{where[0]} must be given to propagate alone, got it for an estimate, which stores nothing.")
-    t, members = checked_times(times, system), members_of(system, state)
+    t, members = checked_times(times, system), common_members(system, state)
     count, cores = members[0] if members else 1, checked_threads(threads) if members else 1
     whole = (system, broadcast_members(state, members)) if members else (system, state)
     origin = float(np.mean(state.time))
@@ -136,7 +136,7 @@ def estimate_run(
     def run(some: int, rows: int) -> tuple[float, int]:
         """Return the seconds that a sample of members takes up to some of the times, and the bytes of a row."""
         who = np.linspace(0, count - 1, some).astype(int)
-        given = (system_of_members(whole[0], who), state_of_members(whole[1], who)) if members else whole
+        given = (members_of(whole[0], who), members_of(whole[1], who)) if members else whole
         began = clock.perf_counter()
         motion = propagate(*given, t[:rows], **options | {"threads": threads, "progress": False})
         return clock.perf_counter() - began, sum(8 * x.shape[-1] for x in motion.phase.values())

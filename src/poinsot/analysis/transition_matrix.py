@@ -19,7 +19,8 @@ from typing_extensions import Unpack, override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.errors import real_numbers
-from poinsot.integration.runs import Memory, Report, Rows
+from poinsot.integration.report import Report
+from poinsot.integration.rows import Memory, Rows
 from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import AnyState, changed
@@ -29,7 +30,7 @@ from poinsot.propagation.arguments import checked_times
 from poinsot.propagation.chunks import Chunking, plan_of
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import analysed_in_chunks
-from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import TOGETHER, VariationalRun
 from poinsot.quantities import Times
@@ -234,8 +235,8 @@ def state_transition(
             break
     kept = slice(None) if whole.members else 0
     phase = changed(out.phase, lambda x: x[kept])
-    own = trajectory_class(system)
-    motion = own(system, state, whole.times, lambda: phase, whole.run(report), failures=whole.failures(report))
+    rows, failures = MemoryRows(phase), whole.failures(report)
+    motion = Trajectory(system, state, whole.times, rows, whole.run(report), failures=failures)
     second = out.second[kept] if order == 2 else None
     result = StateTransition(motion, tuple(parameters), out.directions[kept], out.growth[kept], second)
     whole.check(report, result)

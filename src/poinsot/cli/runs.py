@@ -233,10 +233,10 @@ def _report(motion: Any, original: Any, written: dict[str, Any] | None) -> int:
 
 def _store(job: Any, out: Path | None, **of_stores: Any) -> Path | None:
     """Return the store of an ensemble if one is asked for; refuse options that go with one alone."""
-    from poinsot.propagation.arguments import members_of
+    from poinsot.propagation.arguments import common_members
 
     named = out is not None and out.suffix == ".zarr"
-    if named and members_of(job.system, job.state):
+    if named and common_members(job.system, job.state):
         return out
     for name, value in of_stores.items():
         if value:
@@ -276,9 +276,9 @@ def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store:
 
 def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bool) -> None:
     """Refuse before the run what would be refused after it."""
-    from poinsot.propagation.arguments import members_of
+    from poinsot.propagation.arguments import common_members
 
-    members = members_of(job.system, job.state)
+    members = common_members(job.system, job.state)
     if "view" in names and members:
         raise ValueError(f"{names['view']} must be of one motion, but the scenario has an ensemble, which has no view.")
     folder = names["result"].parent

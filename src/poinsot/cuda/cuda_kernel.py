@@ -12,16 +12,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import override
 
 from poinsot.cuda.source import translated
 from poinsot.errors import optional
-from poinsot.taylor import kernels
 from poinsot.taylor.decomposition import Decomposition
-from poinsot.taylor.kernel_program import KernelProgram, Status
-from poinsot.taylor.kernels import CACHED, FOREVER, Queue
+from poinsot.taylor.kernel_program import KernelProgram
+from poinsot.taylor.kernels import MAX_KERNELS
+from poinsot.taylor.llvm_ir import offset_of
+from poinsot.taylor.queue import FOREVER, Kernel, Output, Queue
+from poinsot.taylor.tasks import Status
 
-__all__ = ["Code", "Run", "check_device", "compiled", "most_members"]
+__all__ = ["CudaCode", "CudaWorker", "check_device", "compiled", "most_members"]
 
 THREADS = 64
 """In a block."""
@@ -49,9 +50,9 @@ extern "C" __global__ void __launch_bounds__({threads}) propagate(char *queue, l
 if (blockIdx.x * (long long){threads} + threadIdx.x >= count) return;
 alignas(16) char work[{size}];
 *(char **)(work + {queue}) = queue;
-*(long long *)(work + {kept}) = 0;
-*(long long *)(work + {kept_count}) = 0;
-*(long long *)(work + {kept_most}) = 1;
+*(long long *)(work + {stored_steps}) = 0;
+*(long long *)(work + {stored_count}) = 0;
+*(long long *)(work + {stored_limit}) = 1;
 *(long long *)(work + {active}) = 0;
 for (int n = 1; n <= {order}; n++) {{
   const double high = 1.0 / n;
@@ -63,16 +64,14 @@ advance(work, {budget}LL);
 """
 
 
-class Code(kernels.Code):
+class CudaCode(Kernel):
     """A kernel in CUDA C, its `source`."""
 
-    @override
-    def load(self, text: str) -> None:
-        """Translate LLVM's representation."""
-        fields: Any = self.work.fields
-        places = {name: field[1] for name, field in fields.items()}
+    def __init__(self, program: KernelProgram) -> None:
+        super().__init__(program)
+        places = {name: offset_of(self.work, name) for name in self.work.names or ()}
         places |= {"size": self.work.itemsize, "order": self.order, "threads": THREADS, "budget": FOREVER}
-        self.source = translated(text) + ENTRY.format_map(places)
+        self.source = translated(str(program.module)) + ENTRY.format_map(places)
         self._module: Any = None
 
     def launch(self, cupy: Any, queue: Any, count: int) -> None:
@@ -82,23 +81,25 @@ class Code(kernels.Code):
         self._module.get_function("propagate")((-(-count // THREADS),), (THREADS,), (queue, np.int64(count)))
 
 
-@functools.lru_cache(CACHED)
-def compiled(decomposition: Decomposition, order: int) -> Code:
+@functools.lru_cache(MAX_KERNELS)
+def compiled(decomposition: Decomposition, order: int) -> CudaCode:
     """Return the kernel of a decomposition; it is compiled when it is launched first."""
-    return Code(KernelProgram(decomposition, order, 1, "batch"))
+    return CudaCode(KernelProgram(decomposition, order, 1, "batch"))
 
 
-class Run:
+class CudaWorker:
     """The memory of a device that works on queues of tasks."""
 
-    def __init__(self, code: Code) -> None:
+    def __init__(self, code: CudaCode) -> None:
         self._cupy, self._code = optional("cupy", "device='cuda'", "cuda"), code
         self._tasks: Any = None
         self._rows: Any = None
 
-    def queue(self, *given: Any) -> Queue:
+    def queue(
+        self, states: NDArray[np.float64], times: NDArray[np.float64], parameters: NDArray[np.float64], output: Output
+    ) -> Queue:
         """Return a queue."""
-        return Queue(self._code, *given)
+        return Queue(self._code, states, times, parameters, output)
 
     def start(self, queue: Queue) -> None:
         """Turn to a queue, and forget what was before."""
@@ -127,9 +128,7 @@ class Run:
 
     def _field(self, name: str) -> Any:
         """Return the bits of a field of all tasks on the device, shape (n,) or (n, numbers)."""
-        fields: Any = self._code.task.fields
-        kind, place = fields[name]
-        first = place // 8
+        kind, first = self._code.task[name], offset_of(self._code.task, name) // 8
         return self._tasks[:, first : first + kind.shape[0]] if kind.shape else self._tasks[:, first]
 
     def _launch(self) -> None:
@@ -157,6 +156,10 @@ class Run:
         self._field("status")[self._cupy.asarray(numbers)] = int(Status.GIVEN_UP)
         self._going = np.setdiff1d(self._going, numbers)
 
+    def new_records(self) -> NDArray[Any]:
+        """Return the records of events: none, since kernels on a GPU have no events."""
+        return np.empty(0)
+
     def finish(self) -> None:
         """Copy what the device has to tasks and rows here, all being done or not."""
         tasks = self._queue.tasks
@@ -180,7 +183,7 @@ def check_device() -> None:
         )
 
 
-def most_members(code: Code, times: int) -> int:
+def most_members(code: CudaCode, times: int) -> int:
     """Return how many members the memory of the device has room for, each with two tasks and rows at some times."""
     free, _ = optional("cupy", "device='cuda'", "cuda").cuda.runtime.memGetInfo()
     each = 8 * times * code.variables + 2 * (code.task.itemsize + 8)

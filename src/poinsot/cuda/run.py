@@ -6,11 +6,13 @@ from typing_extensions import override
 
 from poinsot.cuda import cuda_kernel
 from poinsot.display.progress import bar
+from poinsot.integration import equations
 from poinsot.integration.formulations import Formulation
-from poinsot.integration.looped_runs import LoopedRun
-from poinsot.integration.runs import Job
-from poinsot.taylor.layouts import Layout
-from poinsot.taylor.lowering import Constants, Program
+from poinsot.integration.kernel_parameters import KernelKind
+from poinsot.integration.problem import Problem
+from poinsot.integration.run import Run
+from poinsot.integration.state_vector import StateVector
+from poinsot.taylor.lowering import Program
 
 __all__ = ["CudaRun", "check_device"]
 
@@ -18,25 +20,26 @@ MAX_OPERATIONS = 16_000
 """Operations above which the compiler of CUDA would take minutes."""
 
 
-class CudaRun(LoopedRun):
-    """One of an ensemble."""
+class CudaRun(Run):
+    """Run of an ensemble on a GPU."""
 
-    code: cuda_kernel.Code
+    code: cuda_kernel.CudaCode
     kernel_name = "cuda"
 
+    @staticmethod
     @override
-    def compiled(self, program: Program, order: int, layout: Layout, lanes: int) -> cuda_kernel.Code:
-        return cuda_kernel.compiled(program.decomposition, order)
+    def compiled(program: Program, kind: KernelKind) -> cuda_kernel.CudaCode:
+        return cuda_kernel.compiled(program.decomposition, kind.order)
 
     @override
-    def _go_on_members(self) -> None:
+    def _integrate_members(self) -> None:
         """Integrate chunks of members, half as many where the device has no room."""
-        left, kernel = self.fast_first(), cuda_kernel.Run(self.code)
+        left, memory = self.fast_first(), cuda_kernel.CudaWorker(self.code)
         most = cuda_kernel.most_members(self.code, self.rising.size)
-        with bar("members", left.size, self.job.progress) as told:
+        with bar("members", left.size, self.progress) as show:
             while left.size and not self.stop:
                 try:
-                    done = self.integrate(kernel, left[:most], told)
+                    done = self.integrate_slab(memory, left[:most], show)
                 except MemoryError:
                     if most == 1:
                         raise
@@ -46,17 +49,19 @@ class CudaRun(LoopedRun):
                     left = left[most:]
 
 
-def check_device(job: Job, members: bool, constants: Constants) -> None:
-    """Refuse jobs that a GPU does not do, and computers without one."""
+def check_device(problem: Problem, variables: StateVector, members: bool, precision: str) -> None:
+    """Raise a ValueError for a run that a GPU does not support, or a computer without a GPU."""
+    smooth = equations.between_first_knots(problem)
+    constants = equations.constants(smooth, variables)
     refused = {
         "one motion": not members,
-        "precision='quadruple'": job.precision != "double",
-        "events": bool(job.problem.events),
-        "a table": bool(job.problem.knots.size),
-        "a sampled law": bool(job.problem.dynamics.jumping),
-        "a formulation with singularities": type(job.variables.formulation).nearness is not Formulation.nearness,
+        "precision='quadruple'": precision != "double",
+        "events": bool(problem.events),
+        "a table": bool(problem.knots.size),
+        "a sampled law": bool(problem.dynamics.jumping),
+        "a formulation with singularities": type(variables.formulation).nearness is not Formulation.nearness,
         f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants.switches
-        or constants.size > MAX_OPERATIONS,
+        or equations.program(smooth, variables).decomposition.size > MAX_OPERATIONS,
     }
     for what in [what for what, found in refused.items() if found]:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""What a terminal shows of something that lasts."""
+"""Progress bars of long runs on a terminal."""
 
 from __future__ import annotations
 
@@ -6,63 +6,79 @@ import threading
 import time as clock
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from typing_extensions import override
+
+if TYPE_CHECKING:
+    from rich import progress as rich_progress
+    from rich.console import Console, RenderableType
 
 __all__ = ["Progress", "Report", "bar", "later"]
 
 PATIENCE = 0.5
-"""Seconds before it is shown."""
+"""Seconds before a progress bar appears."""
 
 
 class Report(Protocol):
-    """What is told of a run: how much more is done, and what is done next."""
+    """Function that receives the progress of a run."""
 
     def __call__(self, more: float, part: str = "") -> None:
-        """Tell it."""
+        """Add an amount to the part of the run that is done, and name the next part, if it has a name."""
 
 
 Progress = bool | Report
-"""Whether a run is shown, or what it reports to as a part of a longer one."""
+"""True to show a progress bar, or the function that receives the progress as a part of a longer run."""
 
 
-def bar(what: str, total: float, wanted: Progress, console: Any = None) -> AbstractContextManager[Report]:
-    """Show how much of a run is done, its rate or its part, and the time left, if it is wanted; give what reports."""
+def bar(what: str, total: float, wanted: Progress, console: Console | None = None) -> AbstractContextManager[Report]:
+    """Return a context in which a progress bar shows what is done, the rate or the part, and the remaining time.
+
+    Parameters
+    ----------
+    what : str
+        Name of the quantity that is counted.
+    total : float
+        Amount of the whole run.
+    wanted : bool or Report
+        True to show the bar. A function receives the progress in its place.
+    console : Console, optional
+        Default: the standard error.
+    """
     if callable(wanted):
         return nullcontext(wanted)
     return _shown(what, total, console) if wanted else HIDDEN
 
 
 @contextmanager
-def _shown(what: str, total: float, console: Any) -> Iterator[Report]:
-    lock, done, told, began = threading.Lock(), 0.0, "", clock.perf_counter()
+def _shown(what: str, total: float, console: Console | None) -> Iterator[Report]:
+    lock, done, text, start = threading.Lock(), 0.0, "", clock.perf_counter()
 
-    def begun() -> Any:
-        from rich.console import Console, RenderableType
+    def started() -> rich_progress.Progress:
+        from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
         class Display(Progress):
-            """Shows the last report, also one that came before it began."""
+            """Progress bar that shows the last report, also a report that came before the bar appeared."""
 
             @override
             def get_renderables(self) -> Iterable[RenderableType]:
                 for task in self.task_ids:
-                    self.update(task, completed=done, told=told)
+                    self.update(task, completed=done, text=text)
                 return super().get_renderables()
 
-        columns = (TextColumn(what), BarColumn(20), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
+        columns = (TextColumn(what), BarColumn(20), TextColumn("{task.fields[text]}"), TimeRemainingColumn())
         display = Display(*columns, console=console or Console(stderr=True), transient=True)
-        display.add_task("", total=total, told="")
+        display.add_task("", total=total, text="")
         return display
 
     def report(more: float, part: str = "") -> None:
-        nonlocal done, told
+        nonlocal done, text
         with lock:
             done += more
-            told = f"{done:.6g}/{total:.6g}, {part or f'{done / (clock.perf_counter() - began):.3g}/s'}"
+            text = f"{done:.6g}/{total:.6g}, {part or f'{done / (clock.perf_counter() - start):.3g}/s'}"
 
-    with later(begun):
+    with later(started):
         yield report
 
 
@@ -74,12 +90,15 @@ HIDDEN = nullcontext(_nothing)
 
 
 @contextmanager
-def later(begun: Callable[[], Any]) -> Iterator[list[Any]]:
-    """Show a progress display of rich if the run lasts; give a list that has it from then on."""
-    shown: list[Any] = []
+def later(started: Callable[[], rich_progress.Progress]) -> Iterator[list[rich_progress.Progress]]:
+    """Show a progress display if the run takes longer than `PATIENCE`.
+
+    The context yields a list, which contains the display from then on.
+    """
+    shown: list[rich_progress.Progress] = []
 
     def show() -> None:
-        shown.append(begun())
+        shown.append(started())
         shown[0].start()
 
     timer = threading.Timer(PATIENCE, show)

@@ -13,7 +13,7 @@ from poinsot.files.scenarios.folder import Folder
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
 from poinsot.printable import quoted, shortened
-from poinsot.propagation.pair_trajectory import of_one_body
+from poinsot.propagation.bodies_of_motion import of_one_body
 
 __all__ = ["convert"]
 

@@ -7,9 +7,8 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,45 +18,37 @@ from poinsot.checked import checked
 from poinsot.files.netcdf_writer import write_netcdf
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
-from poinsot.integration import equations
-from poinsot.integration.formulations import formulation_of
-from poinsot.integration.problem import Problem
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.pair_dynamics import PairDynamics
 from poinsot.mechanics.state import AnyState, Phase, named, state_of
 from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.printable import described, quoted, shortened
 from poinsot.propagation.chunks import saved_in_chunks
-from poinsot.propagation.dataset import TANGENCY, read_parts, told_parts
+from poinsot.propagation.columns import RENAMED, Requirement, names_with, static_columns
+from poinsot.propagation.dataset import read_parts, state_variables, told_parts, with_present_names
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.memory import available_memory
-from poinsot.propagation.pair_trajectory import trajectory_class
-from poinsot.propagation.run_record import Method, Run
+from poinsot.propagation.recorded import RecordedSystem, recorded_integral
+from poinsot.propagation.row_source import MemoryRows, RowSource, StoreRows
+from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.selection import Chosen
 from poinsot.propagation.stored_motion import (
-    StoredEvents,
+    arrays_in,
     crossings_in,
     events_in,
     failures_in,
-    motion_in,
     phase_in,
     result_in,
     run_in,
+    sizes_of,
+    stored_events,
     times_in,
     told_crossings,
     told_events,
     told_run,
-)
-from poinsot.propagation.stored_trajectory import (
-    Record,
-    StoredEnvironment,
-    StoredSystem,
-    StoredTrajectory,
-    stored_trajectory_class,
 )
 from poinsot.propagation.system_text import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.trajectory import Trajectory
@@ -80,25 +71,24 @@ PHASES = tuple(
 )
 """What states of one body and of two may be made of, with the sizes."""
 
-OF_PARTS = ("omega_body", "kinetic_energy")
-"""What needs the formulas of parts to follow from the state; a file of a body with parts has it as recorded_... too."""
+RECORDED = "recorded_"
+"""Prefix of a second copy of the columns that require the formulas of parts, which `load` reads."""
 
 OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"initial_{each}")}
 OF_BODIES = [named(body, name) for body in (*ONE, *BODIES) for name in ("moments", "principal_axes", "mass")]
-NAMES = ("time", "initial_time", "potential_energy", "carried", "masses", "G", *OF_BODIES, *sorted(OF_STATES))
 SHAPES = tuple(named(body, "shape_") for body in (*ONE, *BODIES))
-BEGINNINGS = (
+PREFIXES = (
     "integral_",
     "drift_",
     "own_",
     "initial_own_",
     "initial_jumped_",
-    "recorded_",
+    RECORDED,
     "event_",
     "system_",
     *SHAPES,
 )
-"""Of all variables that are read; the last ones are of arrays that a text names."""
+"""Prefixes of the names of variables that are read. The last ones belong to arrays that a text names."""
 
 RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
 SUMMARY = (*RUN, "kernel", "lanes", "norm_error", "tangency_error", "integrals")
@@ -162,7 +152,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
         )
     of_all = _along_time(motion)
     data = with_texts(_recorded(of_all, motion), motion).assign(_happened(motion))
-    data = data.assign_attrs(told_events(motion.event_source.watched))
+    data = data.assign_attrs(told_events(motion._rows.events.watched))
     if path.suffix == ".nc":
         data.attrs["digest"] = _digest(data)
         with new_file(path, overwrite) as part:
@@ -238,16 +228,17 @@ def _checked_path(path: Any) -> Path:
 def _along_time(motion: Trajectory) -> xarray.Dataset:
     """Return the dataset of a motion; of one in a store that keeps other variables at other times, with all of them."""
     data = motion.dataset
-    along = all("time" in data[name].dims for name in motion.state_variables)
+    along = all("time" in data[name].dims for name in state_variables(motion))
     return data if along else motion.variables(motion.variable_names).assign_attrs(data.attrs)
 
 
 def _recorded(data: xarray.Dataset, motion: Trajectory) -> xarray.Dataset:
-    """Return the dataset of a motion, and what of it needs the formulas of parts under names that are read again."""
+    """Return the dataset of a motion, with copies of the columns that require parts under names that `load` reads."""
     if not motion.system.parts:
         return data
-    own = data if all(name in data for name in OF_PARTS) else motion.variables(OF_PARTS)
-    return data.assign({f"recorded_{name}": own[name] for name in OF_PARTS})
+    names = [name for name in names_with(Requirement.PARTS) if name in motion.variable_names]
+    own = data if all(name in data for name in names) else motion.variables(names)
+    return data.assign({f"{RECORDED}{name}": own[name] for name in names})
 
 
 def _happened(motion: Trajectory) -> dict[str, Any]:
@@ -304,20 +295,23 @@ def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     process = ReaderProcess("poinsot.files.netcdf_reader", "", memory=2 * size, files=1)
     with contextlib.closing(process):
         (attributes, told), arrays = process.call(
-            "content", str(path), size, list(NAMES), list(BEGINNINGS), seconds=SECONDS_OF_BYTE * size
+            "content", str(path), size, sorted(_names()), list(PREFIXES), seconds=SECONDS_OF_BYTE * size
         )
     told = {name: (dims, array, said) for (name, dims, said), array in zip(told, arrays, strict=True)}
     return told, attributes
 
 
-def _is_needed(name: str) -> bool:
-    return name in NAMES or name.startswith(BEGINNINGS)
+def _names() -> set[str]:
+    """Return the names of variables that are read, of this version and of version 0.2."""
+    columns = {*names_with(Requirement.FORCES), *names_with(Requirement.ORBITS), *RENAMED}
+    return {"time", "initial_time", "masses", "G", *OF_BODIES, *OF_STATES, *columns}
 
 
 def _digest(data: xarray.Dataset) -> str:
     """Return the SHA-256 of the numbers and the attributes that are read again, in the order of their names."""
     digest = hashlib.sha256()
-    for name in sorted(str(name) for name in data.variables if _is_needed(str(name))):
+    names = _names()
+    for name in sorted(str(name) for name in data.variables if name in names or str(name).startswith(PREFIXES)):
         digest.update(f"{name}{data[name].shape}".encode())
         digest.update(np.ascontiguousarray(data[name].values, dtype="<f8").reshape(-1).data)
     attributes = {str(key): plain(value) for key, value in data.attrs.items() if key != "digest"}
@@ -332,7 +326,8 @@ class _Reading:
     """A dataset that is read as a trajectory."""
 
     def __init__(self, data: xarray.Dataset, name: str, store: EnsembleStore | None = None) -> None:
-        self.data, self.name, self.store = data, name, store
+        self.data, self.name, self.store = with_present_names(data), name, store
+        data = self.data
         said = data.attrs.get("state_variables")
         parts = data.attrs.get("parts", "{}")
         try:
@@ -389,7 +384,7 @@ class _Reading:
     def _rows(self, name: str) -> Any:
         """Return what lies along the times; of a store none of it is read."""
         self._variable(name)
-        return self._array(name) if self.store is None or not self.store.chunk else self.store.arrays[name]
+        return self._array(name) if self.store is None or not self.store.chunk else arrays_in(self.store)[name]
 
     @property
     def time(self) -> str:
@@ -397,12 +392,23 @@ class _Reading:
         return "time" if self.store is None or not self.store.chunk else times_in(self.store)
 
     def trajectory(self) -> Trajectory:
-        motion = self._motion()
-        motion._complete(
-            failures=self._failures(),
-            provenance=self._provenance(isinstance(motion.system, System)),
-            event_source=StoredEvents(events_in(self.data.attrs), motion, self._crossings()),
-        )
+        try:
+            system, recorded = self._system(), {}
+        except (ValueError, TypeError, ImportError) as error:
+            system, recorded = self._recorded_system(str(error)), self._recorded_columns()
+        else:
+            for body, one in zip(self.bodies, system.of_bodies.values(), strict=True):
+                one._complete(shape=self._shape(body) or one.shape)
+        columns, whole = recorded | self._orbit_variables(), isinstance(system, System)
+        phase, initial, run = self._phase(), self._initial(), self._run()
+        events = stored_events(events_in(self.data.attrs), system, sizes_of(phase), self._crossings())
+        rows: RowSource
+        if self.store is not None and self.store.chunk:
+            rows = StoreRows(self.store, phase, columns, events)
+        else:
+            rows = MemoryRows(phase, columns, events, None if whole else self._summary())
+        motion = Trajectory(system, initial, self._array(self.time), rows, run, failures=self._failures())
+        motion._complete(provenance=self._provenance(whole))
         return motion
 
     def _crossings(self) -> Callable[[Chosen | None], Iterator[Mapping[str, Any]]]:
@@ -442,7 +448,7 @@ class _Reading:
         return known
 
     def _named_arrays(self, beginning: str) -> dict[str, Any]:
-        return {str(name): self.data[name].values for name in self.data.variables if str(name).startswith(beginning)}
+        return {name: self.data[name].values for name in self._names(beginning)}
 
     def _shape(self, body: str) -> Any:
         """Return the shape that a body was made of, None if the file has none."""
@@ -453,24 +459,6 @@ class _Reading:
         return (
             rebuilt_system(text, f"the {name} in {self.name}", data=self._named_arrays(f"{name}_")).of_bodies[""].shape
         )
-
-    def _motion(self) -> Trajectory:
-        try:
-            system = self._system()
-        except (ValueError, TypeError, ImportError) as error:
-            return self._recorded(str(error))
-        for body, one in zip(self.bodies, system.of_bodies.values(), strict=True):
-            one._complete(shape=self._shape(body) or one.shape)
-        phase, times = self._phase(), self._array(self.time)
-        initial, run = self._initial(), self._run()
-        if self.store is not None and (motion := motion_in(self.store, system, initial, run)):
-            return motion
-        environment = None
-        if "carried" in self.data.variables:
-            problem = Problem(system)
-            variables = equations.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
-            environment = partial(variables.environment, problem, times, self._array("carried"))
-        return trajectory_class(system)(system, initial, times, lambda: phase, run, environment=environment)
 
     def _system(self) -> System:
         """Return body and forces, made again from the text in the file."""
@@ -506,37 +494,42 @@ class _Reading:
         body._complete(shape=self._shape(name))
         return body
 
-    def _recorded(self, reason: str) -> StoredTrajectory:
-        """Return the motion of a body whose forces are not at hand."""
-        data = self.data
+    def _recorded_system(self, reason: str) -> System:
+        """Return the body with the numbers of the file, without its forces."""
+        data, bodies = self.data, [self._body(name) for name in self.bodies]
         names = [name.removeprefix("integral_") for name in self._named_arrays("integral_")]
-        recorded = {name: f"recorded_{name}" for name in OF_PARTS if self.parts}
-        if not set(recorded.values()) & set(data.variables):  # a dataset that no file had
-            recorded = {name: name for name in recorded}
-        bodies = [self._body(name) for name in self.bodies]
-        body: Any = bodies[0]
+        body: Body | TwoBodies = bodies[0]
         if self.bodies != ONE:
             body = TwoBodies(bodies[0], bodies[1], self._array("G"), masses=self._array("masses"))
-        integrals = tuple(_said(name, data[f"integral_{name}"].attrs) for name in names)
-        system = StoredSystem(
-            body, self._units(), str(data.attrs.get("system", "unknown")), reason, integrals, self.parts
-        )
-        summary = {key: value for key, value in data.attrs.items() if key in SUMMARY or str(key).startswith("drift_")}
-        if "tangency_error" in data.variables and data["tangency_error"].attrs.get("long_name") != TANGENCY:
-            summary.pop("tangency_error", None)
-        record = Record(
-            self._rows("potential_energy"),
-            {name: self._rows(f"integral_{name}") for name in names},
-            {name: self._rows(f"drift_{name}") for name in names},
-            {str(key): value for key, value in summary.items()},
-            **{name: self._rows(stored) for name, stored in recorded.items()},
-        )
-        times = self._array(self.time)
-        environment = StoredEnvironment(times, self._array("carried")) if "carried" in data.variables else None
-        made = stored_trajectory_class(system)
-        motion = made(system, self._initial(), times, self._phase(), self._run(), record, environment)
-        motion._complete(store=self.store if self.store is not None and self.store.chunk else None)
-        return motion
+        integrals = tuple(recorded_integral(name, data[f"integral_{name}"].attrs) for name in names)
+        text = str(data.attrs.get("system", "unknown"))
+        system = RecordedSystem(body, self._units(), text, reason, integrals, self.parts)
+        return cast(System, system)
+
+    def _recorded_columns(self) -> dict[str, Array]:
+        """Return the columns that require forces or parts."""
+        stored = {
+            name: name for name in (*names_with(Requirement.FORCES), *self._names("integral_"), *self._names("drift_"))
+        }
+        for name in names_with(Requirement.PARTS) if self.parts else ():
+            stored[name] = f"{RECORDED}{name}" if f"{RECORDED}{name}" in self.data.variables else name
+        return {name: self._rows(variable) for name, variable in stored.items() if variable in self.data.variables}
+
+    def _names(self, prefix: str) -> list[str]:
+        return [str(name) for name in self.data.variables if str(name).startswith(prefix)]
+
+    def _orbit_variables(self) -> dict[str, Array]:
+        """Return the variables of integrated orbits, if the file contains them."""
+        return {name: self._rows(name) for name in names_with(Requirement.ORBITS) if name in self.data.variables}
+
+    def _summary(self) -> dict[str, str | float] | None:
+        """Return the summary in the attributes of the file; None if it contains none."""
+        known = {str(key): value for key, value in self.data.attrs.items()}
+        found = {key: value for key, value in known.items() if key in SUMMARY or key.startswith("drift_")}
+        variables, present = self.data.variables, static_columns(("",))["tangency_error"].meaning
+        if "tangency_error" in variables and variables["tangency_error"].attrs.get("long_name") != present:
+            found.pop("tangency_error", None)  # version 0.2 contains the absolute product q . Q
+        return found or None
 
     def _units(self) -> dict[str, str]:
         return {name: str(self.data.attrs[f"units_{name}"]) for name in self.measures}
@@ -553,7 +546,7 @@ class _Reading:
         own = {name: self._array(f"own_{name}") for name in self.own}
         return _with_orbit({name: self._array(name) for name in self.sizes}) | own
 
-    def _run(self) -> Run:
+    def _run(self) -> RunRecord:
         said = self.data.attrs
         versions = {name.removeprefix("version_"): str(said[name]) for name in said if name.startswith("version_")}
         method, formulation, precision = (str(said[key]) for key in RUN[:3])
@@ -561,7 +554,9 @@ class _Reading:
             raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {quoted(method)}.")
         tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
         kernel, lanes = str(said.get("kernel", ""))[:40], int(said.get("lanes", 0))
-        run = Run(Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes)
+        run = RunRecord(
+            Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes
+        )
         return run if self.store is None else run_in(self.store, run)
 
 
@@ -570,13 +565,3 @@ def _with_orbit(variables: Phase) -> Phase:
     orbit = [variables[name] for name in ORBIT if name in variables]
     phase = {name: values for name, values in variables.items() if name not in ORBIT}
     return phase | {"orbit": np.concatenate(orbit, axis=-1)} if orbit else phase
-
-
-def _said(name: str, says: dict[Any, Any]) -> Integral:
-    def gone(_: AnyState) -> NoReturn:
-        raise ValueError(
-            f"{name} must have its forces to be computed, got none in the file. The motion has its values."
-        )
-
-    symbol, words = str(says.get("symbol", name)), str(says.get("long_name", name))
-    return Integral(name, symbol, words, gone, says.get("kind") == "energy")

@@ -1,6 +1,6 @@
-"""Equations of motion of a problem as programs of kernels.
+"""Equations of motion of a problem, traced on symbols, as programs of kernels.
 
-A kernel belongs to the structure of a system; every real number is a runtime parameter, so that new values compile
+A kernel belongs to the structure of a system. Every real number is a run-time parameter, so that new values compile
 nothing.
 """
 
@@ -9,17 +9,16 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Vector
-from poinsot.integration.formulations import Formulation
-from poinsot.integration.planar_motion import refuse_spatial_motion
+from poinsot.integration.formulations import Formulation, refuse_spatial_motion
 from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
 from poinsot.integration.scaling import momentum_ratios, momentum_scales
@@ -29,19 +28,18 @@ from poinsot.integration.variational import TurningBody, VariationalEquations
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formula_errors import FormulaError, use_functions
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState
 from poinsot.printable import quoted
 from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.draws import normals
-from poinsot.taylor.graph import Graph, Node, ordered, tangents
+from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions_of, simplified
-from poinsot.taylor.replay import Replay
-from poinsot.taylor.rescaling import SMALL
-from poinsot.taylor.updates import Update
-
-FIRST = np.zeros(1, dtype=int)
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
+from poinsot.taylor.sampling import Update
 
 PRECISIONS = ("double", "quadruple")
 
@@ -49,32 +47,35 @@ LANES = 8 if host_features().get("avx512f") else 4 if host_features().get("avx")
 """Members in a vector. On processors that run 512-bit code 8 are faster than 4 at every order: 1.1 to 1.5 times on an
 AMD Zen 4, 1.4 to 1.8 times on an Intel Xeon."""
 
-DECISIONS = 256
-"""Answers about equations that are kept."""
+MAX_STORED = 256
+"""Kernels and other results about equations that a process stores."""
+
+Result = TypeVar("Result")
 
 
-class _Answers:
-    """Answers about equations by questions, the least recently used dropped first; threads may share it."""
+class Cache:
+    """Results by key, the least recently used dropped first; threads may share it."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._known: OrderedDict[Any, Any] = OrderedDict()
+        self._stored: OrderedDict[Hashable, Any] = OrderedDict()
 
-    def __call__(self, key: Any, question: Callable[[], Any]) -> Any:
-        """Return the answer to a question about equations, asked once."""
+    def __call__(self, key: Hashable, computed: Callable[[], Result]) -> Result:
+        """Return the result of a key, computed on the first call."""
         with self._lock:
-            if key in self._known:
-                self._known.move_to_end(key)
-                return self._known[key]
-        answer = question()
+            if key in self._stored:
+                self._stored.move_to_end(key)
+                found: Result = self._stored[key]
+                return found
+        result = computed()
         with self._lock:
-            self._known[key] = answer
-            while len(self._known) > DECISIONS:
-                self._known.popitem(last=False)
-        return answer
+            self._stored[key] = result
+            while len(self._stored) > MAX_STORED:
+                self._stored.popitem(last=False)
+        return result
 
 
-known = _Answers()
+known = Cache()
 
 
 def state_vector(problem: Problem, state: AnyState, formulation: Formulation, precision: str) -> StateVector:
@@ -82,102 +83,98 @@ def state_vector(problem: Problem, state: AnyState, formulation: Formulation, pr
 
     Quadruple precision stays in the space axes, as an independent check of the comoving ones.
     """
-    smooth, system = problem.between_knots(), problem.dynamics
+    smooth, system = between_first_knots(problem), problem.dynamics
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
     sizes = momentum_scales(system, state)
-    scale = np.exp2(np.rint(np.log2(SMALL / next(iter(sizes.values())))))
+    scale = np.exp2(np.rint(np.log2(MOMENTUM_SCALE / next(iter(sizes.values())))))
     parts, ratios = factors_of_parts(system, state), momentum_ratios(sizes)
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
         if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):
-            return comoving.sharing(smooth.known(_by_variables))
+            return comoving.sharing(smooth.alike.by_variables)
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
-    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.known(_by_variables))
+    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.alike.by_variables)
 
 
-def looped_constants(problem: Problem, variables: StateVector) -> Constants:
-    """Return the constants of a kernel."""
-    known, key = problem.known(_by_variables), ("constants", variables.structure)
-    if key not in known:
-        known[key] = _looped_constants(problem, variables)
-    constants: Constants = known[key]
-    return constants
+def between_first_knots(problem: Problem) -> Problem:
+    """Return the problem between the first two knots of its tables."""
+    return problem.between_first_knots if problem.knots.size else problem  # a problem that refers to itself is garbage
 
 
-def _by_variables(_: Problem) -> dict[Any, Any]:
-    """Return what is found of a structure by its variables, as long as nothing is."""
-    return {}
+def constants(problem: Problem, variables: StateVector) -> Constants:
+    """Return the constants of a problem without knots, traced once for each structure.
 
-
-def _looped_constants(problem: Problem, variables: StateVector) -> Constants:
-    field = _traced(problem, variables)
-    refuse_constant_events(problem.events, field.events, variables.formulation.name)
-    program = _program(problem, variables, field, ())
-    return Constants([*field.rates, *_events(problem, variables, field).values], program, field.saltation is not None)
-
-
-def _events(problem: Problem, variables: StateVector, field: _Field) -> Events:
-    """Return the events with, last of all, the fall to zero of what says that variables become singular."""
-    crossings = [Crossing(event.direction, event.terminal or event.acts) for event in problem.events]
-    near = variables.formulation.nearness(field.own)
-    if near is None:
-        return Events(field.events, tuple(crossings))
-    return Events([*field.events, near], (*crossings, Crossing(0, True)))
-
-
-def looped_program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
-    """Return the program for runs in which some of the constants are zero."""
-    return _program(problem, variables, _traced(problem, variables), zeros)
-
-
-def _program(problem: Problem, variables: StateVector, field: _Field, zeros: Iterable[int]) -> Program:
-    program = simplified(field.rates, zeros, _events(problem, variables, field))
-    program = program.with_jumps(field.own, field.updates)
-    places = np.arange(variables.size)[variables.momenta].tolist()
-    conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
-    decomposition = replace(
-        program.decomposition,
-        stops=tuple(field.saltation.stops if field.saltation else ()),
-        attitude=tuple(variables.attitude),
-        momenta=Momenta(tuple(places), tuple(variables.scaled), tuple(program.powers.tolist()), conjugates),
-    )
-    return replace(program, decomposition=decomposition)
-
-
-def saltation_of(problem: Problem, variables: StateVector) -> Saltation | None:
-    """Return how tangent vectors jump where formulas switch; None if they do not."""
-    if variables.variations is None:
-        return None
-    smooth = problem.between_knots()
-    found: Saltation | None = known(
-        ("saltation", smooth.structure, variables.structure), lambda: _traced(smooth, variables).saltation
-    )
+    The traced equations are stored until the first program is made of them.
+    """
+    stored, key = problem.alike.by_variables, variables.structure
+    if ("constants", key) not in stored:
+        traced = _traced(problem, variables)
+        refuse_constant_events(problem.events, traced.events, variables.formulation.name)
+        formulas = [*traced.rates, *_events(problem, variables, traced).values]
+        stored["constants", key] = Constants(formulas, traced.saltation is not None)
+        stored["traced", key] = traced
+    found: Constants = stored["constants", key]
     return found
 
 
-def numbers_of(problem: Problem, variables: StateVector) -> tuple[Any, ...]:
-    """Return the inputs of a run."""
+def program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
+    """Return the program for runs in which some of the constants are zero."""
+    stored, key = problem.alike.by_variables, ("traced", variables.structure)
+    return _program(problem, variables, stored.pop(key, None) or _traced(problem, variables), zeros)
+
+
+def _program(problem: Problem, variables: StateVector, traced: Equations, zeros: Iterable[int]) -> Program:
+    made = simplified(traced.rates, zeros, _events(problem, variables, traced)).with_jumps(traced.own, traced.updates)
+    places = np.arange(variables.size)[variables.momenta].tolist()
+    conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
+    decomposition = replace(
+        made.decomposition,
+        stops=tuple(traced.saltation.stops if traced.saltation else ()),
+        attitude=tuple(variables.attitude),
+        momenta=Momenta(tuple(places), tuple(variables.scaled), tuple(made.powers.tolist()), conjugates),
+    )
+    return replace(made, decomposition=decomposition)
+
+
+def _events(problem: Problem, variables: StateVector, traced: Equations) -> Events:
+    """Return the events; the last one is the approach of variables to their singularity, if they have one."""
+    crossings = [Crossing(event.direction, event.terminal or event.acts) for event in problem.events]
+    distance = variables.formulation.nearness(traced.own)
+    if distance is None:
+        return Events(traced.events, tuple(crossings))
+    return Events([*traced.events, distance], (*crossings, Crossing(0, True)))
+
+
+def inputs(problem: Problem, variables: StateVector) -> tuple[float | NDArray[np.float64], ...]:
+    """Return the inputs of a run: the scale of the momenta, factors of variables, and the numbers of the problem."""
     return variables.scale, *variables.factors, *problem.numbers
 
 
-def numbers_around(
-    problem: Problem, variables: StateVector, numbers: Sequence[Any], times: Any, members: NDArray[np.int_]
-) -> list[Any]:
-    """Return the inputs of members between the knots around times; `numbers` are those around the first of all."""
-    around = numbers_of(problem.between_knots(times), variables)
-    return [x[members] if np.ndim(y) else x for x, y in zip(around, numbers, strict=True)]
+def saltation_of(problem: Problem, variables: StateVector) -> Saltation | None:
+    """Return the jumps of tangent vectors at switches of formulas; None if they do not jump."""
+    if variables.variations is None:
+        return None
+    key = "saltation", problem.structure, variables.structure
+    return known(key, lambda: _traced(problem, variables).saltation)
 
 
-def counting(problem: Problem, variables: StateVector) -> Replay:
-    """Return what gives, of variables, time and numbers, what is positive where zeros of events count."""
-    field = _traced(problem, variables)
-    return Replay(field.counting, np.float64, field.own)
+def counting(problem: Problem, variables: StateVector) -> Evaluator:
+    """Return the evaluator of the conditions of events for variables, time and inputs.
+
+    A zero of an event counts where its condition is positive.
+    """
+
+    def evaluator() -> Evaluator:
+        traced = _traced(problem, variables)
+        return Evaluator(traced.counting, np.float64, traced.own)
+
+    return known(("counting", problem.structure, variables.structure), evaluator)
 
 
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
-    """Whether no force looks at the space axes themselves: a matter of its formula, whatever the numbers."""
+    """Return True if no formula reads the space axes themselves, whatever its numbers."""
     try:
         _traced(problem, variables)
     except functions.NotComoving:
@@ -186,48 +183,44 @@ def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
 
 
 @dataclass(frozen=True)
-class _Field:
+class Equations:
     """The equations of a kernel as nodes of one graph.
 
     Attributes
     ----------
     own : list of nodes
-        The variables and, behind them, the time.
+        The variables, then the time.
     rates : list of scalars
         The time derivatives of the variables.
     events, counting : lists of scalars
-        The values of the events, and what is positive where their zeros count.
-    saltation : Saltation or None
-        The saltation matrices of tangent vectors, where formulas switch.
+        The values of the events, and conditions that are positive where their zeros count.
     updates : list of Update
-        What is done at samples.
+        New values of variables at samples.
+    saltation : Saltation or None
+        Jumps of tangent vectors at switches of formulas.
     """
 
     own: list[Node]
-    rates: list[Any]
-    events: list[Any]
-    counting: list[Any]
+    rates: list[GraphScalar]
+    events: list[GraphScalar]
+    counting: list[GraphScalar]
     updates: list[Update]
     saltation: Saltation | None = None
 
     @property
-    def conditions(self) -> dict[Node, Any]:
+    def conditions(self) -> dict[Node, GraphScalar]:
         """The conditions on which formulas branch, and the functions that are negative where they hold."""
         return conditions_of([*self.rates, *self.events, *self.counting])
 
-    def along(self, outputs: list[Any]) -> list[Any]:
-        """Return the derivatives of functions along the motion."""
-        return tangents(outputs, dict(zip(self.own, [*self.rates, 1.0], strict=True)))
 
-
-def _traced(problem: Problem, variables: StateVector) -> _Field:
-    """Return the equations of a problem: the formulas are run on symbols."""
+def _traced(problem: Problem, variables: StateVector) -> Equations:
+    """Return the equations of a problem, from its formulas on symbols."""
     graph = Graph()
-    inputs = map(graph.input, itertools.count())
-    scale, variables, twin = next(inputs), variables.with_factors(inputs), problem.with_numbers(inputs)
+    numbers = map(graph.input, itertools.count())
+    scale, variables, symbolic = next(numbers), variables.with_factors(numbers), problem.with_numbers(numbers)
     own, time = [graph.symbol(place) for place in range(variables.size)], graph.symbol(TIME)
-    chart, system, variations = variables.formulation, twin.dynamics, variables.variations
-    environment = _environment(twin, variables, own, time)
+    chart, system, variations = variables.formulation, symbolic.dynamics, variables.variations
+    environment = _environment(symbolic, variables, own, time)
     turning = None
     if variables.comoving:
         ((block, along),) = environment.blocks
@@ -247,51 +240,58 @@ def _traced(problem: Problem, variables: StateVector) -> _Field:
             for rate in chart.rates(motion, each.omega, each.momentum_rate, each.torque, turning)
         ]
         rates = [*of_charts, *of_blocks]
-        events = [event.value(instant) for event in twin.events]
+        events = [event.value(instant) for event in symbolic.events]
         updates = [_update(graph, part, instant, variables, scale) for part in system.jumping]
-        counting = [event.condition(instant) for event in twin.events]
-        field = _Field([*own, time], rates, events, counting, updates)
+        conditions = [event.condition(instant) for event in symbolic.events]
+        traced = Equations([*own, time], rates, events, conditions, updates)
         if variations is None:
-            return field
+            return traced
         parts = own[variables.charts[-1].stop : variables.along_orbits.start]
         linear = VariationalEquations(
             variables.tangent_coordinates,
             [
-                TurningBody(*of_body, g, each.omega, each.momentum_rate)
-                for of_body, (_, g), each in zip(axes, bodies, turnings, strict=True)
+                TurningBody(matrix, quaternion, g, each.omega, each.momentum_rate)
+                for (matrix, quaternion), (_, g), each in zip(axes, bodies, turnings, strict=True)
             ],
             parts,
             of_blocks[: len(parts)],
             graph.input,
         )
         _refuse_varied_samples(graph, system.jumping, variations)
-        motion, velocity = [*own[: variables.tangent_vectors.start], time], [*rates, 1.0]
-        rates += linear.of(variations, own[variables.tangent_vectors])
-        saltation = (
-            Saltation(graph, motion, velocity, field.conditions, linear, variations) if field.conditions else None
-        )
-        vectors = own[variables.tangent_vectors]
-        changed = [
-            _with_tangents(update, variables, linear.differentials(variations, vectors, update.values))
-            for update in updates
-        ]
-        return replace(field, updates=changed, saltation=saltation if saltation and saltation.stops else None)
+        return _with_variations(traced, graph, variables, linear, variations)
     except FormulaError:
         raise
     except TypeError as error:
         raise FormulaError(use_functions("the formula of a force", error)) from error
 
 
-def _update(graph: Graph, part: Part, instant: Any, variables: StateVector, scale: Any) -> Update:
+def _with_variations(
+    traced: Equations, graph: Graph, variables: StateVector, linear: VariationalEquations, variations: Variations
+) -> Equations:
+    """Return equations together with the variational equations."""
+    *own, time = traced.own
+    vectors, motion = own[variables.tangent_vectors], [*own[: variables.tangent_vectors.start], time]
+    velocity = [*traced.rates, 1.0]
+    varied = replace(traced, rates=[*traced.rates, *linear.of(variations, vectors)])
+    conditions = varied.conditions
+    saltation = Saltation(graph, motion, velocity, conditions, linear, variations) if conditions else None
+    updates = [
+        _with_tangents(update, variables, linear.differentials(variations, vectors, update.values))
+        for update in traced.updates
+    ]
+    return replace(varied, updates=updates, saltation=saltation if saltation and saltation.stops else None)
+
+
+def _update(graph: Graph, part: Part, instant: Instant | PairInstant, variables: StateVector, scale: Node) -> Update:
     """Return the formulas of the new values that a part gets at a sample."""
     count = part.jump.draws if part.jump else 0
     draws = [graph.symbol((part.name, i)) for i in range(count + count % 2)]
-    slot, values = variables.slots[part.name], part.update(instant, Vector(normals(draws)[:count]))
+    slot, values = variables.slots[part.name], part.update(instant, Vector(normals(draws)[:count]))  # type: ignore[arg-type]
     return Update([*range(slot.place.start, slot.place.stop)], slot.scaled(values, scale), draws)
 
 
-def _with_tangents(update: Update, variables: StateVector, changes: list[list[Any]]) -> Update:
-    """Return an update with that of the tangent coordinates of the same variables: the differentials of the values."""
+def _with_tangents(update: Update, variables: StateVector, changes: list[list[GraphScalar]]) -> Update:
+    """Return an update with new values of the tangent coordinates of its variables: the differentials of the values."""
     rigid = len(variables.ratios) * len(variables.formulation.tangent)
     behind = variables.tangent_vectors.start + rigid - variables.charts[-1].stop
     k = len(variables.tangent_scales)
@@ -300,7 +300,7 @@ def _with_tangents(update: Update, variables: StateVector, changes: list[list[An
 
 
 def _refuse_varied_samples(graph: Graph, parts: Sequence[Part], variations: Variations) -> None:
-    """Refuse derivatives by what the times of samples depend on."""
+    """Raise a ValueError for derivatives by numbers that the times of samples depend on."""
     varied = {graph.input(number) for together in variations.inputs for number in together}
     if varied & set(ordered([x for part in parts if part.jump for x in (part.jump.period, part.jump.phase)])):
         raise ValueError(
@@ -309,16 +309,16 @@ def _refuse_varied_samples(graph: Graph, parts: Sequence[Part], variations: Vari
         )
 
 
-def _environment(twin: Problem, variables: StateVector, own: list[Any], time: Any) -> Environment:
-    """Return the environment in a kernel: each orbit by the variables of the block that it views, if it views one."""
-    numbers = {id(orbit): number for orbit, number in zip(twin.orbits, variables.views, strict=True)}
+def _environment(symbolic: Problem, variables: StateVector, own: list[Node], time: Node) -> Environment:
+    """Return the environment on symbols: each orbit by the variables of the block that it views, if it views one."""
+    numbers = {id(orbit): number for orbit, number in zip(symbolic.orbits, variables.views, strict=True)}
     values = [Vector(own[variables.slots[f"orbits[{i}]"].place]) for i in range(len(variables.orbits))]
-    blocks = list(zip(viewed(twin.orbits, variables.views), values, strict=True))
+    blocks = list(zip(viewed(symbolic.orbits, variables.views), values, strict=True))
     return Environment(time, blocks, numbers, variables.comoving)
 
 
-def refuse_constant_events(events: Sequence[Event], values: Sequence[Any], formulation: str) -> None:
-    """Raise a ValueError if the value of an event, a scalar of a kernel, is the same all the way."""
+def refuse_constant_events(events: Sequence[Event], values: Sequence[GraphScalar], formulation: str) -> None:
+    """Raise a ValueError if the value of an event, a scalar of a kernel, is constant along the motion."""
     for event, value in zip(events, values, strict=True):
         if not (isinstance(value, Node) and value.varies):
             raise ValueError(

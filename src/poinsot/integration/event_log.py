@@ -1,86 +1,81 @@
-"""What is done with the events that a looped kernel has noted: they are recorded, act on the state and end a motion."""
+"""Log of the events that a kernel has found: records, actions on the state, ends of motions."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.integration.dense_output import Action
+from poinsot.integration.dense_motion import Action
+from poinsot.integration.kernel_parameters import KernelParameters
 from poinsot.integration.problem import Problem
+from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.termination import REASONS
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import kinds_of, of_each
-from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.members import members_of
+from poinsot.mechanics.state import AnyState, State, changed, state_of
 from poinsot.printable import described, message_of, quoted
 from poinsot.taylor.detection import bit_of
-from poinsot.taylor.kernels import Queue, Status
-from poinsot.taylor.replay import Replay
+from poinsot.taylor.queue import Queue
+from poinsot.taylor.tasks import Status
 
-__all__ = ["NotedEvents", "Recorded"]
+__all__ = ["EventLog"]
 
 ZENO = 1e-5
-"""Actions are without end where the time between them shrinks from one to the next, by this at last."""
+"""Ratio of the time between two actions to the longest time, below which shrinking intervals never end."""
 
-LARGEST = float(np.sqrt(np.finfo(float).max))
-"""Momenta above this have rates that overflow."""
+MAX_MOMENTUM = float(np.sqrt(np.finfo(float).max))
+"""Largest momentum whose rates do not overflow."""
 
-Recorded = tuple[int, float, int, NDArray[Any]]
-"""Number of the event, time, sign of the rate in time, variables."""
-
-Array = NDArray[Any]
+Array = NDArray[np.float64]
 
 
-class NotedEvents:
-    """The events of the tasks of a queue.
+class EventLog:
+    """Events of the tasks of a queue.
 
     Parameters
     ----------
     problem : Problem
     variables : StateVector
-    counting : Replay
-        What is positive where zeros count, of variables, time and inputs.
+    parameters : KernelParameters
     queue : Queue
     members : array (n,)
-        Of each task.
-    inputs : callable
-        Times and members to the values of the inputs of the formulas.
+        Member of each task.
     interrupt : callable
         Called on Ctrl-C within an action.
-    stopped : callable
-        Whether the run is to stop, so that nothing acts any more.
+    stopping : callable
+        Returns True if the run is to stop, so that events act no more.
 
     Attributes
     ----------
     records : list of lists of Recorded
-        What happened to each task.
+        Occurrences of events in each task.
     actions : list of lists of Action
-        What the actions of each task have made.
+        Results of the actions in each task.
     failed : dict
-        Task -> why it stopped at an action.
+        Task -> reason why it stopped at an action.
     causes : dict
-        Task -> what an action raised.
+        Task -> exception raised by an action.
     """
 
     def __init__(
         self,
         problem: Problem,
         variables: StateVector,
-        counting: Replay,
+        parameters: KernelParameters,
         queue: Queue,
         members: NDArray[np.int_],
-        inputs: Callable[[Array, NDArray[np.int_]], list[Any]],
         interrupt: Callable[[], None],
-        stopped: Callable[[], bool],
+        stopping: Callable[[], bool],
     ) -> None:
-        self._problem, self._variables, self._counting, self._queue = problem, variables, counting, queue
-        self._members, self._inputs, self._interrupt, self._stopped = members, inputs, interrupt, stopped
+        self._problem, self._variables, self._parameters, self._queue = problem, variables, parameters, queue
+        self._members, self._interrupt, self._stopping = members, interrupt, stopping
+        self._counting = parameters.counting
         tasks, events = queue.tasks, problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
-        self.actions: list[list[Action]] = [[] for _ in tasks]
+        self.actions: list[list[Action[float]]] = [[] for _ in tasks]
         self.failed: dict[int, str] = {}
         self.causes: dict[int, BaseException] = {}
         self._last = np.repeat(tasks["time"][:, :1], len(events), axis=1)
@@ -90,10 +85,10 @@ class NotedEvents:
         self._bits = [(i, *bit_of(i)) for i in range(len(events))]
         self._singular = bit_of(len(events))
 
-    def take(self, notes: Array) -> NDArray[np.int_]:
-        """Let happen what was noted; return the tasks that stopped at an event and are to go on."""
+    def take(self, notes: NDArray[np.void]) -> NDArray[np.int_]:
+        """Apply the recorded crossings in their order; return the tasks that stopped at an event and go on."""
         counts, rows = self._counts(notes), notes["state"]
-        columns = [notes[name].tolist() for name in ("task", "which", "rising", "time", "near")]
+        columns = [notes[name].tolist() for name in ("task", "crossed", "rising", "time", "simultaneity")]
         for row, own, task, which, rising, time, near in zip(rows, counts, *columns, strict=True):
             found = [
                 (i, 1 if rising[word] & bit else -1) for i, word, bit in self._bits if which[word] & bit and own[i]
@@ -110,19 +105,19 @@ class NotedEvents:
         tasks["status"][stopped] = Status.UNDER_WAY
         return stopped
 
-    def _counts(self, notes: Array) -> Array:
-        """Return which events count where they were noted, shape (notes, events)."""
+    def _counts(self, notes: NDArray[np.void]) -> NDArray[np.bool_]:
+        """Return the mask of the events that count at each crossing, shape (crossings, events)."""
         counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
         if notes.size:
-            given = [*notes["state"].T, notes["time"], *self._inputs(notes["time"], members)]
+            given = [*notes["state"].T, notes["time"], *self._parameters.inputs_around(notes["time"], members)]
             for i, value in enumerate(self._counting(given)):
                 counts[:, i] = value > 0
         return counts
 
     def _is_new(self, task: int, number: int, time: float, near: float) -> bool:
-        """Return whether the event has not just happened, and note that it has.
+        """Return True unless the same zero of the event was recorded before, and record its time.
 
-        What the start of a task is near to has happened, unless it comes after a sample.
+        A zero near the start of a task was recorded by an earlier task, unless it comes after a sample.
         """
         since = abs(time - self._last[task, number])
         self._last[task, number] = time
@@ -136,25 +131,25 @@ class NotedEvents:
         return True
 
     def _let_happen(self, task: int, new: list[tuple[int, int]], time: float, row: Array) -> bool:
-        """Record events with their directions, and act, in the order of the list; return True if an event has acted."""
+        """Record events with their directions and apply their actions, in order; return True if an event has acted."""
         acted = False
         for number, direction in new:
             event = self._problem.events[number]
-            self.records[task].append((number, time, direction, row.copy()))
-            if event.acts and not self._stopped():
+            self.records[task].append(Recorded(number, time, direction, row.copy()))
+            if event.acts and not self._stopping():
                 acted |= self._act(task, number, time, row)
             if event.terminal:
                 self._queue.tasks["status"][task] = Status.ENDED
         return acted
 
-    def _change(self, own: Any, before: Array, after: Array) -> None:
-        """Give a task the variables after an action; unchanged ones have their low parts in quadruple precision."""
+    def _change(self, own: np.void, before: Array, after: Array) -> None:
+        """Set the variables of a task after an action; low parts of unchanged variables remain."""
         low = own["below"][: after.size]
-        own["state"][: after.size], own["sides"] = after, 0.0
+        own["state"][: after.size], own["signs"] = after, 0.0
         low[:] = np.where(after == before, low, 0.0) if self._queue.wide else 0.0
 
-    def _put_rows(self, task: int, action: Action) -> None:
-        """Put the variables after an action into the rows at its time, which the kernel writes before the action."""
+    def _put_rows(self, task: int, action: Action[float]) -> None:
+        """Write the variables after an action into the rows at its time, which the kernel wrote before the action."""
         own, output = self._queue.tasks[task], self._queue.output
         rows, stride = output.rows.reshape(-1, action.row.size), int(own["stride"])
         for back in range(1, int(own["index"]) + 1):
@@ -164,13 +159,13 @@ class NotedEvents:
             rows[own["place"] + step] = action.row
 
     def _samples_around(self, task: int) -> tuple[float, float]:
-        """Return the times of the last sample of a task that is done and of the next one."""
+        """Return the times of the last completed sample of a task and of the next sample."""
         own = self._queue.tasks[task]
         done, ahead = ((own["numbers"] - back) * own["periods"] + own["phases"] for back in (1.0, 0.0))
         return float(np.max(done, initial=-np.inf)), float(np.min(ahead, initial=np.inf))
 
     def _act(self, task: int, number: int, time: float, row: Array) -> bool:
-        """Give a task the state that an event returns, or note why not; return True if there is one."""
+        """Set the state that an event returns, or record the reason of a failure; return True for success."""
         own, member = self._queue.tasks[task], int(self._members[task])
         try:
             after = _acted(self._problem, self._variables, number, member, time, row)
@@ -185,16 +180,14 @@ class NotedEvents:
         return False
 
 
-def _acted(
-    problem: Problem, variables: StateVector, number: int, member: int, time: float, row: NDArray[Any]
-) -> NDArray[Any]:
-    """Return the variables of the state that an event of a member returns; those of parts that it leaves out stay."""
-    variables = variables.of_members(member)
+def _acted(problem: Problem, variables: StateVector, number: int, member: int, time: float, row: Array) -> Array:
+    """Return the variables of the state that an event of a member returns; omitted variables of parts stay."""
+    variables = members_of(variables, member)
     phase = variables.to_phase(np.array([time]), row[None])
     state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.dynamics
-    event, *records = (_of_member(record, member) for record in (problem.events[number], *system.records))
-    body = system.with_records(records).at(state).acted_on
-    after = event.act(body, state)
+    body = system.with_records(members_of(record, member) for record in system.records).at(state).acted_on
+    event: Event = members_of(problem.events[number], member)
+    after: AnyState = event.act(body, state)  # type: ignore[arg-type]
     if type(after) is not type(state) or after.shape:
         what = described(after) if type(after) is not type(state) else "one of several members"
         kind = "State of one body" if type(state) is State else "PairState"
@@ -203,25 +196,13 @@ def _acted(
         raise ValueError(f"an action must return variables of parts of the system, got some of {quoted(other[0])}.")
     after = state_of({**state.own, **after.phase}, after.time)
     largest = max(float(np.max(np.abs(values))) for values in after.phase.values())
-    if largest > LARGEST:
+    if largest > MAX_MOMENTUM:
         raise ValueError(f"an action must return momenta whose squares are finite, got {largest:.3g}.")
-    new: NDArray[Any] = variables.with_state(row, after, np.array(time))
+    new: Array = variables.with_state(row, after, np.array(time))
     return new
 
 
-def _of_member(record: Any, member: int) -> Any:
-    """Return a record with the numbers of one member."""
-    fields = {}
-    for name, kind in kinds_of(type(record)).items():
-        value = getattr(record, name)
-        if isinstance(kind, tuple):
-            fields[name] = value[member] if np.ndim(value) > len(kind) else value
-        else:
-            fields[name] = of_each(value, lambda inner: _of_member(inner, member))
-    return type(record).unchecked(**fields)
-
-
 def _why_failed(event: Event, error: Exception) -> str:
-    """Return the sentence about an action that failed."""
+    """Return the error message of an action that failed."""
     text = f"{type(event).__name__}.act failed with {type(error).__name__}: {message_of(error)}"
     return text.rstrip(": .") + "."

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,47 +20,58 @@ from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.body_dynamics import BodyDynamics
+from poinsot.mechanics.dynamics import AnyDynamics, stacked
+from poinsot.mechanics.probing import time_scale
+from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.subclasses import concrete, is_own
 
-__all__ = ["DEFAULT_FORMULATION", "FORMULATIONS", "GENERAL", "Formulation", "formulation_of", "formulations"]
+__all__ = [
+    "DEFAULT_FORMULATION",
+    "FORMULATIONS",
+    "GENERAL",
+    "Formulation",
+    "formulation_of",
+    "formulations",
+    "refuse_spatial_motion",
+]
 
 FLAT = 1e-9
-"""What a planar motion may have of other components, relative."""
+"""Largest size of other components of a planar motion, relative to the planar component."""
 
 
 class Formulation(ABC):
-    """A chart of attitude and angular momentum, the package's or the user's own.
+    """Chart of attitude and angular momentum, from the package or from a user.
 
     Attributes
     ----------
     name : str
     blocks : mapping
-        How many variables each block has, in their order: first the attitude's, last the momenta.
+        Number of variables of each block, in order: the attitude first, the momenta last.
     """
 
     name: str
     blocks: Mapping[str, int]
     tangent: tuple[int, ...] = ()
-    """Which of the six tangent coordinates it has: rotation vector, change of angular momentum, body axes."""
+    """Numbers of its tangent coordinates, out of six: rotation vector and change of angular momentum, body axes."""
 
     planar = False
-    """Whether it holds motions about the third body axis alone."""
+    """True for motions about the third body axis only."""
 
     conjugate = False
-    """Whether its variables are (q, Q): q . Q changes no motion, but its rounding hides momenta that shrink."""
+    """True if the variables are (q, Q). The product q . Q changes no motion, but its rounding hides small momenta."""
 
     def check_variables(self, variables: NDArray[np.float64]) -> None:  # noqa: B027
-        """Raise a ValueError if variables at the start, shape (..., size), are none of this formulation."""
+        """Raise a ValueError if variables at the start, shape (..., size), are invalid in this formulation."""
 
     @functools.cached_property
     def momenta(self) -> slice:
-        """Where the momenta are among the variables: the last block."""
+        """Range of the momenta in the variables: the last block."""
         return slice(self.size - list(self.blocks.values())[-1], self.size)
 
     @functools.cached_property
     def quaternions(self) -> list[slice]:
-        """Where the quaternions are among the variables: what turns with the axes that the attitude refers to."""
+        """Ranges of the quaternions in the variables, which rotate with the reference axes of the attitude."""
         ends = np.cumsum(list(self.blocks.values()))
         return [slice(end - 4, end) for end, n in zip(ends, self.blocks.values(), strict=True) if n == 4]
 
@@ -70,25 +80,25 @@ class Formulation(ABC):
         """The number of variables."""
         return sum(self.blocks.values())
 
-    def split(self, variables: Any) -> list[Any]:
+    def split(self, variables: Sequence[Scalar]) -> list[Vector]:
         """Return the blocks of a flat sequence of scalars."""
         ends = np.cumsum(list(self.blocks.values()))
         return [functions.Vector(variables[end - n : end]) for end, n in zip(ends, self.blocks.values(), strict=True)]
 
     turns = True
-    """Whether its attitude may refer to turning axes."""
+    """True if the attitude may refer to rotating axes."""
 
-    def nearness(self, variables: Any) -> Scalar | None:  # noqa: ARG002
-        """Return what falls to zero where the variables become singular; None if they never do."""
+    def nearness(self, variables: Sequence[Scalar]) -> Scalar | None:  # noqa: ARG002
+        """Return a function that falls to zero where the variables become singular; None if they never do."""
         return None
 
     @abstractmethod
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         """Return the attitude and the angular momentum along the body axes."""
 
     @abstractmethod
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         """Return the time derivatives of the variables.
 
@@ -103,24 +113,24 @@ class Formulation(ABC):
 
     @abstractmethod
     def to_phase(self, variables: NDArray[np.float64]) -> Phase:
-        """Return q, and g or Q, whichever the variables hold; shapes (..., 4) and (..., 3) or (..., 4)."""
+        """Return q, and g or Q according to the variables; shapes (..., 4) and (..., 3) or (..., 4)."""
 
 
 class LiePoisson(Formulation):
-    """q' = q (0, omega)/2, g' = g x omega + tau; Q = 2 q (0, g)."""
+    """Lie-Poisson equations q' = q (0, omega)/2, g' = g x omega + tau; Q = 2 q (0, g)."""
 
     name = "lie_poisson"
     blocks: Mapping[str, int] = {"attitude": 4, "momentum": 3}
     tangent: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
 
     @override
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         q, g = self.split(variables)
         return Attitude.from_quaternion(q), g
 
     @override
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         q, _ = self.split(variables)
         return [*_turned(q, omega, turning), *g_rate]
@@ -135,7 +145,7 @@ class LiePoisson(Formulation):
 
 
 class Planar(LiePoisson):
-    """The same for a body that turns about its third axis only, in axes whose third axis is that one too.
+    """Lie-Poisson equations of a body that rotates about its third axis, which is also the third axis of space.
 
     The variables that such a motion does not have are zero and stay so: it is the user's to say, and checked.
     """
@@ -154,20 +164,53 @@ class Planar(LiePoisson):
             )
 
     @override
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         return super().physical(_planar(variables))
 
     @override
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         return _planar(super().rates(_planar(variables), omega, g_rate, torque, turning))
 
 
-def _planar(variables: Any) -> list[Scalar]:
-    """Return the variables with literal zeros for those that are always zero."""
+def _planar(variables: Sequence[Scalar]) -> list[Scalar]:
+    """Return the variables with literal zeros for the variables that are always zero."""
     q0, _, _, q3, _, _, g3 = variables
     return [q0, 0.0, 0.0, q3, 0.0, 0.0, g3]
+
+
+def refuse_spatial_motion(system: AnyDynamics, state: AnyState) -> None:
+    """Raise a ValueError if the motion of a system from a state does not turn about the third body axis alone."""
+    if not isinstance(system, BodyDynamics):
+        raise ValueError("formulation 'planar' must be for one body, got two. Use the default formulation.")
+    state = state.of_bodies[""]
+    if system.parts:
+        raise ValueError(
+            f"formulation 'planar' must be for a body without parts, got {type(system.parts[0]).__name__}. "
+            "Use the default formulation."
+        )
+    vectors = {"angular momentum": state.angular_momentum_body, "inertia tensor": system.body.inertia[..., 2]}
+    for name, along in (vectors | {"torque": _torques(system, state)}).items():
+        aside = np.max(np.abs(along[..., :2]), initial=0.0)
+        if aside > FLAT * np.max(np.abs(along), initial=0.0):
+            raise ValueError(
+                "formulation 'planar' must be for a body that turns about its third axis alone, but its "
+                f"{name} has components along the others, up to {aside:.2g}. Use the default formulation."
+            )
+
+
+def _torques(system: BodyDynamics, state: State) -> NDArray[np.float64]:
+    """Return torques, body axes, at attitudes rotated about the third axis and at other times; shape (n, 3)."""
+    first, last = system.span
+    torques = []
+    for angle in np.arange(5) * 1.3:
+        turned = quat.product(state.quaternion, (np.cos(angle), 0, 0, np.sin(angle)))
+        time = np.clip(state.time + angle**3 * time_scale(system), first, last)
+        here = State.computed({"quaternion": turned, "conjugate_momenta": np.zeros_like(turned)}, time)
+        twin = system.beside(here.shape)
+        torques.append(stacked(twin.torque_at(twin.at(here)), here.shape))
+    return np.reshape(torques, (-1, 3))
 
 
 class Canonical(Formulation):
@@ -181,13 +224,13 @@ class Canonical(Formulation):
     conjugate = True
 
     @override
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         q, Q = self.split(variables)
         return Attitude.from_quaternion(q), Vector(0.5 * quat.imaginary(quat.product(quat.conjugate(q), Q)))
 
     @override
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         q, Q = self.split(variables)
         push = quat.product(q, quat.pure(2 * torque))
@@ -216,11 +259,11 @@ class EulerAngles(Formulation):
     turns = False
 
     @override
-    def nearness(self, variables: Any) -> Scalar | None:
+    def nearness(self, variables: Sequence[Scalar]) -> Scalar | None:
         return functions.sin(variables[1]) ** 2 - euler.SINGULAR_SINE**2
 
     @override
-    def physical(self, variables: Any) -> tuple[Attitude, Vector]:
+    def physical(self, variables: Sequence[Scalar]) -> tuple[Attitude, Vector]:
         angles, momenta = self.split(variables)
         g = Vector(euler.angular_momentum_from_momenta(angles, momenta, self.sequence))
         q = euler.quaternion_from_angles(angles, self.sequence)
@@ -228,7 +271,7 @@ class EulerAngles(Formulation):
 
     @override
     def rates(
-        self, variables: Any, omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
+        self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         angles, _ = self.split(variables)
         _, g = self.physical(variables)
@@ -252,8 +295,8 @@ class EulerAngles(Formulation):
         }
 
 
-def _turned(x: Any, omega: Vector, turning: Vector | None) -> Any:
-    """Return x (0, omega/2), less (0, turning) x / 2 if x refers to turning axes: rates are added before products."""
+def _turned(x: Vector, omega: Vector, turning: Vector | None) -> Iterable[Scalar]:
+    """Return x (0, omega/2), minus (0, turning) x / 2 if x refers to rotating axes. Rates are added before products."""
     half_omega = 0.5 * omega
     if turning is None:
         return quat.product(x, quat.pure(half_omega))
@@ -268,12 +311,12 @@ DEFAULT_FORMULATION = "lie_poisson"
 
 
 def formulations() -> dict[str, Formulation]:
-    """Return the formulations by name: the package's, and a user's own of classes that need no arguments."""
+    """Return the formulations by name: from the package, and from classes of users that need no arguments."""
     own = (cls for cls in concrete(Formulation) if not is_own(cls))
     plain = {cls.name: cls() for cls in own if hasattr(cls, "name") and cls.__init__ is object.__init__}
     return {**FORMULATIONS, **{name: found for name, found in plain.items() if name not in FORMULATIONS}}
 
 
 def formulation_of(name: str) -> Formulation:
-    """Return the formulation of a run; for one that is not known the default, along the same axes."""
+    """Return the formulation of a run by name; for an unknown name the default, along the same axes."""
     return formulations().get(name, FORMULATIONS[DEFAULT_FORMULATION])

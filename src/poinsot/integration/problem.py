@@ -1,13 +1,14 @@
-"""What is integrated: a system, and beside it the events to watch for."""
+"""Integration problem: a system together with the events to detect."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from operator import attrgetter
 from typing import Any, ClassVar
 
 from typing_extensions import override
 
+from poinsot.lazy import cached_property
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.event import Event
@@ -17,13 +18,13 @@ from poinsot.mechanics.system import System
 __all__ = ["Problem"]
 
 SHARED = ("structure", "alike", "numbers", "members", "orbits", "knots", "span")
-"""What a problem without events has from its system, which keeps it for the next run."""
+"""Attributes that a problem without events shares with its system, which stores them for the next run."""
 
 SHARED_OF = attrgetter(*SHARED)
 
 
 class Problem(Collection):
-    """A system and events side by side, with the numbers and orbits of both.
+    """A system together with events, with the numbers and orbits of both.
 
     Parameters
     ----------
@@ -49,6 +50,16 @@ class Problem(Collection):
         self.refuse_other_axes()
         for event in events:
             try_event(self.dynamics, event)
+
+    _member_axes: ClassVar[Mapping[str, int]] = {"system": 0, "events": 0}
+
+    def _with_values(self, system: System, events: tuple[Event, ...]) -> Problem:
+        return Problem(system, events)
+
+    @cached_property
+    def between_first_knots(self) -> Problem:
+        """The problem between the first two knots of its tables."""
+        return self.between_knots()
 
     @property
     @override

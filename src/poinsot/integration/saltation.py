@@ -1,4 +1,4 @@
-"""Saltation: how tangent vectors jump where a formula switches, to first and second order.
+"""Saltation: jumps of tangent vectors at switches of formulas, to first and second order.
 
 Where a motion crosses h = 0 its velocity changes from f to g. A neighbour, xi beside it, crosses later by the time
 
@@ -20,7 +20,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Callable, Container, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,32 +28,32 @@ from numpy.typing import NDArray
 from poinsot.functions import Vector, cross
 from poinsot.integration.tangent_vectors import UNIT, Variations
 from poinsot.integration.variational import TangentVector, VariationalEquations
-from poinsot.taylor.graph import Graph, Node, ordered, replaced, tangents
-from poinsot.taylor.replay import Replay
+from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered, replaced, tangents
 
 __all__ = ["Jump", "NoDerivative", "Saltation"]
 
-Array = NDArray[Any]
+Array = NDArray[np.floating]
+Scalars = Sequence[GraphScalar]
 Values = Callable[..., Array]
 
 AT_ONCE, AT_ZERO = 2.0**10, 2.0**24
-"""In times within which all is at once: how far zeros are apart that count as one, and how far the zero of a function
-is from where its condition switches; farther off, the function jumps."""
+"""Limits in units of the simultaneity tolerance: largest distance of zeros that count as one, and largest distance of
+the zero of a function from the switch of its condition, beyond which the function jumps."""
 
 GRAZING = 2.0**20
-"""The least time in which the slope of a function goes to zero, over that by which its zero is uncertain: of less, the
-slope has no six digits."""
+"""Smallest ratio of the time in which the slope of a function falls to zero to the uncertainty of the zero. Below it
+the slope has fewer than six digits."""
 
 ALIKE = 1e-9
-"""By how much times of crossing differ where conditions have the same surface, relative to them."""
+"""Relative tolerance of the crossing times of conditions with the same surface."""
 
 
 class NoDerivative(Exception):  # noqa: N818
-    """Why a motion has no derivative by its start at a crossing."""
+    """Error for a motion without a derivative by its start at a crossing. The message states the reason."""
 
 
 class Saltation:
-    """The formulas of the jumps of tangent vectors in a traced vector field.
+    """Formulas of the jumps of tangent vectors in a traced vector field.
 
     Parameters
     ----------
@@ -77,8 +77,8 @@ class Saltation:
         self,
         graph: Graph,
         own: Sequence[Node],
-        rates: Sequence[Any],
-        conditions: Mapping[Node, Any],
+        rates: Scalars,
+        conditions: Mapping[Node, GraphScalar],
         linear: VariationalEquations,
         variations: Variations,
     ) -> None:
@@ -103,18 +103,18 @@ class Saltation:
 
     @functools.cached_property
     def velocity(self) -> Values:
-        """The velocity in tangent coordinates, then the rates of the variables and of the time."""
+        """Velocity in tangent coordinates, then the rates of the variables and of the time."""
         return self._values([*self._linear.chosen(self._linear.velocity), *self._rates])
 
     @functools.cached_property
     def change(self) -> Values:
-        """How the velocity changes along a tangent vector."""
+        """Change of the velocity along a tangent vector."""
         a = self._vectors["a"]
         return self._values(self._in_chart(tangents(self._linear.velocity, a.seeds), a))
 
     @functools.cached_property
     def acceleration(self) -> Values:
-        """How the velocity changes along other rates of the motion, and the velocity that belongs to these."""
+        """Change of the velocity along other rates of the motion, and the velocity of these rates."""
         rates = dict(zip(self._own, self._given["rates"], strict=True))
         return self._values(self._in_chart(tangents(self._linear.velocity, rates), self._vectors["velocity"]))
 
@@ -123,7 +123,7 @@ class Saltation:
         return self._of_function("crossing", number)
 
     def bent(self, number: int) -> Values:
-        """Return its second differential in two tangent vectors, and that of the slope in the first one."""
+        """Return the second differential of a condition in two tangent vectors, and of its slope in one."""
         return self._of_function("bent", number)
 
     def _of_function(self, name: str, number: int) -> Values:
@@ -138,21 +138,22 @@ class Saltation:
             self._known[name, number] = self._values(outputs)
         return self._known[name, number]
 
-    def _along(self, function: Any) -> Any:
-        return tangents([function], dict(zip(self._own, self._rates, strict=True)))[0]
+    def _along(self, function: GraphScalar) -> GraphScalar:
+        slope: GraphScalar = tangents([function], dict(zip(self._own, self._rates, strict=True)))[0]
+        return slope
 
-    def _in_chart(self, changes: list[Any], vector: TangentVector) -> list[Any]:
-        """Return changes of the velocity as those in a chart of rotation vectors."""
+    def _in_chart(self, changes: list[GraphScalar], vector: TangentVector) -> list[GraphScalar]:
+        """Return changes of the velocity in a chart of rotation vectors."""
         for i, theta in enumerate(vector.thetas):
             own = slice(6 * i, 6 * i + 3)
             changes[own] = Vector(changes[own]) + 0.5 * cross(theta, Vector(self._linear.velocity[own]))
         return self._linear.chosen(changes)
 
-    def _values(self, outputs: Sequence[Any]) -> Values:
-        """Return what computes outputs for inputs of the run and groups of numbers by name, shape (outputs, ...)."""
-        replay = Replay(outputs, np.longdouble, [*itertools.chain(*self._given.values())])
+    def _values(self, outputs: Scalars) -> Values:
+        """Return the evaluator of outputs for inputs of the run and groups of numbers by name, shape (outputs, ...)."""
+        replay = Evaluator(outputs, np.longdouble, [*itertools.chain(*self._given.values())])
 
-        def values(inputs: Sequence[Any], **groups: Sequence[Any]) -> Array:
+        def values(inputs: Sequence[float], **groups: Sequence[float] | Array) -> Array:
             given = [groups.get(name, [0.0] * len(group)) for name, group in self._given.items()]
             with np.errstate(all="ignore"):
                 return np.stack(np.broadcast_arrays(*replay([*itertools.chain(*given), *inputs])))
@@ -161,7 +162,7 @@ class Saltation:
 
 
 class Jump:
-    """The jump of the tangent vectors of one motion, where conditions switch.
+    """Jump of the tangent vectors of one motion at a switch of conditions.
 
     Parameters
     ----------
@@ -172,17 +173,17 @@ class Jump:
     inputs : sequence of float
         Of the run.
     near : float
-        The time within which all is at once.
+        Simultaneity tolerance.
     """
 
-    def __init__(self, saltation: Saltation, row: Array, time: Any, inputs: Sequence[Any], near: float) -> None:
+    def __init__(self, saltation: Saltation, row: Array, time: float, inputs: Sequence[float], near: float) -> None:
         self._saltation, self._inputs, self._near = saltation, inputs, near
         first = row.size - saltation.variations.size
         self._own, self._variables = [*row[:first], time], row[first:].astype(np.longdouble)
         self._u, self._pairs, _, self._units = saltation.variations.split(self._variables)
 
     def across(self, before: Array, behind: Array) -> Array:
-        """Return the variables of tangent vectors behind it.
+        """Return the variables of tangent vectors after the jump.
 
         Parameters
         ----------
@@ -203,7 +204,7 @@ class Jump:
         return self._variables.astype(float)
 
     def _first_of(self, left: Sequence[int], holds: Array) -> tuple[_Crossing, list[int]]:
-        """Return the crossing that comes first, and what switches there: what has the same surface, or jumps by it."""
+        """Return the first crossing and the conditions that switch there: on the same surface, or by a jump."""
         found = sorted((self._crossing(number, holds) for number in left), key=lambda each: each.distance)
         first, size = found[0], np.max(np.abs(found[0].shift), initial=0.0)
         if not first.distance <= AT_ZERO * self._near:
@@ -224,7 +225,7 @@ class Jump:
             )
 
     def _pass(self, crossing: _Crossing, before: Array, after: Array) -> None:
-        """Let vectors jump where one velocity takes the place of the other."""
+        """Apply the jump of tangent vectors at a change from one velocity to another."""
         k = self._u.shape[-1]
         motions = [self._values(self._saltation.velocity, holds) for holds in (before, after)]
         jump = motions[0][:k] - motions[1][:k]
@@ -235,7 +236,7 @@ class Jump:
     def _of_pairs(
         self, crossing: _Crossing, before: Array, after: Array, motions: Sequence[Array], jump: Array
     ) -> Array:
-        """Return what second differentials gain, shape (pairs, k)."""
+        """Return the jumps of second differentials, shape (pairs, k)."""
         own, k, xi, s = self._saltation, jump.size, self._directions, crossing.shift
         a, b = np.array(own.variations.pairs).T
         bent = own.bent(crossing.number)
@@ -252,7 +253,7 @@ class Jump:
 
     @property
     def _directions(self) -> Array:
-        """The tangent vectors with their changes of inputs, shape (k + inputs, vectors)."""
+        """Tangent vectors with their changes of inputs, shape (k + inputs, vectors)."""
         inputs = np.zeros((len(self._saltation.inputs), len(self._u)), dtype=np.longdouble)
         inputs[:, self._saltation.variations.count :] = self._saltation.inputs * (self._units / UNIT)
         return np.concatenate([self._u.T, inputs])
@@ -262,7 +263,7 @@ class Jump:
 
 
 class _Crossing(NamedTuple):
-    """Where the function of a condition is zero: its derivatives along the motion, and how much later neighbours cross.
+    """Zero of the function of a condition: derivatives along the motion, and delays of neighbouring motions.
 
     Attributes
     ----------
@@ -272,20 +273,20 @@ class _Crossing(NamedTuple):
     """
 
     number: int
-    slope: Any
-    bend: Any
+    slope: np.floating
+    bend: np.floating
     distance: float
     shift: Array
 
 
-def _jumping(graph: Graph, rates: Sequence[Any], conditions: Container[Node]) -> set[Node]:
-    """Return the conditions at which rates may jump: all but those at which they are seen to be continuous."""
+def _jumping(graph: Graph, rates: Scalars, conditions: Container[Node]) -> set[Node]:
+    """Return the conditions at which rates may jump: all except those at which rates are evidently continuous."""
     switches = [node for node in ordered(rates) if node.name == "where" and node.operands[0] in conditions]
     return {node.operands[0] for node in switches if not _is_continuous(graph, node)}
 
 
 def _is_continuous(graph: Graph, switch: Node) -> bool:
-    """Whether both branches are the same formula where both sides of a `less` are the same scalar."""
+    """Return True if both branches are the same formula where both sides of a `less` are the same scalar."""
     condition, *branches = switch.operands
     number = [x for x in condition.operands if not isinstance(x, Node)]
     common = number[0] if number else graph.symbol("both sides")

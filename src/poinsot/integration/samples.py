@@ -17,7 +17,7 @@ Array = NDArray[Any]
 
 
 class Clock:
-    """The samples of members, at the times number * period + phase, rounded twice.
+    """Samples of members at the times number * period + phase, rounded twice.
 
     Parameters
     ----------
@@ -52,6 +52,6 @@ class Clock:
         return times
 
     def set(self, tasks: Array, times: Array, members: Array) -> None:
-        """Let tasks of members that start at times begin with their first samples."""
+        """Set the first samples of tasks of members that start at times."""
         tasks["numbers"], tasks["keys"] = self.first(times, members), self.keys[members].view(np.int64)
         tasks["periods"], tasks["phases"] = self.periods[members], self.phases[members]

@@ -25,8 +25,7 @@ from poinsot.mechanics.pair_dynamics import ORBIT
 from poinsot.mechanics.probing import sample_times, samples
 from poinsot.mechanics.state import AnyState, State, changed
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.taylor.graph import Graph
-from poinsot.taylor.replay import Replay
+from poinsot.taylor.graph import Evaluator, Graph
 
 __all__ = [
     "momentum_ratios",
@@ -177,13 +176,13 @@ def _larger(*sample: float) -> float:
     return max(filter(math.isfinite, (math.hypot(*torque), abs(there - here))), default=0.0)
 
 
-def _traced_samples(system: BodyDynamics) -> Replay | None:
+def _traced_samples(system: BodyDynamics) -> Evaluator | None:
     """Return the evaluator of the samples for all numbers of a structure, or None if formulas reject symbols."""
     graph = Graph()
     inputs = [graph.input(place) for place in range(len(system.numbers) + len(system.forces))]
     twin = system.with_numbers(inputs)
     try:
-        return Replay([*_samples(twin, inputs[len(system.numbers) :])], np.float64)
+        return Evaluator([*_samples(twin, inputs[len(system.numbers) :])], np.float64)
     except Exception:  # such as an error from a table, which is read at a time
         return None
 

@@ -4,29 +4,31 @@ from __future__ import annotations
 
 import functools
 import itertools
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.algebra.double_double import DoubleDouble
+from poinsot.double_double import DoubleDouble
 from poinsot.functions import Vector
+from poinsot.integration.formulations import Formulation
+from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.attitude import Attitude
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.mechanics.state import AnyState, State
+from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["low_parts", "unit_of_time"]
 
 
 def unit_of_time(speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return powers of two near the times in which bodies turn; 1 for bodies at rest. Later steps choose their own."""
+    """Return powers of two near the periods of rotation; 1 for bodies at rest. Later steps choose other units."""
     turning = np.isfinite(speeds) & (speeds > 0)
     return np.asarray(np.exp2(-np.clip(np.rint(np.log2(np.where(turning, speeds, 1.0))), -500, 500)))
 
 
-def low_parts(variables: Any, state: Any, starts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the low parts of the variables at the start, of which the high ones are known; shape (members, size).
+def low_parts(variables: StateVector, state: AnyState, starts: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the low parts of the variables at the start, given the high parts; shape (members, size).
 
     The variables of a chart are rounded functions of attitude and momentum, and the norm of a quaternion of doubles is
     1 to rounding only. One step of Newton on the formulas of the chart, in double-double arithmetic, gives the low
@@ -46,8 +48,8 @@ def low_parts(variables: Any, state: Any, starts: NDArray[np.float64]) -> NDArra
     return below
 
 
-def _chart_below(formulation: Any, rows: NDArray[Any], body: Any) -> NDArray[np.float64]:
-    """Return the low parts of variables of a chart, shape (size, members); no member depends on another one."""
+def _chart_below(formulation: Formulation, rows: NDArray[np.float64], body: State) -> NDArray[np.float64]:
+    """Return the low parts of variables of a chart, shape (size, members); members are independent."""
     q, g = np.reshape(body.quaternion, (-1, 4)).T, np.reshape(body.angular_momentum_body, (-1, 3)).T
     square = functools.reduce(DoubleDouble.__add__, (DoubleDouble.product(x, x) for x in q))
     lengthening = (0.5 * (1.0 - square)).hi
@@ -65,7 +67,7 @@ def _chart_below(formulation: Any, rows: NDArray[Any], body: Any) -> NDArray[np.
 
 
 @functools.cache
-def _chart(formulation: Any) -> tuple[WideReplay, list[int], int]:
+def _chart(formulation: Formulation) -> tuple[WideEvaluator, list[int], int]:
     """Return the errors of a chart's variables with their derivatives, the places of these variables, and the count.
 
     A quaternion of the attitude is only lengthened, so that its direction has no error. Errors are those of the angular
@@ -85,4 +87,4 @@ def _chart(formulation: Any) -> tuple[WideReplay, list[int], int]:
         pairs += [(a, b / square) for a, b in entries]
     errors, places = [a - b for a, b in pairs], [place for place in range(size) if place not in known]
     slopes = [slope for place in places for slope in tangents(errors, {own[place]: 1.0})]
-    return WideReplay([*errors, *slopes], own), places, len(errors)
+    return WideEvaluator([*errors, *slopes], own), places, len(errors)

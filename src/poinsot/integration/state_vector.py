@@ -1,11 +1,11 @@
-"""The state vector of a kernel: slots for attitude and momentum, parts, orbits integrated along and tangent vectors."""
+"""State vector of a kernel: slots for attitude and momentum, parts, integrated orbits and tangent vectors."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,83 +22,84 @@ from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.members import expanded
 from poinsot.mechanics.state import AnyState, Phase, named
-from poinsot.taylor.rescaling import SMALL
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
 
 __all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]
 
 Array = NDArray[np.float64]
 
 BLOCK = 8192
-"""Rows converted together: their intermediate results stay in the processor's cache."""
+"""Number of rows converted together, so that intermediate results stay in the cache of the processor."""
 
 EVERY = slice(None)
 
 STRUCTURAL = ("structure", "along_orbits", "size", "charts", "momenta")
-"""What the variables of all systems of one structure have in common."""
+"""Attributes that the variables of all systems of one structure share."""
 
 CHART, TANGENT = "attitude and momentum", "tangent vectors"
-"""Names of slots that no part has."""
+"""Names of slots beside the names of parts."""
 
-Factors = tuple[Any, ...]
-"""What each variable of a slot is multiplied by, powers of two; None for the scale of the momenta."""
+Number = float | Array
+Factors = tuple[Number | None, ...]
+"""Factors of the variables of a slot, powers of two; None stands for the scale of the momenta."""
 
 
 class Slot(NamedTuple):
-    """Where variables with a name are, and what each is multiplied by: numbers, or arrays (members,)."""
+    """Range of variables in the state vector, and the factor of each variable: a number, or an array (members,)."""
 
     place: slice
     factors: Factors
 
-    def physical(self, variables: Any, scale: Scalar) -> Vector:
+    def physical(self, variables: Sequence[Scalar], scale: Scalar) -> Vector:
         """Return the variables in physical units, scalars of any kind."""
         factors = zip(variables[self.place], self.factors, strict=True)
         return Vector(x * (1 / (scale if factor is None else factor)) for x, factor in factors)
 
-    def scaled(self, values: Any, scale: Scalar) -> list[Scalar]:
-        """Return values in physical units as the variables."""
+    def scaled(self, values: Iterable[Scalar], scale: Scalar) -> list[Scalar]:
+        """Return scaled variables from values in physical units."""
         return [x * (scale if factor is None else factor) for x, factor in zip(values, self.factors, strict=True)]
 
     @property
     def momenta(self) -> list[int]:
-        """Where the variables are that scale as the angular momentum does."""
+        """Places of the variables that scale like the angular momentum."""
         return [self.place.start + i for i, factor in enumerate(self.factors) if factor is None]
 
 
 @dataclass(eq=False)
 class StateVector:
-    """The variables of a kernel.
+    """Integrated variables of a kernel.
 
     Parameters
     ----------
     formulation : Formulation
         The chart of attitude and momentum of each body.
     scale : float or array (members,)
-        What the momenta are multiplied by.
+        Factor of the momenta.
     parts : mapping
         The factors of each part by its name.
     orbits : tuple of OrbitBlock
-        What is integrated along of orbits.
+        Integrated orbits.
     views : tuple
-        For each orbit of the problem the number of the block that it views, or None.
+        Number of the block of each orbit of the problem, or None.
     comoving : bool
         Whether the attitude refers to the comoving axes of the one block.
     variations : Variations, optional
         The tangent vectors.
     ratios : mapping
-        What the momenta of each body are multiplied by beside the scale; 1 for the first.
+        Further factor of the momenta of each body; 1 for the first body.
     """
 
     formulation: Formulation
-    scale: Any
+    scale: Number
     parts: Mapping[str, Factors]
     orbits: tuple[OrbitBlock, ...] = ()
     views: Views = ()
     comoving: bool = False
     variations: Variations | None = None
-    ratios: Mapping[str, Any] = field(default_factory=lambda: {"": 1.0})
+    ratios: Mapping[str, Number] = field(default_factory=lambda: {"": 1.0})
 
     def sharing(self, known: dict[Any, Any]) -> StateVector:
-        """Return the variables with what another system of the structure has found of its own; `known` keeps it."""
+        """Return the variables with the structural attributes of another system of the structure, stored in `known`."""
         key = self.formulation, self.views, self.comoving, *[block.structure for block in self.orbits]
         if key not in known:
             known[key] = {name: getattr(self, name) for name in STRUCTURAL}
@@ -107,7 +108,7 @@ class StateVector:
 
     @cached_property
     def slots(self) -> dict[str, Slot]:
-        """The slots by name, in the order of the variables."""
+        """Slots by name, in the order of the variables."""
         chart, tangent = self.formulation, self.variations
         momenta = range(chart.size)[chart.momenta]
         of_chart = tuple(None if i in momenta else 1.0 for i in range(chart.size))
@@ -123,43 +124,43 @@ class StateVector:
 
     @cached_property
     def size(self) -> int:
-        """The number of variables."""
+        """Number of variables."""
         along: int = self.along_orbits.stop
         return along + (self.variations.size if self.variations else 0)
 
     @property
     def sizes(self) -> dict[str, int]:
-        """How many numbers each array of a phase has in a row."""
+        """Length of a row of each array of a phase."""
         chart = self.formulation.to_phase(np.full(self.formulation.size, np.nan))
         rigid = {named(body, name): row.size for body in self.ratios for name, row in chart.items()}
         return rigid | {name: len(own) for name, own in self.parts.items()}
 
     @cached_property
     def charts(self) -> list[slice]:
-        """Where attitude and momentum of each body are."""
+        """Ranges of attitude and momentum of each body."""
         size = self.formulation.size
         return [slice(i * size, (i + 1) * size) for i in range(len(self.ratios))]
 
     @property
     def attitude(self) -> list[int]:
-        """Where the attitudes are."""
+        """Places of the attitudes."""
         count = next(iter(self.formulation.blocks.values()))
         return [own.start + k for own in self.charts for k in range(count)]
 
     @cached_property
     def along_orbits(self) -> slice:
-        """Where the variables of orbits are."""
+        """Range of the variables of orbits."""
         first = len(self.ratios) * self.formulation.size + sum(map(len, self.parts.values()))
         return slice(first, first + sum([block.size for block in self.orbits]))
 
     @property
     def tangent_vectors(self) -> slice:
-        """Where the tangent vectors are."""
+        """Range of the tangent vectors."""
         return slice(self.along_orbits.stop, None)
 
     @cached_property
     def momenta(self) -> slice | list[int]:
-        """Where the momenta of the motion are."""
+        """Places of the momenta of the motion."""
         if not self.parts:
             return self.formulation.momenta
         names = (*map(_chart_of, self.ratios), *self.parts)
@@ -167,76 +168,71 @@ class StateVector:
 
     @cached_property
     def conjugates(self) -> list[tuple[slice, slice]]:
-        """Where q and Q of each body are, in a formulation of these."""
+        """Ranges of q and Q of each body, in a formulation with these variables."""
         if not self.formulation.conjugate:
             return []
         return [(slice(own.start, own.start + 4), slice(own.start + 4, own.stop)) for own in self.charts]
 
     @cached_property
     def structure(self) -> tuple[Any, ...]:
-        """What selects the equations, without any real number of the system."""
+        """Key of the equations, without any real number of the system."""
         variations = self.variations and replace(self.variations, initial=None, sizes=())
         blocks = tuple([block.structure for block in self.orbits])
         parts = tuple([(name, *(factor is None for factor in own)) for name, own in self.parts.items()])
         return self.formulation, tuple(self.ratios), parts, blocks, self.views, self.comoving, variations
 
     @property
-    def factors(self) -> tuple[Any, ...]:
-        """The ratios of further bodies and the factors of parts that are numbers: parameters of a kernel."""
+    def factors(self) -> tuple[Number, ...]:
+        """Ratios of further bodies and numeric factors of parts: parameters of a kernel."""
         _, *ratios = self.ratios.values()
         return *ratios, *[factor for own in self.parts.values() for factor in own if factor is not None]
 
     def with_factors(self, factors: Iterator[Any]) -> StateVector:
-        """Return the same with other ratios and factors in place of the numbers, scalars of any kind."""
+        """Return a copy with other ratios and factors, scalars of any kind, in place of the numbers."""
         ratios = {body: next(factors) if i else ratio for i, (body, ratio) in enumerate(self.ratios.items())}
         parts = {n: tuple(x if x is None else next(factors) for x in own) for n, own in self.parts.items()}
         return replace(self, parts=parts, ratios=ratios)
 
     def scales(self, scale: Scalar) -> list[Scalar]:
-        """Return what the momenta of each body are multiplied by."""
+        """Return the factor of the momenta of each body."""
         return [scale * ratio if i else scale for i, ratio in enumerate(self.ratios.values())]
 
     @property
     def of_one(self) -> bool:
-        """Whether scales and orbits are the same for all members."""
+        """True if all members share scales and orbits."""
         numbers = self.scale, *self.factors, *(number for block in self.orbits for number in block.numbers)
         return not any(map(np.ndim, numbers))
 
     @cached_property
     def scaled(self) -> list[int]:
-        """Where all variables are that scale as the angular momentum does, of tangent vectors too."""
+        """Places of all variables that scale like the angular momentum, including tangent vectors."""
         return [place for slot in self.slots.values() for place in slot.momenta]
 
     @property
     def tangent_coordinates(self) -> list[int]:
-        """Which of the tangent coordinates there are: of each body six, and those of parts."""
+        """Numbers of the tangent coordinates: those of each body, out of six, and those of parts."""
         rigid = [6 * i + place for i in range(len(self.ratios)) for place in self.formulation.tangent]
         own = sum(map(len, self.parts.values()))
         return rigid + list(range(6 * len(self.ratios), 6 * len(self.ratios) + own))
 
     @property
     def tangent_scales(self) -> tuple[bool, ...]:
-        """Which of the tangent coordinates scale as momenta do."""
+        """Mask of the tangent coordinates that scale like momenta."""
         rigid = (place >= 3 for _ in self.ratios for place in self.formulation.tangent)
         return *rigid, *(factor is None for own in self.parts.values() for factor in own)
 
     @property
     def tangent_units(self) -> Array:
-        """What the variables multiply each tangent coordinate by; shape (k,) or (members, k)."""
+        """Factor of each tangent coordinate in the variables; shape (k,) or (members, k)."""
         each = zip(self.ratios, self.scales(self.scale), strict=True)
         rigid = [own if place >= 3 else 1.0 for _, own in each for place in self.formulation.tangent]
         parts = [self.scale if x is None else x for own in self.parts.values() for x in own]
         return np.stack(np.broadcast_arrays(*rigid, *parts), axis=-1)
 
-    def of_members(self, members: int | NDArray[np.int_]) -> StateVector:
-        """Return that of one member of an ensemble, or of some."""
+    _member_axes: ClassVar[Mapping[str, int]] = {"scale": 0, "parts": 0, "orbits": 0, "ratios": 0}
 
-        def chosen(number: Any) -> Any:
-            return number[members] if np.ndim(number) else number
-
-        orbits = tuple(block.with_numbers(map(chosen, block.numbers)) for block in self.orbits)
-        own = replace(self, scale=chosen(self.scale), orbits=orbits)
-        return own.with_factors(map(chosen, self.factors)) if self.factors else own
+    def _with_values(self, **values: Any) -> StateVector:
+        return replace(self, **values)
 
     # ------------------------------------------------------------------ numbers
 
@@ -255,7 +251,7 @@ class StateVector:
         return out
 
     def with_state(self, row: Array, state: AnyState, time: Array) -> Array:
-        """Return attitude, momentum and parts of a state, beside the orbits in the variables of one body."""
+        """Return the variables of attitude, momentum and parts of a state, given a row with the orbits."""
         turn = None
         if self.comoving:
             own = np.asarray(row[self.along_orbits], dtype=float)
@@ -294,7 +290,7 @@ class StateVector:
         return self.phase_of(rows)
 
     def make_physical(self, times: Array, rows: Array) -> None:
-        """Turn attitudes to the space axes, and bring momenta and variables of parts to physical units, in place."""
+        """Rotate attitudes to the space axes and convert momenta and parts to physical units, in place."""
         momenta = range(self.formulation.size)[self.formulation.momenta]
         for place, scale in zip(self.charts, self.scales(self.scale), strict=True):
             scale = np.asarray(scale)[..., None]
@@ -310,7 +306,7 @@ class StateVector:
                 rows[..., i] *= 1 / np.asarray(self.scale if factor is None else factor)[..., None]
 
     def phase_of(self, rows: Array) -> Phase:
-        """Return what rows in physical units have in a phase, as views unless the chart computes it."""
+        """Return the phase of rows in physical units, as views unless the chart computes it."""
         phase = Phase()
         for body, place in zip(self.ratios, self.charts, strict=True):
             phase |= {named(body, name): row for name, row in self._of_chart(rows[..., place]).items()}
@@ -338,7 +334,7 @@ class StateVector:
 
     # ------------------------------------------------------------------ symbols
 
-    def physical(self, variables: Any, scale: Scalar) -> dict[str, Vector]:
+    def physical(self, variables: Sequence[Scalar], scale: Scalar) -> dict[str, Vector]:
         """Return the variables of parts in physical units, by the name of the part."""
         return {name: self.slots[name].physical(variables, scale) for name in self.parts}
 
@@ -350,7 +346,7 @@ class StateVector:
 
 
 def blocks_of(count: int) -> list[slice]:
-    """Return so many rows in blocks."""
+    """Return the ranges of blocks of rows."""
     return [slice(first, first + BLOCK) for first in range(0, count, BLOCK)] if count > BLOCK else [EVERY]
 
 
@@ -360,7 +356,7 @@ def _chart_of(body: str) -> str:
 
 
 def factors_of_parts(system: AnyDynamics, state: AnyState) -> dict[str, Factors]:
-    """Return factors that bring the variables of parts near a tenth, along the motion from a state."""
+    """Return factors that scale the variables of parts to about a tenth along the motion from a state."""
     parts = system.inner_blocks
     if not parts:
         return {}
@@ -371,7 +367,7 @@ def factors_of_parts(system: AnyDynamics, state: AnyState) -> dict[str, Factors]
     return factors
 
 
-def _power(size: Any) -> Any:
-    """Return the powers of two that bring sizes near a tenth, without rounding; 1 for a size of zero."""
+def _power(size: Number) -> Number:
+    """Return the powers of two that scale sizes to about a tenth; 1 for a size of zero."""
     sound = (size > 0) & (size < np.inf)
-    return np.exp2(np.round(np.log2(SMALL / np.where(sound, size, SMALL))))[()]
+    return np.exp2(np.round(np.log2(MOMENTUM_SCALE / np.where(sound, size, MOMENTUM_SCALE))))[()]

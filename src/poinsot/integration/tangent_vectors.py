@@ -7,7 +7,7 @@ small again by a power of two, and n raised.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,28 +15,30 @@ from numpy.typing import NDArray
 __all__ = ["STEPS_AT_A_TIME", "UNIT", "Variations"]
 
 Array = NDArray[np.float64]
+Rows = TypeVar("Rows", NDArray[np.float64], NDArray[np.floating], NDArray[np.object_])
 
 INITIAL_EXPONENT = -10
 """Binary exponent of a vector at the start: large enough for the step control where the motion itself is at rest."""
 
 GROWN = 8
-"""Bits above that, from which on a vector is rescaled."""
+"""Growth in bits above the initial exponent at which a vector is rescaled."""
 
 STEPS_AT_A_TIME = {1: 700, 2: 300}
-"""Steps between two checks of the size of the vectors, by order; up to the first one, a tenth.
+"""Steps between two checks of the size of the vectors, by order; the first check comes after a tenth of them.
 
 A vector that doubles in every step does not overflow in so many; one that grows like the time does not outgrow the
 attitude, which would loosen the step control. One that grows exponentially may: it has steps as short as the motion.
 """
 
 COUNTED = 2.0**-20
-"""What the variable n counts in, to stay below the attitude for the engine's step control."""
+"""Unit of the variable n, so that n stays below the attitude in the step control."""
 
 
 UNIT = 2.0**-200
-"""What the units of inputs count in, to stay below the attitude too; `LARGEST` is the greatest exponent of a size."""
+"""Unit of the units of inputs, so that they stay below the attitude in the step control."""
 
-LARGEST = 180
+MAX_EXPONENT = 180
+"""Largest binary exponent of the size of an input."""
 
 
 @dataclass(frozen=True)
@@ -64,30 +66,30 @@ class Variations:
     count: int
     inputs: tuple[tuple[int, ...], ...] = ()
     order: int = 1
-    initial: Any = field(default=None, compare=False)
-    sizes: Any = field(default=(), compare=False)
+    initial: Array | None = field(default=None, compare=False)
+    sizes: NDArray[np.int_] | tuple[()] = field(default=(), compare=False)
 
     @property
     def size(self) -> int:
-        """How many variables: u of each vector and of each pair, n of each vector, and the unit of each input."""
+        """Number of variables: u of each vector and of each pair, n of each vector, and the unit of each input."""
         return (self.total + len(self.pairs)) * len(self.scaled) + self.total + len(self.inputs)
 
     @property
     def total(self) -> int:
-        """How many vectors."""
+        """Number of vectors."""
         return self.count + len(self.inputs)
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """The pairs of vectors with second derivatives."""
+        """Pairs of vectors with second derivatives."""
         return [(a, b) for a in range(self.total) for b in range(a + 1)] if self.order == 2 else []
 
     @property
     def momenta(self) -> list[int]:
-        """Which of the variables scale as momenta do."""
+        """Places of the variables that scale like momenta."""
         return [place for place, scales in enumerate(self.scaled * (self.total + len(self.pairs))) if scales]
 
-    def split(self, rows: Any) -> tuple[Any, Any, Any, Any]:
+    def split(self, rows: Rows) -> tuple[Rows, Rows, Rows, Rows]:
         """Return views of u (..., vectors, k), of pairs (..., pairs, k), of n and of units in rows of variables."""
         k, first, second = len(self.scaled), self.total * len(self.scaled), len(self.pairs) * len(self.scaled)
         u, pairs, n, units = np.split(rows, [first, first + second, first + second + self.total], axis=-1)
@@ -98,7 +100,7 @@ class Variations:
         vectors = np.ldexp(np.asarray(self.initial, dtype=float), INITIAL_EXPONENT)
         rows = np.zeros((*vectors.shape[:-2], self.size))
         rows[..., : self.count * len(self.scaled)] = vectors.reshape(*vectors.shape[:-2], -1)
-        sizes = np.minimum(self.sizes if np.size(self.sizes) else np.zeros(len(self.inputs), dtype=int), LARGEST)
+        sizes = np.minimum(self.sizes if np.size(self.sizes) else np.zeros(len(self.inputs), dtype=int), MAX_EXPONENT)
         _, _, n, units = self.split(rows)
         units[...], n[..., self.count :] = UNIT * np.exp2(INITIAL_EXPONENT + sizes), -COUNTED * sizes
         return rows

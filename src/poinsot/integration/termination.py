@@ -1,4 +1,4 @@
-"""Why an integration stops before its end."""
+"""Reasons why an integration stops before its end, and interruption by Ctrl-C."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from poinsot.taylor.kernels import LONGEST_STEP
+from poinsot.taylor.queue import LONGEST_STEP
 
 __all__ = ["INTERRUPTED", "REASONS", "HeldInterrupts", "reason", "reason_of_speed"]
 
@@ -22,11 +22,11 @@ REASONS = {
 }
 
 HOPELESS = 1e9
-"""Chunks of steps that a run may have ahead of it; at a microsecond a step, so many take most of a year."""
+"""Most chunks of steps ahead of a run; at a microsecond per step they take most of a year."""
 
 
 def reason(advance: float, reached: float, ahead: float, steps: int) -> str:
-    """Return why the integration cannot go on; empty if it can.
+    """Return the reason why the integration cannot go on; empty if it can.
 
     The last steps covered the time `advance` up to the time `reached`; the time `ahead` is left.
     """
@@ -40,7 +40,7 @@ def reason(advance: float, reached: float, ahead: float, steps: int) -> str:
 
 
 def reason_of_speed(why: str, speed: float, power: int) -> str:
-    """Return why a body that turns so fast stopped: if a power of its rate overflows, no force is to blame."""
+    """Return the reason of a stop, or the angular velocity as the reason if a power of it overflows."""
     if why != REASONS["not_finite"] or speed <= float(np.finfo(float).max) ** (1 / power):
         return why
     rate = f"the body turns so fast, {speed:.1g}, that powers of its rate overflow."
@@ -48,7 +48,7 @@ def reason_of_speed(why: str, speed: float, power: int) -> str:
 
 
 class HeldInterrupts:
-    """A context in which Ctrl-C calls a function and raises nothing, so that no result is cut short.
+    """Context in which Ctrl-C calls a function and raises nothing, so that results stay complete.
 
     Ctrl-C again raises at once: what runs may not come to an end by itself. In another thread than the main one, or
     where the program handles Ctrl-C itself, nothing is held.

@@ -16,27 +16,32 @@ differentials by parameters as well. The quaternion has d q = q (0, theta) / 2, 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross
 from poinsot.integration.tangent_vectors import UNIT, Variations
-from poinsot.taylor.graph import Node, tangents
+from poinsot.taylor.graph import GraphScalar, Node, tangents
 
 __all__ = ["TangentVector", "TurningBody", "VariationalEquations"]
 
+Element = TypeVar("Element")
+
+Scalars = Sequence[GraphScalar]
+
 
 class TurningBody(NamedTuple):
-    """A body whose motion varies: its attitude and momentum, nodes or numbers, and their rates along its axes."""
+    """Attitude and momentum of a body, nodes or numbers, with their rates along the body axes."""
 
-    matrix: Any
-    quaternion: Any
-    momentum: Sequence[Any]
-    omega: Sequence[Any]
-    momentum_rate: Sequence[Any]
+    matrix: NDArray[np.object_]
+    quaternion: Scalars
+    momentum: Scalars
+    omega: Scalars
+    momentum_rate: Scalars
 
 
 class VariationalEquations:
@@ -45,26 +50,26 @@ class VariationalEquations:
     Parameters
     ----------
     chosen : sequence of int
-        Which of the coordinates there are: theta, gamma of each body, and the changes of other variables.
+        Numbers of the coordinates in use: theta, gamma of each body, and the changes of other variables.
     bodies : sequence of TurningBody
     variables, rates : sequences
         The variables of parts, and their time derivatives.
     inputs : callable
-        The number of an input of the run to its node.
+        Function from the number of an input of the run to its node.
 
     Attributes
     ----------
     velocity : list of scalars
-        The motion as a tangent vector per time, all coordinates.
+        Velocity of the motion as a tangent vector, all coordinates.
     """
 
     def __init__(
         self,
         chosen: Sequence[int],
         bodies: Sequence[TurningBody],
-        variables: Sequence[Any],
-        rates: Sequence[Any],
-        inputs: Any,
+        variables: Scalars,
+        rates: Scalars,
+        inputs: Callable[[int], Node],
     ) -> None:
         self._chosen, self._bodies, self._inputs = chosen, bodies, inputs
         self._rows = [[Vector(row) for row in body.matrix] for body in bodies]
@@ -72,7 +77,7 @@ class VariationalEquations:
         self._momenta = [x for body in bodies for x in body.momentum] + list(variables)
         self.velocity = [x for body in bodies for x in (*body.omega, *body.momentum_rate)] + list(rates)
 
-    def of(self, variations: Variations, symbols: Sequence[Any]) -> list[Any]:
+    def of(self, variations: Variations, symbols: Scalars) -> list[GraphScalar]:
         """Return the time derivatives of the variables of tangent vectors."""
         vectors, pairs = self._vectors(variations, symbols)
         changes = [tangents(self.velocity, vector.seeds) for vector in vectors]
@@ -81,8 +86,8 @@ class VariationalEquations:
             out += self._second(x, (vectors[a], vectors[b]), (changes[a], changes[b]))
         return out + [0.0] * (variations.size - len(out))
 
-    def differentials(self, variations: Variations, symbols: Sequence[Any], outputs: Sequence[Any]) -> list[list[Any]]:
-        """Return the differentials of outputs along each vector, then the second ones in each pair."""
+    def differentials(self, variations: Variations, symbols: Scalars, outputs: Scalars) -> list[list[GraphScalar]]:
+        """Return the differentials of outputs along each vector, then the second differentials in each pair."""
         vectors, pairs = self._vectors(variations, symbols)
         changes = [tangents(outputs, vector.seeds) for vector in vectors]
         return changes + [
@@ -90,18 +95,20 @@ class VariationalEquations:
             for (a, b), x in zip(variations.pairs, pairs, strict=True)
         ]
 
-    def _vectors(self, variations: Variations, symbols: Sequence[Any]) -> tuple[list[TangentVector], Any]:
+    def _vectors(self, variations: Variations, symbols: Scalars) -> tuple[list[TangentVector], NDArray[np.object_]]:
         """Return the tangent vectors, and the coordinates of pairs."""
-        u, pairs, _, units = variations.split(np.array(symbols, dtype=object))
-        own = [{}] * variations.count + [
+        rows: NDArray[np.object_] = np.array(symbols, dtype=object)
+        u, pairs, _, units = variations.split(rows)
+        none: dict[Node, GraphScalar] = {}
+        own = [none] * variations.count + [
             {self._inputs(number): unit * (1 / UNIT) for number in numbers}
             for numbers, unit in zip(variations.inputs, units, strict=True)
         ]
         return [self.vector(x, given) for x, given in zip(u, own, strict=True)], pairs
 
-    def vector(self, xi: Sequence[Any], inputs: Mapping[Node, Any]) -> TangentVector:
-        """Return a tangent vector, of the chosen coordinates and of changes of inputs."""
-        bodies, full = len(self._bodies), [0.0] * len(self.velocity)
+    def vector(self, xi: Scalars, inputs: Mapping[Node, GraphScalar]) -> TangentVector:
+        """Return the tangent vector of the coordinates in use and of changes of inputs."""
+        bodies, full = len(self._bodies), list[GraphScalar]([0.0] * len(self.velocity))
         for place, x in zip(self._chosen, xi, strict=True):
             full[place] = x
         thetas = [Vector(full[6 * i : 6 * i + 3]) for i in range(bodies)]
@@ -112,10 +119,10 @@ class VariationalEquations:
         seeds |= _seeds([self._momenta], [gamma]) | dict(inputs)
         return TangentVector(thetas, gamma, row_changes, turns, seeds)
 
-    def second(self, changes: Sequence[Any], pair: TangentVector, a: TangentVector, b: TangentVector) -> list[Any]:
-        """Return second differentials in two tangent vectors, of which the pair is that of the coordinates.
+    def second(self, changes: Scalars, pair: TangentVector, a: TangentVector, b: TangentVector) -> list[GraphScalar]:
+        """Return second differentials in two tangent vectors, from the differentials along the first vector.
 
-        `changes` are the differentials along the first one.
+        `pair` contains the second differentials of the coordinates.
         """
         rows, turns = [], list(pair.turns)
         for i, theta in enumerate(pair.thetas):
@@ -127,11 +134,11 @@ class VariationalEquations:
         seeds = b.seeds | _seeds([*_flat(a.row_changes), *a.turns, a.gamma], [*rows, *turns, pair.gamma])
         return tangents(changes, seeds)
 
-    def chosen(self, coordinates: Sequence[Any]) -> list[Any]:
-        """Return of all tangent coordinates those that there are."""
+    def chosen(self, coordinates: Scalars) -> list[GraphScalar]:
+        """Return the coordinates in use out of all tangent coordinates."""
         return [coordinates[place] for place in self._chosen]
 
-    def _first(self, vector: TangentVector, changes: Sequence[Any]) -> list[Any]:
+    def _first(self, vector: TangentVector, changes: Scalars) -> list[GraphScalar]:
         rates = list(changes)
         for i, (body, theta) in enumerate(zip(self._bodies, vector.thetas, strict=True)):
             own = slice(6 * i, 6 * i + 3)
@@ -139,8 +146,11 @@ class VariationalEquations:
         return self.chosen(rates)
 
     def _second(
-        self, xi: Sequence[Any], vectors: tuple[TangentVector, TangentVector], changes: tuple[list[Any], list[Any]]
-    ) -> list[Any]:
+        self,
+        xi: Scalars,
+        vectors: tuple[TangentVector, TangentVector],
+        changes: tuple[list[GraphScalar], list[GraphScalar]],
+    ) -> list[GraphScalar]:
         pair, (a, b) = self.vector(xi, {}), vectors
         rates = self.second(changes[0], pair, a, b)
         for i, (body, theta) in enumerate(zip(self._bodies, pair.thetas, strict=True)):
@@ -149,21 +159,21 @@ class VariationalEquations:
             rates[own] = Vector(rates[own]) - cross(body.omega, theta) + 0.5 * mixed
         return self.chosen(rates)
 
-    def _turns(self, thetas: Sequence[Vector]) -> list[Any]:
+    def _turns(self, thetas: Sequence[Vector]) -> list[Vector]:
         return [_half_product(q, theta) for q, theta in zip(self._quaternions, thetas, strict=True)]
 
 
 class TangentVector(NamedTuple):
-    """A tangent vector: the changes of attitudes, momenta and variables of parts, and `seeds`, those of all nodes."""
+    """Tangent vector: changes of attitudes, momenta and variables of parts, and `seeds`, the changes of all nodes."""
 
     thetas: list[Vector]
-    gamma: list[Any]
-    row_changes: list[list[Any]]
-    turns: list[Any]
-    seeds: dict[Node, Any]
+    gamma: list[GraphScalar]
+    row_changes: list[list[Vector]]
+    turns: list[Vector]
+    seeds: dict[Node, GraphScalar]
 
 
-def _flat(lists: Iterable[Iterable[Any]]) -> list[Any]:
+def _flat(lists: Iterable[Iterable[Element]]) -> list[Element]:
     return [x for each in lists for x in each]
 
 
@@ -171,7 +181,7 @@ def _half_product(q: Vector, theta: Vector) -> Vector:
     return Vector(0.5 * x for x in quat.product(q, quat.pure(theta)))
 
 
-def _seeds(scalars: Iterable[Iterable[Any]], changes: Iterable[Iterable[Any]]) -> dict[Node, Any]:
+def _seeds(scalars: Iterable[Scalars], changes: Iterable[Scalars]) -> dict[Node, GraphScalar]:
     """Return the changes of the scalars that are nodes."""
     pairs = (pair for one, other in zip(scalars, changes, strict=True) for pair in zip(one, other, strict=True))
     return {x: change for x, change in pairs if isinstance(x, Node)}

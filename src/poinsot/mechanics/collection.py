@@ -152,11 +152,18 @@ class Collection(Immutable):
 
 
 class Answers(dict[Callable[..., Any], Any]):
-    """Answers to questions about a structure; another process asks anew."""
+    """Results about a structure by the function that computed them; another process computes them again.
+
+    Attributes
+    ----------
+    by_variables : dict
+        Results for integrated variables of one structure.
+    """
 
     def __init__(self, structure: tuple[Any, ...]) -> None:
         super().__init__()
         self.structure = structure
+        self.by_variables: dict[Any, Any] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         return answers_of, (self.structure,)

@@ -25,6 +25,7 @@ from poinsot.mechanics.force import Force, Potential
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.instant import Instant, InstantOfBodies
 from poinsot.mechanics.kinetics import Kinetics
+from poinsot.mechanics.members import EveryMember
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part, named_parts
 from poinsot.mechanics.state import AnyState, Phase
@@ -89,8 +90,8 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
     """Quantities of the numbers, which have units."""
     moves_alone: ClassVar[bool] = True
     """True if the forces determine the motion."""
-    numbering: NDArray[np.int_] | None = None
-    """Numbers of the members in the ensemble that they were chosen from; None for all members."""
+    numbering: NDArray[np.int_] | EveryMember = EveryMember()
+    """Numbers that the members had in the ensemble from which they were selected."""
 
     body: Bodies
     forces: tuple[Force, ...]
@@ -137,7 +138,22 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
     def numbered(self, count: int) -> NDArray[np.int_]:
         """Return the numbers of as many members in the ensemble that they were chosen from."""
         known = self.numbering
-        return np.arange(count) if known is None or known.size != count else known
+        return np.arange(count) if isinstance(known, EveryMember) or known.size != count else np.atleast_1d(known)
+
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        own = ("body", "forces", "numbering") if self._draws else ("body", "forces") if self.members else ()
+        return dict.fromkeys(own, 0)
+
+    def _with_values(self, body: Bodies, forces: tuple[Force, ...], **numbering: NDArray[np.int_]) -> Self:
+        dynamics = self.with_records((body, *forces))
+        dynamics._complete(**numbering)
+        return dynamics
+
+    @property
+    def _draws(self) -> bool:
+        """True if a part draws random numbers, which depend on the numbering of the members."""
+        return any(part.jump and part.jump.draws for part in self.parts)
 
     def check_variables(self, counts: Mapping[str, int]) -> None:
         """Raise a ValueError unless a state contains the variables of each part, counted by the name of the part."""

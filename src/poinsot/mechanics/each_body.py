@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, NoReturn
 
-__all__ = ["OfTwoBodies"]
+__all__ = ["OfTwoBodies", "no_attribute"]
+
+
+def no_attribute(noun: str, name: str) -> str:
+    """Return the error message for an attribute that each of two bodies has, and the pair does not have."""
+    return f"{noun} of two bodies has no {name}. Read primary.{name} or secondary.{name}."
 
 
 class OfTwoBodies:
@@ -24,5 +29,5 @@ class OfTwoBodies:
         def __getattr__(self, name: str) -> NoReturn:
             message = f"{type(self).__name__!r} object has no attribute {name!r}"
             if hasattr(self._one, name):
-                message = f"{self._noun} of two bodies has no {name}. Read primary.{name} or secondary.{name}."
+                message = no_attribute(self._noun, name)
             raise AttributeError(message, name=name, obj=self)

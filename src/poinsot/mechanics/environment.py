@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -207,6 +207,15 @@ class OrbitBlock(Block):
 
     `own` are the variables, scalars of any kind; vectors are along the comoving axes unless their name says otherwise.
     """
+
+    @property
+    @override
+    def _member_axes(self) -> dict[str, int]:
+        return {"numbers": 0}
+
+    @override
+    def _with_values(self, **values: Any) -> Self:
+        return self.with_numbers(values["numbers"])
 
     @abstractmethod
     def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,14 +3,17 @@
 A state of an ensemble has the shape (members, ...), an array of its motion (members, times, ...), and a parameter
 (members, ...). `expanded` inserts the axes that a parameter lacks, so that NumPy broadcasts members against members.
 An array of times alone, of shape (times,), is common to all members; any other array has the members first.
+
+`members_of` selects members of any object that declares which of its attributes depend on the member, see `OfMembers`.
 """
 
 from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Protocol, Self, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +24,14 @@ from poinsot.functions import Vector
 
 __all__ = [
     "Components",
+    "EveryMember",
+    "Members",
+    "OfMembers",
     "at_times",
     "common_axis",
     "expanded",
     "inherited_formula",
+    "members_of",
     "of_arrays",
     "of_scalars",
     "of_times",
@@ -37,6 +44,67 @@ Kinds = tuple[str, ...]
 
 Components = Any
 """A vector of scalars, or an array with the components as its last axis."""
+
+Members = int | slice | NDArray[Any]
+"""Number of one member, or a slice or an array of numbers or truth values that selects several."""
+
+
+class OfMembers(Protocol):
+    """Object some of whose numbers may have one value for each member."""
+
+    @property
+    def _member_axes(self) -> Mapping[str, int]:
+        """Map from each attribute that may depend on the member to the axes that its arrays have for one member."""
+
+    def _with_values(self, *_: Any, **values: Any) -> Self:
+        """Return the object with other values of all the attributes in `_member_axes`, given by name."""
+
+
+Thing = TypeVar("Thing", bound=OfMembers)
+
+
+class EveryMember:
+    """Numbers 0, 1, 2, ... of the members of an ensemble of any size, from which some can be selected."""
+
+    def __getitem__(self, members: Members) -> NDArray[np.int_]:
+        return np.asarray(np.r_[members])
+
+
+def members_of(thing: Thing, members: Members) -> Thing:
+    """Return one member of an ensemble, for an `int`, or the ensemble of several members.
+
+    `thing` is a record, state, system, event, problem, state vector, run, or any other object that declares its numbers
+    of members, see `OfMembers`. Numbers that all members share stay. An object without numbers of members is returned
+    as it is.
+    """
+    old = {name: getattr(thing, name) for name in thing._member_axes}
+    new = {name: _selected(old[name], axes, members) for name, axes in thing._member_axes.items()}
+    return thing if _all_same(old.values(), new.values()) else thing._with_values(**new)
+
+
+def _selected(value: object, axes: int, members: Members) -> object:
+    """Return a value for some members; arrays of more than so many axes have the members first."""
+    if isinstance(value, np.ndarray):
+        return value[members] if value.ndim > axes else value
+    if isinstance(value, EveryMember):
+        return value[members]
+    if _depends_on_members(value):
+        return members_of(value, members)
+    if isinstance(value, Mapping):
+        found = {name: _selected(each, axes, members) for name, each in value.items()}
+        return value if _all_same(value.values(), found.values()) else found
+    if type(value) is tuple:
+        each = tuple(_selected(one, axes, members) for one in value)
+        return value if _all_same(value, each) else each
+    return value
+
+
+def _depends_on_members(value: object) -> TypeGuard[OfMembers]:
+    return hasattr(type(value), "_member_axes")
+
+
+def _all_same(old: Iterable[object], new: Iterable[object]) -> bool:
+    return all(map(operator.is_, old, new))
 
 
 def expanded(numbers: Any, axes: int, components: int = 0) -> NDArray[Any]:
@@ -222,7 +290,7 @@ def _each(value: Any, change: Callable[[Any], Any]) -> Any:
     """Return a formula's argument or result with each of its numbers and arrays changed."""
     if isinstance(value, Vector):
         return Vector(_each(x, change) for x in value)
-    if isinstance(value, tuple):
+    if type(value) is tuple:
         made = [_each(x, change) for x in value]
         return type(value)(*made) if hasattr(value, "_fields") else tuple(made)
     if isinstance(value, Mapping):

@@ -22,7 +22,7 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import parts_of
-from poinsot.mechanics.state import PairState
+from poinsot.mechanics.state import AnyState, PairState
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies, check_name_of_body
 from poinsot.printable import described, quoted
 from poinsot.taylor.graph import Graph, gradient
@@ -168,7 +168,7 @@ class PairDynamics(Dynamics[TwoBodies, PairInstant]):
 
 
 def acceleration(
-    dynamics: Dynamics[TwoBodies, PairInstant], state: PairState, environment: Environment | None = None
+    dynamics: Dynamics[TwoBodies, PairInstant], state: AnyState, environment: Environment | None = None
 ) -> NDArray[np.float64]:
     """Return the acceleration of the secondary relative to the primary, space axes; shape (..., 3)."""
     twin = dynamics.beside(state.shape)

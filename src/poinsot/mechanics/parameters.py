@@ -208,6 +208,24 @@ class Parametric(Immutable):
                 shapes.add(value.shape[: value.ndim - len(kind)])
         return common_axis(f"the numbers of {type(self).__name__}", shapes)
 
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        kinds: dict[str, Any] = {**type(self).beside, **kinds_of(type(self))}
+        numbers = {name: len(kind) for name in vars(self) if isinstance(kind := kinds.get(name), tuple)}
+        return dict.fromkeys((name for name, value in self._own_values() if records_in(value)), 0) | numbers
+
+    def _with_values(self, **values: Any) -> Self:
+        arrays = {name: np.asarray(x) if isinstance(x, np.generic) else x for name, x in values.items()}
+        chosen = self.unchecked(**dict(self._own_values()) | arrays)
+        del vars(chosen)["member_axis"]  # which follows from the numbers
+        return chosen
+
+    def _own_values(self) -> Iterator[tuple[str, Any]]:
+        """Yield the names and values of attributes that are not computed from others."""
+        kind = type(self)
+        each = vars(self).items()
+        return ((name, x) for name, x in each if not isinstance(getattr(kind, name, None), functools.cached_property))
+
     def with_axes(self, axes: int) -> Self:
         """Return the record with numbers of shape (members, 1, ...) that broadcast against arrays of so many axes."""
         if not self.member_axis:

@@ -22,7 +22,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
-from poinsot.mechanics.members import of_scalars
+from poinsot.mechanics.members import Members, members_of, of_scalars
 from poinsot.mechanics.parameters import same
 from poinsot.printable import quoted
 
@@ -74,10 +74,12 @@ class Jump(NamedTuple):
             numbers = numbers + before
         return np.asarray(numbers)
 
-    def of_members(self, members: Any) -> Jump:
-        """Return the jumps of some members; numbers that all members share stay."""
-        each = ((name, getattr(self, name)) for name in ("period", "phase", "seed"))
-        return self._replace(**{name: number[members] for name, number in each if np.ndim(number)})
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"period": 0, "phase": 0, "seed": 0}
+
+    def _with_values(self, **values: Any) -> Jump:
+        return self._replace(**values)
 
     def falls_on(self, times: ArrayLike) -> NDArray[np.bool_]:
         """Return True for times at which there is a jump."""
@@ -184,10 +186,10 @@ def parts_of(record: Any) -> Iterator[Part]:
         yield from parts_of(inner)
 
 
-def jumps_at(parts: Iterable[Any], times: ArrayLike, members: Any = slice(None)) -> dict[str, NDArray[np.bool_]]:
+def jumps_at(parts: Iterable[Any], times: ArrayLike, members: Members = slice(None)) -> dict[str, NDArray[np.bool_]]:
     """Return by the names of parts that jump whether they do so at times, of some members."""
     each = ((part.name, part.jump) for part in parts)
-    return {name: jump.of_members(members).falls_on(times) for name, jump in each if jump is not None}
+    return {name: members_of(jump, members).falls_on(times) for name, jump in each if jump is not None}
 
 
 def named_parts(forces: Iterable[Force]) -> dict[str, Part]:

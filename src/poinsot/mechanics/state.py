@@ -63,6 +63,11 @@ class StateOfBodies(Summarized):
     Rows of motions have it, so that a run from a row does not repeat the jump. States that a user makes are empty here.
     """
 
+    _member_axes: ClassVar[Mapping[str, int]] = {"phase": 1, "time": 0, "jumped": 0}
+
+    def _with_values(self, phase: Phase, time: ArrayLike, jumped: Mapping[str, ArrayLike]) -> Self:
+        return self.computed(phase, np.asarray(time), jumped)
+
     @classmethod
     def computed(cls, phase: Phase, time: ArrayLike, jumped: Mapping[str, ArrayLike] | None = None) -> Self:
         """Return the state of computed rows, whose small defects are errors of the computation."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import TypeIs, TypeVar
 
 from poinsot.checked import checked
+from poinsot.display.formulas import SystemSummary, system_html, system_latex
 from poinsot.functions import Vector
 from poinsot.immutable import Immutable
 from poinsot.lazy import cached_property
@@ -28,8 +29,8 @@ from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.mechanics.pair_integrals import integrals_of_pair
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState, State
+from poinsot.mechanics.symbolic_formula import summary_of_system
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.mechanics.typeset import system_html, system_latex
 from poinsot.mechanics.units import checked_units, dated_units
 from poinsot.printable import described
 
@@ -102,10 +103,20 @@ class System(Immutable, Generic[Bodies]):
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
 
     def _repr_html_(self) -> str:
-        return system_html(self)
+        return system_html(self._summary())
 
     def _repr_latex_(self) -> str:
-        return system_latex(self)
+        return system_latex(self._summary())
+
+    def _summary(self) -> SystemSummary:
+        return summary_of_system(self.body, self.forces, self.units, self.integrals)
+
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"dynamics": 0} if self.dynamics._member_axes else {}
+
+    def _with_values(self, dynamics: Dynamics[Bodies, Any]) -> Self:
+        return self.of(dynamics, self.units)
 
     # ------------------------------------------------------------------ contents
 

@@ -6,13 +6,15 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from poinsot.display.html_text import PER_TIME
 from poinsot.immutable import Immutable
 from poinsot.mechanics.parameters import Parametric, listed
 from poinsot.printable import described, quoted
 from poinsot.quantities import Quantity, said_of
 
-__all__ = ["DerivedUnits", "checked_units", "dated_units", "in_units"]
+__all__ = ["PER_TIME", "DerivedUnits", "checked_units", "dated_units", "in_units"]
+
+PER_TIME = "rad per unit of time"
+"""Unit of angular velocities of a result without units."""
 
 
 class DerivedUnits(Immutable):

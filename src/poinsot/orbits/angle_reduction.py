@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from poinsot import functions
-from poinsot.algebra.double_double import PI, SPLITTER, DoubleDouble, exact_sum
+from poinsot.double_double import PI, SPLITTER, DoubleDouble, exact_sum
 from poinsot.functions import Scalar
 from poinsot.taylor.graph import number
 

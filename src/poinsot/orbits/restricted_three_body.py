@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, TypeVar
 
@@ -21,12 +21,12 @@ from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
 from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
-from poinsot.orbits import solutions
 from poinsot.orbits.conic import shown
 from poinsot.orbits.fixed import components
 from poinsot.orbits.universal import refuse_symbols
 from poinsot.quantities import Along, Real, Time
 from poinsot.taylor.graph import number
+from poinsot.taylor.paths import Path
 
 __all__ = ["CirclingPair", "SynodicBlock", "ThreeBodyPath", "ThreeBodyView"]
 
@@ -95,7 +95,7 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
     the third axis, as in `LagrangePointPath`. A body on the path requires both attractors:
     `GravityGradient(path.from_primary)` and `GravityGradient(path.from_secondary)`. A compiled kernel integrates
     position and velocity once for both, together with the attitude. Outside a kernel they are integrated alone, in
-    extended precision where the processor supports it; after a collision the position is NaN.
+    quadruple precision. After a collision the position is NaN.
 
     Parameters
     ----------
@@ -171,8 +171,8 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
         return functions.Vector(x + rate * (time - here) for x, rate in zip(now, rates, strict=True))
 
     @cached_property
-    def _path(self) -> Callable[[Any], NDArray[Any]]:
-        return solutions.engine().path(SynodicBlock(self), self._start)
+    def _path(self) -> Path:
+        return Path(SynodicBlock(self), self._start)
 
     @property
     def _start(self) -> tuple[Scalar, ...]:

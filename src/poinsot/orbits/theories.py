@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.double_double import PI, DoubleDouble
+from poinsot.double_double import PI, DoubleDouble
 from poinsot.functions import eccentric_anomaly
 
 if TYPE_CHECKING:

@@ -23,8 +23,9 @@ from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_membe
 from poinsot.plot.solid_parts import triangles
 from poinsot.plot.solids import right_and_up, view_direction
 from poinsot.printable import quoted
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.two_body_motion import two_bodies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -144,9 +145,9 @@ class _Moving:
 
 def _bodies(motion: Trajectory, times: Array) -> list[_Moving]:
     """Return the bodies of a motion."""
-    if not isinstance(motion, PairTrajectory):
+    if not is_of_two_bodies(motion):
         return [_moving(motion, times, triangles(motion.system.of_bodies[""]), 1.0, PURPLE)]
-    pair = motion.system.body
+    pair = two_bodies(motion.system)
     shares = [sign * (1 - mass / pair.total_mass) for mass, sign in zip(pair.masses, (-1, 1), strict=True)]
     solids = [triangles(body, mass) for body, mass in zip(pair.bodies.values(), pair.masses, strict=True)]
     sizes = [float(np.max(np.linalg.norm(solid, axis=-1))) for solid in solids]

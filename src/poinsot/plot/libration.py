@@ -11,7 +11,7 @@ from poinsot.analysis.libration import librations as librations_of
 from poinsot.plot.curves import Layout, against_time, jumps, reached
 from poinsot.plot.labels import angle_unit_of
 from poinsot.plot.panels import plot
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import OfTwoBodies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,7 @@ BROKEN = 0.8 * np.pi
 
 @plot
 def librations(
-    motion: PairTrajectory,
+    motion: OfTwoBodies,
     body: str = "secondary",
     *,
     ax: Axes | None = None,
@@ -40,7 +40,7 @@ def librations(
 
     Parameters
     ----------
-    motion : PairTrajectory
+    motion : Trajectory
         Motion of two bodies, or an ensemble.
     body : {"secondary", "primary"}
         Body whose principal axes are drawn, oriented as in `pt.analysis.librations`.

@@ -31,8 +31,9 @@ from poinsot.plot.labels import (
 from poinsot.plot.page_arrays import base64_of, packed, rows_of
 from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
@@ -108,7 +109,7 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
     """Return what the page shows, of one body or of two, and of other motions beside it."""
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
-    own = _of_pair(motion) if isinstance(motion, PairTrajectory) else _of_body(motion)
+    own = _of_pair(motion) if is_of_two_bodies(motion) else _of_body(motion)
     rates, plots = own.pop("rates"), own.pop("plots")
     momentum = own["arrays"]["angular_momentum_space"] = motion.angular_momentum_space
     own["largest"]["angular_momentum"] = _longest(momentum)
@@ -164,7 +165,7 @@ def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
 
 def _moving(motion: Trajectory) -> dict[str, Array]:
     """Return what places and turns the bodies, by the names that the page has for it."""
-    if not isinstance(motion, PairTrajectory):
+    if not is_of_two_bodies(motion):
         return {"quaternion": motion.quaternion, "omega_body": motion.omega_body}
     arrays = {"position": motion.position, "velocity": motion.velocity}
     for name, one in motion.of_bodies.items():
@@ -172,9 +173,9 @@ def _moving(motion: Trajectory) -> dict[str, Array]:
     return arrays
 
 
-def _of_pair(motion: PairTrajectory) -> dict[str, Any]:
+def _of_pair(motion: Trajectory) -> dict[str, Any]:
     """Return what is shown of two bodies."""
-    pair, distance = motion.system.body, motion.distance
+    pair, distance = two_bodies(motion.system), motion.distance
     rates, bodies, largest, reach = {}, {}, {}, 0.0
     for (name, one), mass, sign in zip(motion.of_bodies.items(), pair.masses, (-1, 1), strict=True):
         rates[name] = np.linalg.norm(one.omega_body, axis=-1)

@@ -26,7 +26,7 @@ from poinsot.parts.wheels import ReactionWheels
 from poinsot.plot.angles import different_orbits
 from poinsot.plot.labels import in_words, momentum_label, torque_unit_of
 from poinsot.plot.page_arrays import packed
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]
@@ -68,7 +68,7 @@ def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
     instant = motion.system.dynamics.beside(state.shape).at(state, motion.environment)
     _add_orbit(found, motion)
     _add_sun(found, motion, instant)
-    if isinstance(motion, PairTrajectory):
+    if is_of_two_bodies(motion):
         return found
     _add_torques(found, motion)
     _add_fields(found, motion, instant)

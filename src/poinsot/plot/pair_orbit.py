@@ -12,7 +12,8 @@ from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solid_parts import surfaces
 from poinsot.plot.solids import draw_path
 from poinsot.plot.time_axis import instant
-from poinsot.propagation.pair_trajectory import PairTrajectory
+from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.two_body_motion import two_bodies
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +27,7 @@ BODIES = {"primary": BLUE, "secondary": VERMILION}
 
 @plot
 def mutual_orbit(
-    motion: PairTrajectory,
+    motion: OfTwoBodies,
     *,
     ax: Axes | None = None,
     length_unit: str | None = None,
@@ -39,7 +40,7 @@ def mutual_orbit(
 
     Parameters
     ----------
-    motion : PairTrajectory
+    motion : Trajectory
         Motion of two bodies, whose samples a line joins. A body made of a shape is drawn as the convex hull of each of
         its parts, and any other body as the homogeneous ellipsoid with its mass and moments.
     {options}
@@ -65,7 +66,7 @@ def mutual_orbit(
     path, panel = unit.factor * motion.position @ across, one_panel(ax, (6.4, 6.4), title)
     draw_path(panel, path, color=GREY, linewidth=0.8, label="orbit of the secondary")
     places = {"primary": np.zeros(2), "secondary": path[-1]}
-    for (body, colour), mass in zip(BODIES.items(), motion.system.body.masses, strict=True):
+    for (body, colour), mass in zip(BODIES.items(), two_bodies(motion.system).masses, strict=True):
         one = motion.of_bodies[body]
         label = f"{body} at {instant(motion, -1, time_unit)}" if body == "secondary" else body
         for points in surfaces(one.system.of_bodies[""], mass):
@@ -79,7 +80,7 @@ def mutual_orbit(
     return panel
 
 
-def _plane(motion: PairTrajectory) -> Array:
+def _plane(motion: OfTwoBodies) -> Array:
     """Return the line of centres and the direction across it in the plane of the orbit, at the first time; (3, 2)."""
     out = motion.position[0] / np.linalg.norm(motion.position[0])
     onwards = motion.velocity[0] - motion.velocity[0] @ out * out

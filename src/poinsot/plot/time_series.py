@@ -14,8 +14,8 @@ from poinsot.plot.curves import Layout, against_time, reached
 from poinsot.plot.labels import bracketed, in_words, momentum_label, one_rotation, rate_unit_of, torque_unit_of, unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.printable import quoted
+from poinsot.propagation.bodies_of_motion import OfTwoBodies
 from poinsot.propagation.dataset import components
-from poinsot.propagation.pair_trajectory import PairTrajectory
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -214,7 +214,7 @@ def part_variables(
 
 @plot
 def distance(
-    motion: PairTrajectory,
+    motion: OfTwoBodies,
     *,
     ax: Axes | None = None,
     length_unit: str | None = None,
@@ -226,7 +226,7 @@ def distance(
 
     Parameters
     ----------
-    motion : PairTrajectory
+    motion : Trajectory
         Motion of two bodies, or an ensemble.
     {options}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from math import isfinite
 
@@ -10,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
 from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
-from poinsot.integration.looped_runs import ROUNDING
 from poinsot.integration.problem import Problem
-from poinsot.integration.runs import allowed_threads
+from poinsot.integration.run import ROUNDING
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn
+from poinsot.mechanics.members import common_axis
 from poinsot.mechanics.state import AnyState, Bodies, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import nearest, quoted, shortened
@@ -31,7 +32,7 @@ __all__ = [
     "checked_time",
     "checked_times",
     "checked_tolerance",
-    "members_of",
+    "common_members",
 ]
 
 
@@ -104,7 +105,7 @@ def check_bodies(system: System, state: AnyState) -> None:
             f"move alone. Take "
             "motion.system of the pair."
         )
-    needed, given = len(system.of_bodies), len(state.of_bodies)
+    needed, given = len(system.of_bodies), len(state.body_names)
     if given != needed:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
         words = {1: "one body", 2: "two bodies"}
@@ -125,13 +126,9 @@ def check_bodies(system: System, state: AnyState) -> None:
         )
 
 
-def members_of(system: System | Collection, state: AnyState) -> tuple[int, ...]:
+def common_members(system: System | Collection, state: AnyState) -> tuple[int, ...]:
     """Return () for one body, (members,) for an ensemble."""
-    shapes = {state.shape, state.time.shape, system.members} - {()}
-    if len(shapes) > 1:
-        counts = " and ".join(str(shape[0]) for shape in sorted(shapes))
-        raise ValueError(f"state and system must have equally many members, got {counts}.")
-    return shapes.pop() if shapes else ()
+    return common_axis("state and system", {state.shape, state.time.shape, system.members})
 
 
 def broadcast_members(state: Bodies, members: tuple[int, ...]) -> Bodies:
@@ -144,7 +141,7 @@ def broadcast_members(state: Bodies, members: tuple[int, ...]) -> Bodies:
 def checked_threads(threads: int | None) -> int:
     """Return how many threads an ensemble may use; default: all cores of the process."""
     if threads is None:
-        return allowed_threads()
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
         raise ValueError(f"threads must be a positive whole number, got {quoted(threads)}.")
     return threads

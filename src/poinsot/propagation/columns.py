@@ -1,118 +1,407 @@
-"""The columns of a motion's dataset: each computed once, in blocks of times, with integrals and their drifts."""
+"""Output variables of motions: one table of their names, units, frames, meanings and formulas.
+
+To add an output variable, add an entry to `COLUMNS`. Properties and `column` of a `Trajectory`, its dataset, NetCDF
+files, stores of ensembles and labels of plots read the table.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum, auto
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.mechanics.environment import Dated, within
+from poinsot.algebra import quaternion as quat
+from poinsot.lazy import cached_property
+from poinsot.mechanics.each_body import no_attribute
+from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.state import AnyState
+from poinsot.mechanics.part import Part
+from poinsot.mechanics.state import AnyState, PairState, named
+from poinsot.mechanics.system import System
+from poinsot.mechanics.units import DerivedUnits
+from poinsot.printable import quoted
+from poinsot.propagation.recorded import FORMULAS_MISSING, RecordedPart, RecordedSystem
+from poinsot.propagation.two_body_motion import two_bodies
 
-__all__ = ["along_times"]
+__all__ = [
+    "COLUMNS",
+    "ORBIT_VARIABLES",
+    "RENAMED",
+    "Column",
+    "ColumnBlock",
+    "Requirement",
+    "Scope",
+    "columns_of",
+    "columns_of_states",
+    "names_with",
+    "static_columns",
+]
 
 Array = NDArray[np.float64]
-EVERY = slice(None)
-ENERGIES, PROOF = {"kinetic_energy", "potential_energy"}, ("integral_", "drift_")
-BLOCK = 16_384
-"""Rows that columns are computed of at once, so that what lies between them stays in the cache."""
 
 
-class HasColumns(Protocol):
-    """A motion, as far as its columns need it."""
+class Scope(Enum):
+    """Kind of motion that has a column."""
 
-    system: Any
-    initial: AnyState
-    times: Array
+    BODY = auto()
+    """Each rigid body. In a motion of two bodies the name begins with the name of the body: `primary_quaternion`."""
+    ONE_BODY = auto()
+    TWO_BODIES = auto()
+    MOTION = auto()
+    """Any motion, as a whole."""
 
-    def __len__(self) -> int:
-        """Return the number of members."""
+
+class Requirement(Enum):
+    """Formulas and rows that a column needs in addition to states."""
+
+    FORCES = auto()
+    PARTS = auto()
+    ORBITS = auto()
+
+
+@dataclass(frozen=True)
+class Column:
+    """Output variable of a motion along its times.
+
+    Attributes
+    ----------
+    name : str
+        Name in a trajectory, a dataset and a file.
+    unit : str
+        Attribute of `DerivedUnits`, "1" for a number without unit, or "" for variables without a common unit.
+    meaning : str
+        Description, the `long_name` of a dataset.
+    compute : callable, optional
+        Function of a `ColumnBlock`, which contains system, states, environment and the other columns. Without it the
+        column is only read.
+    axis : str
+        Dimension after the times; "" for scalars.
+    scope : Scope
+        Kind of motion that has the column.
+    requires : set of Requirement
+        Requirements in addition to the states. A file whose forces cannot be written contains the column.
+    attributes : mapping
+        Further attributes in a dataset, such as `frame`.
+    drift_of : Integral, optional
+        Integral whose relative change the column is.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    compute: Callable[[ColumnBlock], Array] | None
+    axis: str = ""
+    scope: Scope = Scope.MOTION
+    requires: frozenset[Requirement] = frozenset()
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    drift_of: Integral | None = None
+
+    def unit_in(self, units: DerivedUnits) -> str:
+        """Return the unit in the units of a system, in CF notation; "" if it is unknown."""
+        return self.unit if self.unit in ("", "1") else str(getattr(units, self.unit))
+
+    def of_body(self, body: str) -> Column:
+        """Return the column of one of two bodies."""
+        name, meaning = named(body, self.name), f"{self.meaning}, of the {body}"
+        return replace(self, name=name, meaning=meaning, compute=lambda block: block.bodies[body][self.name])
+
+
+BODY_FRAME, SPACE_FRAME = {"frame": "body"}, {"frame": "space"}
+FORCES, PARTS, ORBITS = (frozenset({each}) for each in Requirement)
+OF_BODY, ONE_BODY, TWO_BODIES = Scope.BODY, Scope.ONE_BODY, Scope.TWO_BODIES
+MOMENTUM_SPACE = "angular_momentum_space"
+FROM_PRIMARY = "of the secondary relative to the primary"
+ORBIT_VARIABLES = "orbit_variables"
+
+
+def _orbit(place: slice) -> Callable[[ColumnBlock], Array]:
+    return lambda block: np.array(block.state.phase["orbit"])[..., place]
+
+
+def _velocity(block: ColumnBlock) -> Array:
+    momentum = block["momentum"]
+    return np.asarray(momentum / two_bodies(block.system).with_axes(momentum.ndim).reduced_mass)
+
+
+def _norm_error(block: ColumnBlock) -> Array:
+    errors = [np.asarray(quat.norm(each["quaternion"])) - 1 for each in block.bodies.values()]
+    return errors[0] if len(errors) == 1 else np.max(np.abs(errors), axis=0)
+
+
+def _tangency_error(block: ColumnBlock) -> Array:
+    errors = [_tangency_of_body(each) for each in block.bodies.values()]
+    return errors[0] if len(errors) == 1 else np.max(np.abs(errors), axis=0)
+
+
+def _tangency_of_body(block: ColumnBlock) -> Array:
+    q, momenta = block["quaternion"], block["conjugate_momenta"]
+    size = np.hypot.reduce(momenta, axis=-1)  # squares may overflow
+    return np.asarray(quat.dot(q, momenta / np.where(size == 0, 1.0, size)[..., None]))
+
+
+def _kinetic_energy(block: ColumnBlock) -> Array:
+    return np.asarray(block.system.kinetic_energy(block.state))
+
+
+COLUMNS: tuple[Column, ...] = (
+    Column(
+        "quaternion",
+        "1",
+        "Euler parameters q, body to space",
+        lambda b: b.state.of_bodies[""].quaternion,
+        "parameter",
+        OF_BODY,
+    ),
+    Column(
+        "conjugate_momenta",
+        "momentum",
+        "momenta Q conjugate to q",
+        lambda b: b.state.of_bodies[""].conjugate_momenta,
+        "parameter",
+        OF_BODY,
+    ),
+    Column(
+        "angular_momentum_body",
+        "momentum",
+        "angular momentum",
+        lambda b: b.state.of_bodies[""].angular_momentum_body,
+        "axis",
+        OF_BODY,
+        attributes=BODY_FRAME,
+    ),
+    Column(
+        MOMENTUM_SPACE,
+        "momentum",
+        "angular momentum",
+        lambda b: b.state.angular_momentum_space,
+        "axis",
+        OF_BODY,
+        attributes=SPACE_FRAME,
+    ),
+    Column(
+        "omega_body",
+        "rate",
+        "inertial angular velocity",
+        lambda b: np.asarray(b.system.omega_body(b.state)),
+        "axis",
+        OF_BODY,
+        PARTS,
+        BODY_FRAME,
+    ),
+    Column(
+        "omega_space",
+        "rate",
+        "inertial angular velocity",
+        lambda b: quat.rotate(b["quaternion"], b["omega_body"]),
+        "axis",
+        OF_BODY,
+        attributes=SPACE_FRAME,
+    ),
+    Column(
+        "position", "length", f"position {FROM_PRIMARY}", _orbit(slice(3)), "axis", TWO_BODIES, attributes=SPACE_FRAME
+    ),
+    Column(
+        "momentum",
+        "linear_momentum",
+        f"reduced mass times velocity {FROM_PRIMARY}",
+        _orbit(slice(3, None)),
+        "axis",
+        TWO_BODIES,
+        attributes=SPACE_FRAME,
+    ),
+    Column("velocity", "velocity", f"velocity {FROM_PRIMARY}", _velocity, "axis", TWO_BODIES, attributes=SPACE_FRAME),
+    Column(
+        MOMENTUM_SPACE,
+        "momentum",
+        "angular momentum about the barycentre",
+        lambda b: b.state.angular_momentum_space,
+        "axis",
+        TWO_BODIES,
+        attributes=SPACE_FRAME,
+    ),
+    Column("kinetic_energy", "energy", "rotational kinetic energy T", _kinetic_energy, scope=ONE_BODY, requires=PARTS),
+    Column("kinetic_energy", "energy", "kinetic energy T", _kinetic_energy, scope=TWO_BODIES),
+    Column(
+        "potential_energy",
+        "energy",
+        "potential energy U",
+        lambda b: np.asarray(b.system.potential_energy(b.state, b.environment)),
+        requires=FORCES,
+    ),
+    Column("norm_error", "1", "|q| - 1", _norm_error),
+    Column("tangency_error", "1", "q . Q / |Q|", _tangency_error),
+    Column(
+        ORBIT_VARIABLES,
+        "1",
+        "variables of the orbits that were integrated along",
+        None,
+        "variable",
+        requires=ORBITS,
+    ),
+)
+"""The table of output variables. Parts and integrals of a system add columns of their own: see `columns_of`."""
+
+RENAMED = {"carried": ORBIT_VARIABLES}
+"""Names of variables in files of version 0.2, with the present names."""
+
+
+# ---------------------------------------------------------------------- columns of a system
+
+
+def static_columns(bodies: tuple[str, ...]) -> dict[str, Column]:
+    """Return the columns of the table for a motion of bodies with the given names, ("",) for one body."""
+    if bodies == ("",):
+        return {each.name: each for each in COLUMNS if each.scope is not TWO_BODIES}
+    each_body = [each.of_body(body) for body in bodies for each in COLUMNS if each.scope is OF_BODY]
+    together = [each for each in COLUMNS if each.scope in (TWO_BODIES, Scope.MOTION)]
+    return {each.name: each for each in (*each_body, *together)}
+
+
+def columns_of(system: System, recorded: Collection[str]) -> dict[str, Column]:
+    """Return the columns of a motion by name: those of the table, of the system's parts and of its integrals.
+
+    Parameters
+    ----------
+    system : System
+        System of the motion.
+    recorded : collection of str
+        Names of the columns that the motion contains. Others must be computable.
+    """
+    every = {**columns_of_states(system), **_of_integrals(system)}
+    return {name: each for name, each in every.items() if name in recorded or _is_computable(each, system)}
+
+
+def columns_of_states(system: System) -> dict[str, Column]:
+    """Return the columns of the table and of the system's parts, by name."""
+    return {**static_columns(tuple(system.of_bodies)), **_of_parts(system)}
+
+
+def names_with(requirement: Requirement) -> list[str]:
+    """Return the names of the columns of the table with a requirement, for motions of one body and of two."""
+    each = (*static_columns(("",)).values(), *static_columns(PairState.body_names).values())
+    return list(dict.fromkeys(column.name for column in each if requirement in column.requires))
+
+
+def _is_computable(column: Column, system: System) -> bool:
+    if column.compute is None and column.drift_of is None:
+        return False
+    if Requirement.FORCES in column.requires:
+        return system.dynamics.moves_alone
+    recorded_parts = any(isinstance(part, RecordedPart) for part in system.parts)
+    return not (Requirement.PARTS in column.requires and recorded_parts)
+
+
+def _of_parts(system: System) -> dict[str, Column]:
+    """Return the column of the variables of each part; variables that are not all momenta have no common unit."""
+    found = {}
+    for part in (part for part in system.parts if part.size):
+        name = f"own_{part.name}"
+        meaning, axis = f"variables of the part {part.name}", f"component_{part.name}"
+        found[name] = Column(name, _unit_of_part(part), meaning, _own(part.name), axis)
+    return found
+
+
+def _unit_of_part(part: Part | RecordedPart) -> str:
+    return "momentum" if set(part.momenta) == set(part.variables) else ""
+
+
+def _own(name: str) -> Callable[[ColumnBlock], Array]:
+    return lambda block: block.state.own[name]
+
+
+def _of_integrals(system: System) -> dict[str, Column]:
+    """Return the columns of the values of each integral and of its drift."""
+    found = {}
+    for each in system.integrals:
+        kind = "energy" if each.is_energy else "momentum"
+        value, drift = f"integral_{each.name}", f"drift_{each.name}"
+        said = {"symbol": each.symbol, "kind": kind}
+        found[value] = Column(value, kind, each.meaning, _value(each), requires=FORCES, attributes=said)
+        meaning = f"relative drift of {each.meaning}"
+        found[drift] = Column(drift, "1", meaning, None, requires=FORCES, drift_of=each)
+    return found
+
+
+def _value(integral: Integral) -> Callable[[ColumnBlock], Array]:
+    return lambda block: np.asarray(integral.value(block.state))
+
+
+# ---------------------------------------------------------------------- numbers
+
+
+class ColumnBlock:
+    """Rows of a motion from which columns are computed, together with the columns that are recorded or computed.
+
+    Parameters
+    ----------
+    system : System
+        System of the motion.
+    state : State
+        States in the rows.
+    environment : callable
+        Returns the environment at the times of the rows.
+    recorded : mapping
+        Recorded columns by name.
+    systems : callable
+        Returns the systems of the single bodies by name.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        state: AnyState,
+        environment: Callable[[], Environment],
+        recorded: Mapping[str, Array],
+        systems: Callable[[], Mapping[str, System]],
+    ) -> None:
+        self.system: System = system
+        self.state: AnyState = state
+        self._environment, self._systems, self._recorded = environment, systems, recorded
+        self._computed: dict[str, Array] = {}
 
     @property
-    def is_ensemble(self) -> bool:
-        """Whether it has members."""
+    def environment(self) -> Environment:
+        """Environment at the times of the rows."""
+        return self._environment()
 
-    @property
-    def _state(self) -> AnyState:
-        """Its states."""
+    @cached_property
+    def bodies(self) -> dict[str, ColumnBlock]:
+        """The rows of each rigid body by name; {"": self} for one body."""
+        if len(self.system.of_bodies) == 1:
+            return {"": self}
+        systems = self._systems()
+        return {
+            name: ColumnBlock(systems[name], state, self._environment, {}, self._systems)
+            for name, state in self.state.of_bodies.items()
+        }
 
-    @property
-    def _columns(self) -> Mapping[str, Callable[[], Array]]:
-        """What computes each of the columns but integrals and drifts."""
+    def __getitem__(self, name: str) -> Array:
+        """Return a column, recorded or computed."""
+        if name in self._recorded:
+            return np.asarray(self._recorded[name])
+        if name not in self._computed:
+            self._computed[name] = self._value(name)
+        return self._computed[name]
 
-    @property
-    def _momentum_size(self) -> Array:
-        """What drifts of momenta are measured against."""
+    def _value(self, name: str) -> Array:
+        column = columns_of_states(self.system).get(name) or _of_integrals(self.system).get(name)
+        if column is None or column.compute is None or not _is_computable(column, self.system):
+            raise self._missing(name)
+        return column.compute(self)
 
-    @property
-    def _in_memory(self) -> HasColumns:
-        """The same with its arrays in memory."""
-
-    def _at_hand(self, names: Collection[str]) -> dict[str, Array]:
-        """Return those of some columns that need not be computed."""
-
-    def _part(self, at: slice) -> HasColumns:
-        """Return the motion at some times."""
-
-
-def along_times(motion: HasColumns, names: Collection[str]) -> dict[str, Array]:
-    """Return columns by name."""
-    found = motion._at_hand(names)
-    left = {*names} - found.keys()
-    if not left:
-        return found
-    drifts = {key: each for each in _integrals(motion, left) if (key := f"drift_{each.name}") in left}
-    wanted = left - drifts.keys() | {f"integral_{each.name}" for each in drifts.values()}
-    wanted |= ENERGIES if drifts else set()
-    along, sizes = (EVERY,) if motion.is_ensemble else (), np.zeros(())
-    whole = motion._in_memory
-    for at in _blocks(motion):
-        part = whole._part(at)
-        block = _computed(part, wanted)
-        sizes = np.fmax(sizes, _sizes(part, block)) if drifts else sizes
-        for name, values in block.items():
-            if name not in found:
-                shape = [*values.shape]
-                shape[len(along)] = motion.times.size
-                found[name] = np.empty(shape, values.dtype)
-            found[name][*along, at] = values
-    for key, each in drifts.items():
-        found[key] = _drift(each, motion.initial, found[f"integral_{each.name}"], sizes)
-    return {name: found[name] for name in names}
-
-
-def _integrals(motion: HasColumns, names: Collection[str]) -> tuple[Integral, ...]:
-    """Return the integrals, if some of the names are of values or drifts of them."""
-    return motion.system.integrals if any(name.startswith(PROOF) for name in names) else ()
-
-
-def _blocks(motion: HasColumns) -> Iterator[slice]:
-    """Return the times in blocks; formulas of orbits and rotation models round by all the times at once, so in one."""
-    dated = any(isinstance(each, Dated) for record in motion.system.dynamics.records for each in within(record))
-    count, members = max(motion.times.size, 1), max(len(motion), 1) if motion.is_ensemble else 1
-    step = count if dated else BLOCK // members or count
-    return (slice(first, first + step) for first in range(0, count, step))
-
-
-def _computed(part: HasColumns, names: Collection[str]) -> dict[str, Array]:
-    columns = {name: read() for name, read in part._columns.items() if name in names}
-    state = part._state
-    proof = {key: each for each in _integrals(part, names) if (key := f"integral_{each.name}") in names}
-    return columns | {key: np.asarray(each.value(state)) for key, each in proof.items()}
-
-
-def _sizes(part: HasColumns, columns: Mapping[str, Array]) -> Array:
-    """Return what drifts of energies and of momenta are measured against, the largest; shape (2, ...)."""
-    T_and_U = np.abs(columns["kinetic_energy"]) + np.abs(columns["potential_energy"])
-    return np.stack([np.fmax.reduce(each, axis=-1, initial=0.0) for each in (T_and_U, part._momentum_size)])
-
-
-def _drift(integral: Integral, initial: AnyState, values: Array, sizes: Array) -> Array:
-    size = sizes[0 if integral.is_energy else 1]
-    with np.errstate(invalid="ignore"):
-        change: Array = values - np.asarray(integral.value(initial))[..., None]
-    change /= np.where(size > 0, size, 1.0)[..., None]
-    return change
+    def _missing(self, name: str) -> AttributeError | ValueError:
+        """Return the error for a column that the motion does not have."""
+        scopes = {each.scope for each in COLUMNS if each.name == name}
+        if Scope.BODY in scopes and len(self.system.of_bodies) > 1:
+            return AttributeError(no_attribute("a motion", name))
+        if scopes == {Scope.TWO_BODIES}:
+            return AttributeError(f"a motion of one body has no {name}: it belongs to a motion of two bodies.")
+        if scopes and isinstance(self.system, RecordedSystem):
+            return ValueError(f"{name} {FORMULAS_MISSING}")
+        if scopes:
+            return AttributeError(f"one of two bodies has no {name} of its own: take the {name} of the pair.")
+        known = ", ".join((*columns_of(self.system, self._recorded), *self._recorded))
+        return ValueError(f"name must be some of {known}, got {quoted(name)}.")

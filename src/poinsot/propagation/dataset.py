@@ -3,35 +3,39 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from poinsot.mechanics.calendar import SCALES, Calendar
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.part import Jump, Part
-from poinsot.mechanics.state import RIGID, AnyState, named
+from poinsot.mechanics.state import RIGID, AnyState, Phase, named
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
+from poinsot.propagation.columns import RENAMED, Column, columns_of_states
+from poinsot.propagation.recorded import RecordedPart
+from poinsot.propagation.run_record import RunRecord
+from poinsot.propagation.two_body_motion import two_bodies
 
 if TYPE_CHECKING:
     import xarray
 
 __all__ = [
-    "COLUMNS",
-    "OF_BODY",
-    "OF_TWO",
     "Described",
-    "Motion",
-    "StoredPart",
+    "ResultVariable",
     "components",
-    "dataset_of",
+    "dataset_of_motion",
     "dataset_of_result",
+    "dataset_of_store",
     "read_parts",
+    "state_variables",
     "told_jumps",
     "told_parts",
+    "with_present_names",
 ]
 
 Array = NDArray[np.float64]
@@ -39,121 +43,141 @@ Array = NDArray[np.float64]
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
 
-OF_BODY = (
-    "quaternion",
-    "conjugate_momenta",
-    "angular_momentum_body",
-    "angular_momentum_space",
-    "omega_body",
-    "omega_space",
-)
-"""What a dataset has of the rotation of each body, by the names of its trajectory."""
-
-OF_TWO = ("position", "momentum", "velocity", "angular_momentum_space")
-"""What it has of the motion of two bodies about each other."""
-
-TANGENCY = "q . Q / |Q|"
-"""The long name of the tangency error. Files of version 0.2 contain the absolute product "q . Q"."""
-
-COLUMNS = ("kinetic_energy", "potential_energy", "norm_error", "tangency_error")
-"""What it has of each motion."""
-
-
-class StoredPart(NamedTuple):
-    """What a file says of a part: its variables, with the number of scalars of each."""
-
-    name: str
-    variables: Mapping[str, int]
-    momenta: frozenset[str]
-    jump: Jump | None = None
+class Described(Protocol):
+    """Motion as a dataset describes it."""
 
     @property
-    def size(self) -> int:
-        """The number of its scalars."""
-        return sum(self.variables.values())
+    def system(self) -> System:
+        """System of the motion."""
 
-    def of_members(self, members: Any) -> StoredPart:
-        """Return the part of some members."""
-        return self if self.jump is None else self._replace(jump=self.jump.of_members(members))
+    @property
+    def initial(self) -> AnyState:
+        """Initial state."""
+
+    @property
+    def times(self) -> Array:
+        """Times of the motion."""
+
+    @property
+    def phase(self) -> Phase:
+        """State variables by name."""
+
+    @property
+    def run(self) -> RunRecord:
+        """Run of the motion."""
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Reasons why members stopped."""
+
+    @property
+    def provenance(self) -> Mapping[str, object]:
+        """Provenance from a scenario or a file."""
+
+    @property
+    def is_ensemble(self) -> bool:
+        """True if the first axis is the axis of members."""
+
+    @property
+    def calendar(self) -> Calendar | None:
+        """Calendar of the times."""
+
+    @property
+    def reference_frame(self) -> str:
+        """Name of the space axes."""
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Names of the variables along the times."""
+
+    def variables(self, names: Collection[str]) -> xarray.Dataset:
+        """Return some variables."""
 
 
-class Motion(NamedTuple):
-    """What a dataset is made of.
+def dataset_of_motion(motion: Described, columns: Mapping[str, tuple[Column, Array]]) -> xarray.Dataset:
+    """Return the dataset of a motion, with one variable for each column, along `time`, members first.
 
-    Attributes
-    ----------
-    system : System
-    initial : State
-    times : array (n,)
-    leading : tuple of str
-        The first dimensions of what lies along the times.
-    columns : mapping
-        Arrays along the times, members first, by `COLUMNS`, `OF_TWO`, and `OF_BODY` of each body; those of parts are
-        `own_...`, of integrals `integral_...` and `drift_...`.
-    orbits : array, optional
-        The variables of orbits integrated along.
-    calendar : Calendar or None
-    attributes : mapping
-        How it was computed, in words.
-    """
-
-    system: System
-    initial: AnyState
-    times: Array
-    leading: tuple[str, ...]
-    columns: Mapping[str, Array]
-    orbits: Array | None
-    calendar: Calendar | None
-    attributes: Mapping[str, Any]
-
-
-def dataset_of(motion: Motion) -> xarray.Dataset:
-    """Return the dataset of a motion, one variable for each quantity, along `time`, members first.
-
-    It has what a trajectory is made of, bit for bit, and nothing of the machine that computed it; of its system no
-    more than its `repr`, to which `save` adds what makes it again.
+    It contains the numbers of the trajectory bit for bit, and no information about the machine. The system is described
+    by its `repr`; `save` adds the text from which it is made again.
     """
     import xarray
 
-    parts = motion.system.parts
+    system, units = motion.system, DerivedUnits(motion.system.units)
+    leading = ("member", "time") if motion.is_ensemble else ("time",)
+    along = {name: _along(leading, column, values, units) for name, (column, values) in columns.items()}
+    frame, provenance = motion.reference_frame, motion.provenance
     return xarray.Dataset(
-        {name: (dims, values, attributes) for name, dims, values, attributes in _Variables(motion).all()},
+        along | dict(_initial(motion.initial, system, units)) | dict(_bodies(motion.initial, system, units)),
         coords={
-            "time": ("time", motion.times, {"units": motion.system.units["time"], **_said_of_time(motion.calendar)}),
+            "time": ("time", motion.times, {"units": system.units["time"], **_said_of_time(motion.calendar)}),
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
-            **{f"component_{part.name}": components(part) for part in parts if part.size},
+            **{f"component_{part.name}": components(part) for part in system.parts if part.size},
         },
         attrs={
             "Conventions": "CF-1.11",
-            "title": "Rotation of a rigid body" if len(motion.system.of_bodies) == 1 else "Motion of two bodies",
+            "title": "Rotation of a rigid body" if len(system.of_bodies) == 1 else "Motion of two bodies",
             "conventions": CONVENTIONS,
-            "system": repr(motion.system),
+            "system": repr(system),
             "initial_state": repr(motion.initial),
-            **({"parts": told_parts(parts)} if parts else {}),
-            **({"jumps": told_jumps(motion.system.dynamics.jumping)} if motion.system.dynamics.jumping else {}),
-            **motion.attributes,
-            **{f"units_{measure}": unit for measure, unit in motion.system.units.items()},
+            **({"parts": told_parts(system.parts)} if system.parts else {}),
+            **({"jumps": told_jumps(system.dynamics.jumping)} if system.dynamics.jumping else {}),
+            "state_variables": " ".join(name.removeprefix("own_") for name in state_variables(motion)),
+            **{f"version_{name}": version for name, version in motion.run.versions.items()},
+            **({"failures": json.dumps(motion.failures)} if motion.failures else {}),
+            **{key: provenance[key] for key in ("title", "seed") if provenance.get(key) is not None},
+            **({} if frame == SPACE_AXES_UNNAMED else {"reference_frame": frame}),
+            **{f"units_{measure}": unit for measure, unit in system.units.items()},
         },
     )
 
 
-Described = tuple[tuple[str, ...], Any, str, str]
-"""A variable of a dataset: its dimensions behind the members, its values, unit and meaning."""
+def dataset_of_store(stored: xarray.Dataset, motion: Described, record: Mapping[str, object]) -> xarray.Dataset:
+    """Return the dataset of a motion in a store, with the stored variables, of which chunks are read when needed.
+
+    If variables are stored at different times, it is the dataset of the store.
+    """
+    known = motion.variable_names
+    along_members = [str(name) for name in stored.data_vars if name in known]
+    along = {str(stored[name].dims[1]) for name in along_members}
+    if len(along) > 1:
+        return stored
+    own = stored[along_members].drop_vars("time", errors="ignore")
+    at_times = own.rename_dims(dict.fromkeys(along - {"time"}, "time"))
+    data = motion.variables(()).assign({name: at_times.variables[name] for name in along_members})
+    return data.assign_attrs({key: value for key, value in record.items() if key != "wall_time"})
+
+
+def state_variables(motion: Described) -> tuple[str, ...]:
+    """Return the names of the state variables in a dataset."""
+    orbit = ("position", "momentum") if "quaternion" not in motion.phase and "orbit" in motion.phase else ()
+    rigid = (name for name in motion.phase if name in RIGID)
+    return (*rigid, *orbit, *(f"own_{part.name}" for part in motion.system.parts if part.size))
+
+
+def with_present_names(data: xarray.Dataset) -> xarray.Dataset:
+    """Return a dataset of any version with the present names of its variables."""
+    return data.rename({old: new for old, new in RENAMED.items() if old in data.variables})
+
+
+ResultVariable = tuple[tuple[str, ...], ArrayLike, str, str]
+"""Variable of the dataset of an analysis: its dimensions after the members, its values, unit and meaning."""
 
 
 def dataset_of_result(
     title: str,
     system: System,
     times: Array,
-    variables: Mapping[str, Described],
-    coordinates: Mapping[str, Any],
-    attributes: Mapping[str, Any],
+    variables: Mapping[str, ResultVariable],
+    coordinates: Mapping[str, Sequence[object] | Array],
+    attributes: Mapping[str, object],
 ) -> xarray.Dataset:
     """Return the dataset of what an analysis found along times, with members first where there are any."""
     import xarray
 
-    def put(dims: tuple[str, ...], values: Any, unit: str, meaning: str) -> tuple[Any, ...]:
+    def put(
+        dims: tuple[str, ...], values: ArrayLike, unit: str, meaning: str
+    ) -> tuple[tuple[str, ...], Array, dict[str, str]]:
         array = np.asarray(values)
         return ("member",) * (array.ndim - len(dims)) + dims, array, _named(unit, meaning)
 
@@ -171,13 +195,13 @@ def dataset_of_result(
     )
 
 
-def told_parts(parts: Iterable[Part | StoredPart]) -> str:
+def told_parts(parts: Iterable[Part | RecordedPart]) -> str:
     """Return what a file says of parts: the variables of each, and which of them are angular momenta."""
     said = {part.name: {"variables": dict(part.variables), "momenta": sorted(part.momenta)} for part in parts}
     return json.dumps(said)
 
 
-def told_jumps(parts: Iterable[Part | StoredPart]) -> str:
+def told_jumps(parts: Iterable[Part | RecordedPart]) -> str:
     """Return the text of a file about the times of jumps: the period and the phase of each part, also of members."""
     each = {part.name: part.jump for part in parts if part.jump is not None}
     return json.dumps(
@@ -185,11 +209,11 @@ def told_jumps(parts: Iterable[Part | StoredPart]) -> str:
     )
 
 
-def read_parts(said: str, jumps: str = "{}") -> tuple[StoredPart, ...]:
+def read_parts(said: str, jumps: str = "{}") -> tuple[RecordedPart, ...]:
     """Return the parts in a file, from the texts of `told_parts` and `told_jumps`."""
     told, jumping = json.loads(said).items(), {name: _read_jump(*each) for name, each in json.loads(jumps).items()}
     parts = tuple(
-        StoredPart(name, each["variables"], frozenset(each["momenta"]), jumping.get(name)) for name, each in told
+        RecordedPart(name, each["variables"], frozenset(each["momenta"]), jumping.get(name)) for name, each in told
     )
     for part in parts:
         counts = part.variables.values()
@@ -198,14 +222,14 @@ def read_parts(said: str, jumps: str = "{}") -> tuple[StoredPart, ...]:
     return parts
 
 
-def _read_jump(period: Any, phase: Any) -> Jump:
+def _read_jump(period: ArrayLike, phase: ArrayLike) -> Jump:
     jump = Jump(np.asarray(period, dtype=float), np.asarray(phase, dtype=float))
     if not (np.all(np.isfinite([*np.ravel(jump.period), *np.ravel(jump.phase)])) and np.all(jump.period > 0)):
         raise ValueError(f"jumps must have finite times and positive periods, got {jump}.")
     return jump
 
 
-def components(part: Part | StoredPart) -> list[str]:
+def components(part: Part | RecordedPart) -> list[str]:
     """Return the names of the scalars of a part."""
     counts = part.variables.items()
     return [name if count == 1 else f"{name}_{i + 1}" for name, count in counts for i in range(count)]
@@ -224,123 +248,49 @@ def _said_of_time(calendar: Calendar | None) -> dict[str, str]:
     }
 
 
-class _Variables:
-    """The variables of the dataset, each with its dimensions, unit and meaning."""
-
-    def __init__(self, motion: Motion) -> None:
-        self.motion = motion
-        self.units = DerivedUnits(motion.system.units)
-        self.leading = motion.leading
-        self.found: list[tuple[str, tuple[str, ...], Any, dict[str, str]]] = []
-        self.said = _said_of_columns(self.units, list(motion.initial.of_bodies))
-        self.parts = {part.name: part for part in motion.system.parts if part.size}
-
-    def all(self) -> list[tuple[str, tuple[str, ...], Any, dict[str, str]]]:
-        self._motion()
-        self._proof()
-        self._origin()
-        return self.found
-
-    def _put(self, name: str, values: Any, unit: str, meaning: str, axis: str = "", **attributes: str) -> None:
-        dims = (*self.leading, axis) if axis else self.leading
-        self.found.append((name, dims, values, {**_named(unit, meaning), **attributes}))
-
-    def _motion(self) -> None:
-        columns = self.motion.columns
-        for name in (each for each in self.said if each in columns):
-            unit, meaning, axis, said = self.said[name]
-            self._put(name, columns[name], unit, meaning, axis, **said)
-        for name, part in self.parts.items():
-            if (values := columns.get(f"own_{name}")) is not None:
-                self._put(f"own_{name}", values, *self._said_of_part(part))
-
-    def _proof(self) -> None:
-        columns, units, put = self.motion.columns, self.units, self._put
-        for integral in self.motion.system.integrals:
-            value, drift = f"integral_{integral.name}", f"drift_{integral.name}"
-            unit, kind = (units.energy, "energy") if integral.is_energy else (units.momentum, "momentum")
-            if value in columns:
-                put(value, columns[value], unit, integral.meaning, symbol=integral.symbol, kind=kind)
-            if drift in columns:
-                put(drift, columns[drift], "1", f"relative drift of {integral.meaning}")
-
-    def _origin(self) -> None:
-        """Add what the motion started from, and what was integrated along with it."""
-        motion, units = self.motion, self.units
-        state = motion.initial
-        for name, values in state.rigid.items():
-            unit, meaning, axis, said = self.said[name]
-            self._fixed(f"initial_{name}", values, unit, f"{meaning}, at the start", axis, **said)
-        for name, part in self.parts.items():
-            unit, meaning, axis = self._said_of_part(part)
-            self._fixed(f"initial_own_{name}", state.own[name], unit, f"{meaning}, at the start", axis)
-        for name, done in state.jumped.items():
-            self._fixed(f"initial_jumped_{name}", done.astype(float), "1", f"1 if {name} has jumped at the start")
-        self._fixed("initial_time", state.time, units.time, "time of the start")
-        for name, body in zip(state.of_bodies, motion.system.of_bodies.values(), strict=True):
-            self._body(name, body)
-        if len(state.of_bodies) > 1:
-            pair: Any = motion.system.body
-            self._fixed("masses", pair.masses, units.mass, "masses of primary and secondary", "body")
-            self._fixed("G", pair.G, units.gravitation, "constant of gravitation")
-        if motion.orbits is not None:
-            self._put("carried", motion.orbits, "1", "variables of the orbits that were integrated along", "variable")
-
-    def _body(self, name: str, body: Any) -> None:
-        """Add what is known of a body."""
-        units, of = self.units, _of(name)
-        self._fixed(named(name, "moments"), body.moments, units.inertia, f"principal moments of inertia{of}", "axis")
-        meaning, axes = f"principal axes along the body axes, in columns{of}", ("axis", "principal_axis")
-        self._fixed(named(name, "principal_axes"), body.principal_matrix, "1", meaning, *axes, frame="body")
-        if body.mass is not None:
-            self._fixed(named(name, "mass"), body.mass, units.mass, f"mass{of}")
-
-    def _said_of_part(self, part: Part | StoredPart) -> tuple[str, str, str]:
-        """Return unit, meaning and axis of the variables of a part; other kinds have no unit in common."""
-        unit = self.units.momentum if set(part.momenta) == set(part.variables) else ""
-        return unit, f"variables of the part {part.name}", f"component_{part.name}"
-
-    def _fixed(self, name: str, values: Any, unit: str, meaning: str, *axes: str, **attributes: str) -> None:
-        values = np.asarray(values)
-        dims = axes if values.ndim == len(axes) else ("member", *axes)
-        self.found.append((name, dims, values, {**_named(unit, meaning), **attributes}))
+Variable = tuple[tuple[str, ...], Array, dict[str, str]]
+"""Variable of a dataset: its dimensions, values and attributes."""
 
 
-def _said_of_columns(units: DerivedUnits, bodies: list[str]) -> dict[str, tuple[str, str, str, dict[str, str]]]:
-    """Return unit, meaning, axis and frame of what a dataset has of a motion, by its name."""
-    momentum, rate = units.momentum, "inertial angular velocity"
-    of_body: dict[str, tuple[str, str, str, dict[str, str]]] = {
-        "quaternion": ("1", "Euler parameters q, body to space", "parameter", {}),
-        "conjugate_momenta": (momentum, "momenta Q conjugate to q", "parameter", {}),
-        "angular_momentum_body": (momentum, "angular momentum", "axis", {"frame": "body"}),
-        "angular_momentum_space": (momentum, "angular momentum", "axis", {"frame": "space"}),
-        "omega_body": (units.rate, rate, "axis", {"frame": "body"}),
-        "omega_space": (units.rate, rate, "axis", {"frame": "space"}),
-    }
-    one = bodies == [""]
-    place = "of the secondary relative to the primary"
-    of_two = {
-        "position": (units.length, f"position {place}", "axis", {"frame": "space"}),
-        "momentum": (units.linear_momentum, f"reduced mass times velocity {place}", "axis", {"frame": "space"}),
-        "velocity": (units.velocity, f"velocity {place}", "axis", {"frame": "space"}),
-        "angular_momentum_space": (momentum, "angular momentum about the barycentre", "axis", {"frame": "space"}),
-    }
-    return {
-        **{
-            named(body, name): (unit, f"{meaning}{_of(body)}", axis, said)
-            for body in bodies
-            for name, (unit, meaning, axis, said) in of_body.items()
-        },
-        **({} if one else of_two),
-        "kinetic_energy": (units.energy, "rotational kinetic energy T" if one else "kinetic energy T", "", {}),
-        "potential_energy": (units.energy, "potential energy U", "", {}),
-        "norm_error": ("1", "|q| - 1", "", {}),
-        "tangency_error": ("1", TANGENCY, "", {}),
-    }
+def _along(leading: tuple[str, ...], column: Column, values: Array, units: DerivedUnits) -> Variable:
+    dims = (*leading, column.axis) if column.axis else leading
+    return dims, values, {**_named(column.unit_in(units), column.meaning), **column.attributes}
 
 
-def _of(body: str) -> str:
-    return f", of the {body}" if body else ""
+def _initial(state: AnyState, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
+    """Yield the variables of the initial state."""
+    columns = columns_of_states(system)
+    variables = {**state.rigid, **{f"own_{part.name}": state.own[part.name] for part in system.parts if part.size}}
+    for name, values in variables.items():
+        column = columns[name]
+        attributes = {**_named(column.unit_in(units), f"{column.meaning}, at the start"), **column.attributes}
+        yield f"initial_{name}", _fixed(values, attributes, column.axis)
+    for name, done in state.jumped.items():
+        yield f"initial_jumped_{name}", _fixed(done, _named("1", f"1 if {name} has jumped at the start"))
+    yield "initial_time", _fixed(state.time, _named(units.time, "time of the start"))
+
+
+def _bodies(state: AnyState, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
+    """Yield the variables of the bodies: moments, axes and masses."""
+    for name, body in zip(state.of_bodies, system.of_bodies.values(), strict=True):
+        mass: Array | None = body.mass  # type: ignore[attr-defined]  # a field of Body with a default
+        of = f", of the {name}" if name else ""
+        moments = _named(units.inertia, f"principal moments of inertia{of}")
+        axes = {**_named("1", f"principal axes along the body axes, in columns{of}"), "frame": "body"}
+        yield named(name, "moments"), _fixed(body.moments, moments, "axis")
+        yield named(name, "principal_axes"), _fixed(body.principal_matrix, axes, "axis", "principal_axis")
+        if mass is not None:
+            yield named(name, "mass"), _fixed(mass, _named(units.mass, f"mass{of}"))
+    if len(system.of_bodies) > 1:
+        pair = two_bodies(system)
+        yield "masses", _fixed(pair.masses, _named(units.mass, "masses of primary and secondary"), "body")
+        yield "G", _fixed(pair.G, _named(units.gravitation, "constant of gravitation"))
+
+
+def _fixed(values: ArrayLike, attributes: dict[str, str], *axes: str) -> Variable:
+    """Return a variable that does not change along the times; its first dimension is the members if it has more."""
+    array = np.asarray(values, dtype=float)
+    return axes if array.ndim == len(axes) else ("member", *axes), array, attributes
 
 
 def _named(unit: str, meaning: str) -> dict[str, str]:

@@ -11,17 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
-from poinsot.integration.runs import Report
+from poinsot.integration.report import Report
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.propagation.chunks import Part
+from poinsot.propagation.columns import Requirement, columns_of
+from poinsot.propagation.dataset import state_variables
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.integrator import Integrator
-from poinsot.propagation.selection import state_of_members
 from poinsot.propagation.stored_motion import (
-    StoredEvents,
     crossings_in,
     motion_in,
     run_in,
+    stored_events,
     told_crossings,
     told_events,
     told_run,
@@ -64,12 +66,13 @@ class EnsembleOfMotions:
         return motion
 
     def _without_numbers(self, integrator: Integrator, state: AnyState) -> Trajectory:
-        return integrator.trajectory(state, _Nothing(integrator, state, self.times), _report(integrator, state))
+        rows = _Nothing(integrator, state, self.times)
+        return integrator.trajectory(state, rows, _report(integrator, state), self.times)
 
     @functools.cached_property
     def _first(self) -> Trajectory:
         """The motion of the first member, without its numbers."""
-        return self._without_numbers(self.integrator.of_members(FIRST), state_of_members(self.state, FIRST))
+        return self._without_numbers(members_of(self.integrator, FIRST), members_of(self.state, FIRST))
 
     @property
     def members(self) -> int:
@@ -98,12 +101,13 @@ class EnsembleOfMotions:
 
     @functools.cached_property
     def kept(self) -> tuple[str, ...]:
-        """What a motion is made of; where its forces cannot be written, also what they alone can tell."""
-        own = (*self.frame.state_variables, *(name for name in self.names if name == "carried"))
-        if "not_rerunnable" not in self._described.attrs:
-            return own
-        told = (name for name in self.names if name in OF_FORCES or name.startswith(("integral_", "drift_")))
-        return (*own, *told)
+        """State variables; if the forces cannot be written, also the columns that require them."""
+        columns, parts = columns_of(self._first.system, self.names), self.frame.system.parts
+        needed = {Requirement.ORBITS}
+        if "not_rerunnable" in self._described.attrs:
+            needed |= {Requirement.FORCES, *([Requirement.PARTS] if parts else [])}
+        own = state_variables(self.frame)
+        return (*own, *(name for name in self.names if columns[name].requires & needed))
 
     @property
     def problem(self) -> Mapping[str, Any]:
@@ -132,27 +136,24 @@ class EnsembleOfMotions:
 
     def computed(self, members: slice, names: Iterable[str], progress: Progress) -> Part:
         """Integrate some members."""
-        integrator = self.integrator.of_members(members).telling(progress)
-        motion, report = integrator.motion(state_of_members(self.state, members), self.times)
+        integrator = members_of(self.integrator, members).telling(progress)
+        motion, report = integrator.motion(members_of(self.state, members), self.times)
         failures = {str(members.start + member): why for member, why in motion.failures.items()}
         about = {"failures": failures, "run": told_run(motion.run)}
         return Part(motion.variables(tuple(names)), told_crossings(motion, members.start), about, report.interrupted)
 
     def opened(self, store: EnsembleStore) -> Any:
         """Return the motion in a store, of which is read what is asked for; its dataset if it has no whole states."""
-        system, events = self.integrator.system, self.integrator.problem.events
-        motion = motion_in(store, system, self.state, run_in(store, self.frame.run))
+        system, sizes = self.integrator.system, self.integrator.variables.sizes
+        events = stored_events(self.integrator.problem.events, system, sizes, functools.partial(crossings_in, store))
+        motion = motion_in(store, system, self.state, run_in(store, self.frame.run), events)
         if motion is None:
             return store.dataset()
-        motion._complete(event_source=StoredEvents(events, motion, functools.partial(crossings_in, store)))
         motion._complete(provenance=self.provenance)
         return motion
 
 
 FIRST = slice(0, 1)
-
-OF_FORCES = ("potential_energy", "kinetic_energy", "omega_body", "primary_omega_body", "secondary_omega_body")
-"""What cannot be computed from states where the formulas of forces and parts are not at hand."""
 
 
 class _Nothing:

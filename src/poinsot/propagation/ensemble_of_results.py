@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
 from poinsot.errors import PropagationInterrupted
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, members_of
+from poinsot.propagation.arguments import broadcast_members, common_members
 from poinsot.propagation.chunks import Chunking, Part, Plan, in_chunks, plan_of
 from poinsot.propagation.ensemble_store import EnsembleStore
-from poinsot.propagation.selection import state_of_members, system_of_members
 from poinsot.propagation.stored_motion import result_in, told_run
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def analysed_in_chunks(
 
     `varied` are arguments that may have one value for each member.
     """
-    counts = members_of(system, state)
+    counts = common_members(system, state)
     if not counts:
         raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its dataset.")
     whole, varied = broadcast_members(state, counts), varied or {}
@@ -128,7 +128,7 @@ def analysed_in_chunks(
     threads = plan.threads(settings.get("threads"))
 
     def some(members: NDArray[np.int_]) -> Any:
-        given = system_of_members(system, members), state_of_members(whole, members), times
+        given = members_of(system, members), members_of(whole, members), times
         return function(*given, **shared, **of_each(varied, members), threads=threads, progress=False)
 
     problem = {"function": function.__qualname__, "system": system, "times": times, "settings": {**shared, **varied}}

@@ -1,10 +1,10 @@
-"""What happened on the way of a motion: the times of its events, and the states there."""
+"""Records of the events along a motion: times, states and directions of the zeros."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +12,16 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told
-from poinsot.functions import Scalar
-from poinsot.integration.event_log import Recorded
+from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
+from poinsot.lazy import cached_property
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.printable import printable
-from poinsot.propagation.selection import Chosen, numbers_of_members
+from poinsot.propagation.selection import Chosen
 
-__all__ = ["EventRecord", "EventSource", "EventsOfMembers", "KnownEvents", "StoredEvent", "crossings"]
+__all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 
 Array = NDArray[Any]
 
@@ -85,8 +84,8 @@ class EventRecord(Summarized):
         return self._rows(self.members == member)
 
     def _rows(self, chosen: Array) -> EventRecord:
-        """Return some of them, by their places or by which they are."""
-        states = type(self.states).computed(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])
+        """Return the record of some zeros, chosen by places or by truth values."""
+        states = state_of(changed(self.states.phase, lambda x: x[chosen]), self.times[chosen])
         own = self.times[chosen], states, self.directions[chosen], self.members[chosen]
         return EventRecord(self.event, self.system, *own)
 
@@ -97,113 +96,82 @@ class EventRecord(Summarized):
         return np.asarray(self.system.dynamics.with_numbers(numbers).omega_body(self.states))
 
 
-class StoredEvent(Event):
-    """An event of which a store has what it is called, and not its formula.
+class EventRecords:
+    """Records of the events along a motion, which are made on first access.
 
     Parameters
     ----------
-    name : str
-        Its kind.
-    said : str
-        How it shows itself.
+    watched : callable
+        Returns the events that were detected.
+    read : callable
+        Returns the records of some members, None for all. The records may contain further members.
+    counts : callable, optional
+        Returns the number of zeros of each event. Default: the lengths of the records.
     """
 
-    name: str
-    said: str
+    def __init__(
+        self,
+        watched: Callable[[], Sequence[Event]],
+        read: Callable[[Chosen | None], tuple[EventRecord, ...]],
+        counts: Callable[[], list[int]] | None = None,
+    ) -> None:
+        self._watched, self._read, self._counts = watched, read, counts
 
-    @override
-    def __repr__(self) -> str:
-        return printable(self.said, kept="\n")
+    @classmethod
+    def of(cls, records: tuple[EventRecord, ...]) -> EventRecords:
+        """Return records in memory."""
+        return cls(lambda: [found.event for found in records], lambda _: records)
 
-    @property
-    @override
-    def kind(self) -> str:
-        return self.name
-
-    @override
-    def value(self, instant: Instant) -> Scalar:
-        raise ValueError(f"{self.name} must have its formula to be computed, got none in the store.")
-
-
-class EventSource(Protocol):
-    """What has the records of events, which are made when they are asked for."""
+    def __reduce__(self) -> tuple[Callable[..., EventRecords], tuple[tuple[EventRecord, ...]]]:
+        return EventRecords.of, (self.records,)
 
     @property
     def watched(self) -> list[Event]:
-        """The events."""
+        """The events that were detected."""
+        return list(self._watched())
+
+    @cached_property
+    def records(self) -> tuple[EventRecord, ...]:
+        """The records of all members."""
+        return self._read(None)
 
     @property
     def counts(self) -> list[int]:
-        """How often each of them happened."""
-
-    def of_members(self, members: Chosen | None) -> tuple[EventRecord, ...]:
-        """Return what happened to some members, None: to all; others may be among them."""
-
-
-class KnownEvents(NamedTuple):
-    """Records that are in memory; see `EventSource`."""
-
-    records: tuple[EventRecord, ...] = ()
+        """Number of zeros of each event."""
+        return [len(found) for found in self.records] if self._counts is None else self._counts()
 
     @property
-    def watched(self) -> list[Event]:
-        """The events."""
-        return [found.event for found in self.records]
+    def ends(self) -> list[tuple[str, int, float]]:
+        """Kind, number of zeros and first time of each terminal event that ended the motion, or members of it."""
+        counted = enumerate(zip(self.watched, self.counts, strict=True))
+        ended = [(number, event.kind, count) for number, (event, count) in counted if event.terminal and count]
+        return [(kind, count, float(self.records[number].times[0])) for number, kind, count in ended]
 
-    @property
-    def counts(self) -> list[int]:
-        """How often each of them happened."""
-        return [len(found) for found in self.records]
-
-    def of_members(self, _: Chosen | None) -> tuple[EventRecord, ...]:
-        """Return all of them."""
-        return self.records
+    def of_members(self, members: Chosen, system: System) -> EventRecords:
+        """Return the records of some members, which are renumbered; `system` is the system of these members."""
+        return EventRecords(
+            lambda: [members_of(event, members) for event in self._watched()],
+            lambda _: tuple(_of_members(found, members, system) for found in self._read(members)),
+        )
 
 
-class EventsOfMembers:
-    """Those of some members of an ensemble, numbered anew; see `EventSource`.
-
-    Parameters
-    ----------
-    whole : EventSource
-    members : int or array of int
-    system : System
-        Theirs.
-    """
-
-    def __init__(self, whole: EventSource, members: Chosen, system: System) -> None:
-        self._whole, self._members, self._system = whole, members, system
-
-    @property
-    def watched(self) -> list[Event]:
-        """The events, with the numbers of these members."""
-        return [numbers_of_members(event, self._members) for event in self._whole.watched]
-
-    @property
-    def counts(self) -> list[int]:
-        """How often each of them happened."""
-        return [len(found) for found in self.of_members(None)]
-
-    def of_members(self, _: Chosen | None) -> tuple[EventRecord, ...]:
-        """Return what happened to all of these."""
-        whole = self._whole.of_members(self._members)
-        return tuple(_of_members(found, self._members, self._system) for found in whole)
+NO_EVENTS = EventRecords.of(())
 
 
 def _of_members(found: EventRecord, members: Chosen, system: System) -> EventRecord:
-    """Return those of some members, numbered anew, with the numbers of their event; `system` is theirs."""
+    """Return the record of some members, which are renumbered, with the numbers of their event and their system."""
     whose = np.atleast_1d(members)
     first, last = np.searchsorted(found.members, whose, "left"), np.searchsorted(found.members, whose, "right")
     counts = last - first
     rows = np.repeat(last - np.cumsum(counts), counts) + np.arange(np.sum(counts))
-    event, again = numbers_of_members(found.event, members), np.repeat(np.arange(whose.size), counts)
+    event, again = members_of(found.event, members), np.repeat(np.arange(whose.size), counts)
     return replace(found._rows(rows), event=event, system=system, members=again)
 
 
 def crossings(
     system: System, events: Sequence[Event], variables: StateVector, found: list[tuple[int, Recorded]], rising: bool
 ) -> tuple[EventRecord, ...]:
-    """Return what happened of each event, from pairs of a member and a record."""
+    """Return the record of each event, from pairs of a member and a zero."""
     members = np.array([member for member, _ in found], dtype=int)
     numbers = np.array([record[0] for _, record in found], dtype=int)
     times = np.array([record[1] for _, record in found], dtype=float)
@@ -222,4 +190,4 @@ def crossings(
 def _phase(variables: StateVector, members: Array, times: Array, rows: Array) -> Phase:
     if variables.of_one:
         return variables.to_phase(times, rows)
-    return changed(variables.of_members(members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])
+    return changed(members_of(variables, members).to_phase(times[:, None], rows[:, None, :]), lambda x: x[:, 0])

@@ -3,30 +3,84 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.cuda.run import CudaRun, check_device
 from poinsot.display.progress import Progress
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
-from poinsot.integration.runs import Memory, OneMotion, Report
-from poinsot.mechanics.state import AnyState
+from poinsot.integration.report import Report
+from poinsot.integration.rows import Memory, OneMotion, Sink
+from poinsot.integration.run import Run
+from poinsot.integration.state_vector import StateVector
+from poinsot.mechanics.state import AnyState, Phase
 from poinsot.mechanics.system import System
-from poinsot.propagation.driver import Driver
-from poinsot.propagation.event_record import KnownEvents, crossings
+from poinsot.propagation.columns import ORBIT_VARIABLES
+from poinsot.propagation.event_record import NO_EVENTS, EventRecords, crossings
 from poinsot.propagation.memory import refuse_larger_than_memory
-from poinsot.propagation.pair_trajectory import trajectory_class
-from poinsot.propagation.run_record import Method, Run
-from poinsot.propagation.selection import numbers_of_members, system_of_members
+from poinsot.propagation.row_source import ComputedRows
+from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Integrator"]
 
 
-class Integrator(Driver):
-    """A driver whose rows become motions."""
+class ByName(Protocol):
+    """Arrays by name."""
+
+    def __getitem__(self, name: str, /) -> NDArray[np.float64]:
+        """Return an array."""
+
+
+class Kept(Protocol):
+    """Rows of a sink."""
+
+    times: NDArray[np.float64]
+
+    @property
+    def phase(self) -> Phase:
+        """State variables by name."""
+
+    @property
+    def rows(self) -> ByName:
+        """State variables and further rows by name."""
+
+
+@dataclass(eq=False)
+class Integrator:
+    """Integration of a problem in given variables, whose rows become motions.
+
+    Parameters
+    ----------
+    problem : Problem
+    variables : StateVector
+    tolerance : float
+    precision : str
+        "quadruple" for one body only.
+    threads : int
+        Most threads of an ensemble.
+    progress : bool or callable
+        Whether to show a progress bar, or the function that receives the progress.
+    dense : bool
+        Whether to store the polynomials, for one body.
+    device : {"cpu", "cuda"}
+        "cuda" for ensembles only.
+    """
+
+    problem: Problem
+    variables: StateVector
+    tolerance: float
+    _: KW_ONLY
+    precision: str = "double"
+    threads: int = 1
+    progress: Progress = False
+    dense: bool = False
+    device: str = "cpu"
 
     @property
     def system(self) -> System:
@@ -38,12 +92,35 @@ class Integrator(Driver):
         """The chart of attitude and momentum."""
         return self.variables.formulation
 
-    def of_members(self, members: slice) -> Integrator:
-        """Return the same for some members of an ensemble: what is decided stays."""
-        events = [numbers_of_members(event, members) for event in self.problem.events]
-        problem = Problem(system_of_members(self.system, members), events)
-        variables: Any = self.variables.of_members(members)  # type: ignore[arg-type]  # it only indexes
-        return dataclasses.replace(self, problem=problem, variables=variables)
+    _member_axes: ClassVar[Mapping[str, int]] = {"problem": 0, "variables": 0}
+
+    def _with_values(self, **values: Any) -> Self:
+        return dataclasses.replace(self, **values)
+
+    def check_device(self, members: bool) -> None:
+        """Raise a ValueError for a run that the device does not support, or a computer without the device."""
+        if self.device == "cuda":
+            check_device(self.problem, self.variables, members, self.precision)
+
+    def run(self, state: AnyState, times: NDArray[np.float64], sink: Sink) -> Report:
+        """Integrate from a state outwards to all the times, which are monotonic; on Ctrl-C finished rows remain.
+
+        A state with one time belongs to one body, a state with an array of times to an ensemble.
+        """
+        self.check_device(bool(state.time.ndim))
+        kind = CudaRun if self.device == "cuda" else Run
+        return kind(
+            self.problem,
+            self.variables,
+            state,
+            times,
+            sink,
+            tolerance=self.tolerance,
+            precision=self.precision,
+            threads=self.threads,
+            progress=self.progress,
+            dense=self.dense,
+        ).integrate()
 
     def telling(self, progress: Progress) -> Integrator:
         """Return the same that tells how much is done."""
@@ -57,26 +134,24 @@ class Integrator(Driver):
             refuse_larger_than_memory(members[0], times.size, numbers)
         kept = Memory(self.variables, members[0], times, **self._of_orbits) if members else OneMotion()
         report = self.run(state, times, kept)
-        motion = self.trajectory(state, kept, report)
-        if self.problem.events:
-            rising = bool(times[0] <= times[-1])
-            found = crossings(self.system, self.problem.events, self.variables, report.events, rising)
-            motion._complete(event_source=KnownEvents(found))
-        return motion, report
+        return self.trajectory(state, kept, report, times), report
 
-    def trajectory(self, state: AnyState, kept: Any, report: Report) -> Trajectory:
-        """Return the motion of rows that a sink has kept."""
-        problem, variables, many = self.problem, self.variables, bool(state.time.ndim)
+    def trajectory(self, state: AnyState, kept: Kept, report: Report, times: NDArray[np.float64]) -> Trajectory:
+        """Return the motion from the rows of a sink."""
+        problem, variables, many, events = self.problem, self.variables, bool(state.time.ndim), NO_EVENTS
         method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR
-        return trajectory_class(problem.system)(
+        if problem.events:
+            rising = bool(times[0] <= times[-1])
+            events = EventRecords.of(crossings(problem.system, problem.events, variables, report.events, rising))
+        columns = (lambda: {ORBIT_VARIABLES: kept.rows["orbits"]}) if self._of_orbits else dict
+        return Trajectory(
             problem.system,
             state,
             kept.times,
-            lambda: kept.phase,
-            Run.of(report, method, variables.formulation.name, self.precision),
+            ComputedRows(lambda: kept.phase, columns, events),
+            RunRecord.of(report, method, variables.formulation.name, self.precision),
             (report.dense, *report.dense.ends) if report.dense else None,
             report.failures if many else {},
-            (lambda: variables.environment(problem, kept.times, kept.rows["orbits"])) if self._of_orbits else None,
         )
 
     @property

@@ -24,7 +24,7 @@ from poinsot.propagation.arguments import (
     checked_threads,
     checked_times,
     checked_tolerance,
-    members_of,
+    common_members,
 )
 from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
 from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
@@ -117,7 +117,7 @@ def propagate(
     problem = Problem(system, events)
     check_bodies(system, state)
     check_span(problem, state, t)
-    members, plan = members_of(problem, state), plan_of(**chunking) if chunking else None
+    members, plan = common_members(problem, state), plan_of(**chunking) if chunking else None
     if plan and not members:
         raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its motion.")
     if members:

@@ -1,7 +1,8 @@
-"""Attitude and rate of a body relative to a frame that turns."""
+"""Attitude and angular velocity of a body relative to a moving frame, and Euler angles along a motion."""
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,8 +12,11 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.display.html_text import Summarized, told, told_times
+from poinsot.errors import level_of_user
+from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation
-from poinsot.mechanics.frame import roll_pitch_yaw
+from poinsot.mechanics.frame import Frame, roll_pitch_yaw
+from poinsot.mechanics.state import AnyState
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -22,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RelativeMotion(Summarized):
-    """Attitude and rate of the body relative to a frame.
+    """Attitude and angular velocity of the body relative to a frame.
 
     Attributes
     ----------
@@ -37,12 +41,12 @@ class RelativeMotion(Summarized):
 
     @property
     def omega_body(self) -> Array:
-        """The rate relative to the frame, along the body axes; shape (n, 3)."""
+        """Angular velocity relative to the frame, along the body axes; shape (n, 3)."""
         return self._omega_body.copy()
 
     @property
     def attitude(self) -> Rotation:
-        """The attitudes as a scipy rotation, body -> frame."""
+        """Attitudes as a scipy rotation, body -> frame."""
         return rotation(self.quaternion)
 
     @override
@@ -55,10 +59,32 @@ class RelativeMotion(Summarized):
 
     @property
     def roll_pitch_yaw(self) -> Array:
-        """Roll, pitch and yaw, radians, if the frame is an orbit's: see `roll_pitch_yaw`; shape (n, 3)."""
+        """Roll, pitch and yaw in radians, for the frame of an orbit: see `roll_pitch_yaw`; shape (n, 3)."""
         return roll_pitch_yaw(self.quaternion)
 
     @property
     def omega_frame(self) -> Array:
-        """The rate relative to the frame, along the frame's axes; shape (n, 3)."""
+        """Angular velocity relative to the frame, along the frame's axes; shape (n, 3)."""
         return quat.rotate(self.quaternion, self.omega_body)
+
+
+def relative_motion(times: Array, quaternion: Array, omega_body: Array, frame: Frame) -> RelativeMotion:
+    """Return attitude and angular velocity relative to a frame."""
+    frame_omega = quat.rotate(quat.conjugate(quaternion), frame.omega_space(times))
+    relative = quat.product(quat.conjugate(frame.quaternion(times)), quaternion)
+    return RelativeMotion(times, relative, omega_body - frame_omega)
+
+
+def euler_angles(q: Array, state: AnyState, sequence: str) -> tuple[Array, Array]:
+    """Return Euler angles of states and their momenta, NaN at singular attitudes, with one warning."""
+    sine = euler.sine_of_attitudes(q, sequence)
+    if sentence := euler.singularity(sine, sequence, q):
+        warnings.warn(sentence, stacklevel=level_of_user())
+    regular = sine >= euler.SINGULAR_SINE
+    if np.all(regular):
+        return state.of_bodies[""].euler(sequence)
+    angles, momenta = np.full((2, *q.shape[:-1], 3), np.nan)
+    angles[regular] = euler.angles_from_quaternion(q[regular], sequence)
+    g = state.of_bodies[""].angular_momentum_body
+    momenta[regular] = euler.momenta_from_angular_momentum(angles[regular], g[regular], sequence)
+    return angles, momenta

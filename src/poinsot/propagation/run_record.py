@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from poinsot.immutable import read_only
 
 if TYPE_CHECKING:
-    from poinsot.integration.runs import Report
+    from poinsot.integration.report import Report
 
 
 class Method(StrEnum):
@@ -29,7 +29,7 @@ class Method(StrEnum):
 
 
 @dataclass(frozen=True)
-class Run:
+class RunRecord:
     """How a trajectory was computed.
 
     Attributes
@@ -62,18 +62,22 @@ class Run:
     lanes: int = 0
 
     @classmethod
-    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> Run:
+    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> RunRecord:
         """Return what a driver reports of a run."""
         steps = sum(report.steps.tolist())
         own = (report.tolerance, report.order, steps, report.wall_time)
         return cls(method, formulation, precision, *own, versions(), report.kernel, report.lanes)
 
-    def attributes(self, failures: Mapping[int, str]) -> dict[str, Any]:
-        """Return what a dataset says of it, and why members stopped: nothing of the machine but the versions."""
-        own = {key: value for key, value in asdict(self).items() if key not in ("versions", "wall_time")}
+    @property
+    def entries(self) -> dict[str, str | float]:
+        """Entries of a summary: everything but the versions."""
+        own = {key: value for key, value in asdict(self).items() if key != "versions"}
+        return own | {"method": str(self.method)}
+
+    def attributes(self, failures: Mapping[int, str]) -> dict[str, str | float]:
+        """Return the attributes of a dataset, with the reasons why members stopped, without the wall time."""
         return {
-            **own,
-            "method": str(self.method),
+            **{key: value for key, value in self.entries.items() if key != "wall_time"},
             **({"failures": json.dumps(dict(failures))} if failures else {}),
             **{f"version_{name}": version for name, version in self.versions.items()},
         }
@@ -84,8 +88,3 @@ def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
     packages = {name: metadata.version(name) for name in ("poinsot", "llvmlite", "numpy", "scipy")}
     return read_only({**packages, "python": platform.python_version()})
-
-
-def told_kernel(kernel: str, lanes: int) -> str:
-    """Return what is said of the kernel of a run."""
-    return f"{kernel}, {lanes} lanes" if lanes > 1 else kernel

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Collection
 from typing import Any
 
@@ -10,9 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import array_of
-from poinsot.mechanics.parameters import kinds_of, of_each
-from poinsot.mechanics.state import Bodies, changed
-from poinsot.mechanics.system import System
 from poinsot.printable import described, quoted
 from poinsot.propagation.zarr_group import JoinedArrays, StoredArray
 
@@ -20,11 +16,8 @@ __all__ = [
     "Chosen",
     "Index",
     "checked_index",
-    "numbers_of_members",
     "refuse_other_names",
     "rows_of",
-    "state_of_members",
-    "system_of_members",
 ]
 
 Index = int | slice | ArrayLike
@@ -74,41 +67,3 @@ def rows_of(values: Any, members: Chosen | slice | None, at: Any) -> NDArray[Any
         return values.members(members, at)
     rows = values[members]
     return np.asarray(rows[at] if isinstance(members, int) else rows[:, at])
-
-
-def numbers_of_members(record: Any, members: Chosen | slice) -> Any:
-    """Return a record with the numbers of some members; those that all members share stay."""
-    kinds: dict[str, Any] = {**type(record).beside, **kinds_of(type(record))}
-    own: dict[str, Any] = {}
-    for name, value in vars(record).items():
-        kind = kinds.get(name)
-        if isinstance(getattr(type(record), name, None), functools.cached_property):
-            continue
-        if isinstance(kind, tuple):
-            own[name] = np.asarray(value[members]) if np.ndim(value) > len(kind) else value
-        else:
-            own[name] = of_each(value, lambda record: numbers_of_members(record, members))
-    chosen = record.unchecked(**own)
-    del vars(chosen)["member_axis"]  # which follows from the numbers
-    return chosen
-
-
-def system_of_members(system: System, members: Chosen | slice) -> System:
-    """Return the system with the numbers of some members, and with their own noise."""
-    draws = any(part.jump and part.jump.draws for part in system.parts)
-    if not (system.members or draws):
-        return system
-    forces = (numbers_of_members(force, members) for force in system.forces)
-    chosen = System(numbers_of_members(system.body, members), *forces, units=system.units)
-    if draws:
-        known = system.dynamics.numbering
-        chosen.dynamics._complete(numbering=np.r_[members] if known is None else np.r_[known[members]])
-    return chosen
-
-
-def state_of_members(state: Bodies, members: Chosen | slice) -> Bodies:
-    """Return the states of some members; a state that all members share remains as it is."""
-    own = changed(state.phase, lambda x: x[members] if x.ndim > 1 else x)
-    jumped = changed(dict(state.jumped), lambda x: x[members] if x.ndim else x)
-    time = np.asarray(state.time[members]) if np.ndim(state.time) else state.time
-    return type(state).computed(own, time, jumped)

@@ -1,34 +1,33 @@
-"""The motion of an ensemble in a store: its arrays are read when they are asked for."""
+"""The motion of an ensemble in a store, whose arrays are read on access."""
 
 from __future__ import annotations
 
 import dataclasses
-import functools
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-from poinsot.integration import equations
-from poinsot.integration.formulations import formulation_of
-from poinsot.integration.problem import Problem
-from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import RIGID, AnyState, Phase, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import described
+from poinsot.propagation.columns import ORBIT_VARIABLES, RENAMED
+from poinsot.propagation.dataset import with_present_names
 from poinsot.propagation.ensemble_store import EnsembleStore
-from poinsot.propagation.event_record import EventRecord, StoredEvent
-from poinsot.propagation.pair_trajectory import trajectory_class
+from poinsot.propagation.event_record import NO_EVENTS, EventRecord, EventRecords
+from poinsot.propagation.recorded import RecordedEvent
 from poinsot.propagation.reductions import reduced
-from poinsot.propagation.run_record import Run
+from poinsot.propagation.row_source import StoreRows
+from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.selection import Chosen
-from poinsot.propagation.trajectory import ORBIT, Trajectory
+from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.zarr_group import JoinedArrays
 
 __all__ = [
-    "StoredEvents",
+    "arrays_in",
     "crossings_in",
     "events_in",
     "failures_in",
@@ -36,6 +35,8 @@ __all__ = [
     "phase_in",
     "result_in",
     "run_in",
+    "sizes_of",
+    "stored_events",
     "times_in",
     "told_crossings",
     "told_events",
@@ -43,28 +44,33 @@ __all__ = [
 ]
 
 
-def motion_in(store: EnsembleStore, system: System, initial: AnyState, run: Run) -> Trajectory | None:
-    """Return the motion of a system; None if the store does not have its whole states."""
+def motion_in(
+    store: EnsembleStore, system: System, initial: AnyState, run: RunRecord, events: EventRecords = NO_EVENTS
+) -> Trajectory | None:
+    """Return the motion of a system; None if the store does not contain the state variables."""
     phase = phase_in(store)
     if phase is None:
         return None
-    times, environment = np.array(store.arrays[times_in(store)]), None
-    if "carried" in store.arrays:
-        environment = functools.partial(_environment, store, system, initial, run, times)
-    motion = trajectory_class(system)(
-        system, initial, times, lambda: phase, run, failures=failures_in(store), environment=environment
+    arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)])
+    columns = {ORBIT_VARIABLES: arrays[ORBIT_VARIABLES]} if ORBIT_VARIABLES in arrays else {}
+    return Trajectory(
+        system, initial, times, StoreRows(store, phase, columns, events), run, failures=failures_in(store)
     )
-    motion._complete(store=store)
-    return motion
+
+
+def arrays_in(store: EnsembleStore) -> dict[str, NDArray[np.float64]]:
+    """Return the arrays of a store of any version by their present names; they are read when they are indexed."""
+    found = {RENAMED.get(name, name): array for name, array in store.arrays.items()}
+    return cast("dict[str, NDArray[np.float64]]", found)
 
 
 def result_in(store: EnsembleStore) -> Any:
-    """Return what is in a store without whole states: what reductions have made, or the variables that are kept."""
-    return store.dataset() if store.sharded else reduced(store)
+    """Return the dataset of a store without the state variables: the stored variables, or the result of reductions."""
+    return with_present_names(store.dataset()) if store.sharded else reduced(store)
 
 
 def phase_in(store: EnsembleStore) -> Phase | None:
-    """Return what the motion is made of, none of it read; None if a part of it is not stored."""
+    """Return the arrays of the state variables, unread; None if one of them is not stored."""
     names = str(store.attributes.get("state_variables", "")).split()
     stored = {name: name if name in RIGID or name in ORBIT else f"own_{name}" for name in names}
     arrays: Any = store.sharded
@@ -72,7 +78,7 @@ def phase_in(store: EnsembleStore) -> Phase | None:
     if not names or not there or times_in(store) not in store.arrays:
         return None
     found: dict[str, Any] = {name: store.arrays[key] for name, key in stored.items() if name not in ORBIT}
-    if ORBIT[0] in stored:
+    if "position" in stored:
         found["orbit"] = JoinedArrays([store.arrays[name] for name in ORBIT])
     return found
 
@@ -82,13 +88,13 @@ def times_in(store: EnsembleStore) -> str:
     names = str(store.attributes.get("state_variables", "")).split()
     along = {
         about.dims[1]
-        for name in (*names, *(f"own_{name}" for name in names), "carried")
+        for name in (*names, *(f"own_{name}" for name in names), ORBIT_VARIABLES, *RENAMED)
         if (about := store.sharded.get(name)) is not None
     }
     return along.pop() if len(along) == 1 else ""
 
 
-def run_in(store: EnsembleStore, run: Run) -> Run:
+def run_in(store: EnsembleStore, run: RunRecord) -> RunRecord:
     """Return how the chunks that are whole were computed."""
     told = [about["run"] for _, about in store.asides()]
     if not told:
@@ -97,7 +103,7 @@ def run_in(store: EnsembleStore, run: Run) -> Run:
     return dataclasses.replace(run, **each, steps=sum(one["steps"] for one in told))
 
 
-def told_run(run: Run) -> dict[str, Any]:
+def told_run(run: RunRecord) -> dict[str, Any]:
     """Return what a chunk says of how it was computed; `run_in` reads it."""
     return {name: getattr(run, name) for name in ("order", "tolerance", "steps", "kernel", "lanes")}
 
@@ -113,12 +119,12 @@ def told_events(events: Sequence[Event]) -> dict[str, str]:
     return {"events": json.dumps(told)} if told else {}
 
 
-def events_in(attributes: Mapping[str, Any]) -> list[StoredEvent]:
+def events_in(attributes: Mapping[str, Any]) -> list[RecordedEvent]:
     """Return what a file says of the events that were watched for."""
     said = attributes.get("events", "[]")
     try:
         told = json.loads(said)
-        return [StoredEvent(str(one["name"]), str(one["said"]), terminal=bool(one["terminal"])) for one in told]
+        return [RecordedEvent(str(one["name"]), str(one["said"]), terminal=bool(one["terminal"])) for one in told]
     except (ValueError, TypeError, KeyError, RecursionError):
         raise ValueError(f"events must be a list of names, got {described(said)}.") from None
 
@@ -137,56 +143,61 @@ def told_crossings(motion: Trajectory, first: int = 0) -> dict[str, tuple[tuple[
 
 
 Table = Mapping[str, Any]
-"""Arrays by the names of `told_crossings`; what is empty may be missing."""
+"""Arrays by the names of `told_crossings`; empty arrays may be missing."""
+
+ORBIT = ("position", "momentum")
+"""Variables of the orbit of two bodies."""
 
 
-class StoredEvents:
-    """What happened along a motion, which is read when it is asked for; see `EventSource`.
+def stored_events(
+    events: Sequence[Event],
+    system: System,
+    sizes: Mapping[str, int],
+    tables: Callable[[Chosen | None], Iterable[Table]],
+) -> EventRecords:
+    """Return the records of the events along a motion, which are read on access.
 
     Parameters
     ----------
     events : sequence of Event
-    motion : Trajectory
+        Detected events.
+    system : System
+        System of the motion.
+    sizes : mapping
+        Number of scalars of each state variable.
     tables : callable
-        Yields the tables that have what happened to some members, None: to all.
+        Yields the tables that contain the events of some members, None for all.
     """
+    names = [f"event_{number}" for number in range(len(events))]
 
-    def __init__(
-        self, events: Sequence[Event], motion: Trajectory, tables: Callable[[Chosen | None], Iterable[Table]]
-    ) -> None:
-        self._events, self._system, self._tables = events, motion.system, tables
-        self._sizes = {name: rows.shape[-1] for name, rows in motion.phase.items()}
+    def read(members: Chosen | None) -> tuple[EventRecord, ...]:
+        found = list(tables(members)) if names else []
+        return tuple(_record(event, name, found, system, sizes) for event, name in zip(events, names, strict=True))
 
-    @property
-    def watched(self) -> list[Event]:
-        """The events."""
-        return list(self._events)
+    def counts() -> list[int]:
+        found = list(tables(None)) if names else []
+        return [sum(len(one[f"{name}_time"]) for one in found if f"{name}_time" in one) for name in names]
 
-    @property
-    def counts(self) -> list[int]:
-        """How often each of them happened, by the sizes of the arrays."""
-        names = [f"event_{number}_time" for number in range(len(self._events))]
-        tables = list(self._tables(None)) if names else []
-        return [sum(len(one[name]) for one in tables if name in one) for name in names]
+    return EventRecords(lambda: events, read, counts)
 
-    def of_members(self, members: Chosen | None) -> tuple[EventRecord, ...]:
-        """Return what happened to some members, None: to all; others may be among them."""
-        tables = list(self._tables(members)) if self._events else []
-        return tuple(self._record(event, f"event_{number}", tables) for number, event in enumerate(self._events))
 
-    def _record(self, event: Event, name: str, tables: Sequence[Table]) -> EventRecord:
-        def whole(key: str, *shape: int, kind: type = float) -> Any:
-            of_key = [
-                _checked(f"{name}_{key}", table[f"{name}_{key}"], (len(table[f"{name}_time"]), *shape))
-                for table in tables
-                if f"{name}_time" in table
-            ]
-            return np.concatenate([np.empty((0, *shape), kind), *of_key])
+def sizes_of(phase: Phase) -> dict[str, int]:
+    """Return the number of scalars of each state variable."""
+    return {name: rows.shape[-1] for name, rows in phase.items()}
 
-        times = whole("time")
-        states = state_of({key: whole(f"state_{key}", size) for key, size in self._sizes.items()}, times)
-        own = whole("direction", kind=int), whole("member", kind=int)
-        return EventRecord(event, self._system, times, states, *own)
+
+def _record(event: Event, name: str, tables: Sequence[Table], system: System, sizes: Mapping[str, int]) -> EventRecord:
+    def whole(key: str, *shape: int, kind: type = float) -> NDArray[Any]:
+        each = [
+            _checked(f"{name}_{key}", table[f"{name}_{key}"], (len(table[f"{name}_time"]), *shape))
+            for table in tables
+            if f"{name}_time" in table
+        ]
+        return np.concatenate([np.empty((0, *shape), kind), *each])
+
+    times = whole("time")
+    states = state_of({key: whole(f"state_{key}", size) for key, size in sizes.items()}, times)
+    return EventRecord(event, system, times, states, whole("direction", kind=int), whole("member", kind=int))
 
 
 def _checked(name: str, stored: Any, shape: tuple[int, ...]) -> Any:
@@ -203,9 +214,3 @@ def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table
         chunks = np.intersect1d(chunks, np.atleast_1d(members) // store.chunk)
     for number in chunks.tolist():
         yield store.aside(number)[0]
-
-
-def _environment(store: EnsembleStore, system: System, initial: AnyState, run: Run, times: Any) -> Environment:
-    problem = Problem(system)
-    variables = equations.state_vector(problem, initial, formulation_of(run.formulation), run.precision)
-    return variables.environment(problem, times, np.asarray(store.arrays["carried"]))

@@ -12,9 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
-from poinsot.integration.runs import BOTH_WAYS, Report, Sink
+from poinsot.integration.report import Report
+from poinsot.integration.rows import Sink
+from poinsot.integration.run import BOTH_WAYS, Run
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
@@ -26,11 +29,9 @@ from poinsot.propagation.arguments import (
     checked_threads,
     checked_times,
     checked_tolerance,
-    members_of,
+    common_members,
 )
-from poinsot.propagation.driver import Driver
-from poinsot.propagation.run_record import Method, Run
-from poinsot.propagation.selection import state_of_members, system_of_members
+from poinsot.propagation.run_record import Method, RunRecord
 
 __all__ = ["TOGETHER", "VariationalRun"]
 
@@ -92,14 +93,16 @@ class VariationalRun:
         self._tolerance, self._threads = checked_tolerance(tolerance, "double"), checked_threads(threads)
         self._progress = sys.stderr.isatty() if progress is None else progress
         check_bodies(system, state)
-        self.system, self.problem, self.members = system, Problem(system), members_of(system, state)
+        self.system, self.problem, self.members = system, Problem(system), common_members(system, state)
         self.state = broadcast_members(state, self.members or (1,))
         variables = equations.state_vector(self.problem, self.state, chosen, "double")
         if inputs:  # comoving axes would change with their orbit
-            orbits, views = shared_blocks(self.problem.between_knots().orbits, lambda orbit: not orbit.closed_form)
+            orbits, views = shared_blocks(
+                equations.between_first_knots(self.problem).orbits, lambda orbit: not orbit.closed_form
+            )
             variables = dataclasses.replace(variables, orbits=orbits, views=views, comoving=False)
         self.formulation = chosen
-        self.variables = variables if self.members else variables.of_members(0)
+        self.variables = variables if self.members else members_of(variables, 0)
         self._scaled, self.units = variables.tangent_scales, self.variables.tangent_units
         self.size = len(self._scaled)
         first = 1 + len(variables.factors)  # behind the scales
@@ -115,8 +118,8 @@ class VariationalRun:
     ) -> VariationalRun:
         """Return the run of an ensemble of some members, with other inputs and their sizes."""
         return VariationalRun(
-            system_of_members(self.system, who),
-            state_of_members(self.state, who),
+            members_of(self.system, who),
+            members_of(self.state, who),
             self.times,
             self.formulation.name,
             self._tolerance,
@@ -141,8 +144,17 @@ class VariationalRun:
         """
         variations = Variations(self._scaled, vectors.shape[-2], self._inputs, self._order, vectors, self._sizes)
         variables = dataclasses.replace(self.variables, variations=variations)
-        driver = Driver(self.problem, variables, self._tolerance, threads=self._threads, progress=self._progress)
-        return driver.run(self.state if state is None else state, times, sink, ways)
+        return Run(
+            self.problem,
+            variables,
+            self.state if state is None else state,
+            times,
+            sink,
+            tolerance=self._tolerance,
+            threads=self._threads,
+            progress=self._progress,
+            ways=ways,
+        ).integrate()
 
     def weights(self, momentum_unit: Any) -> Array:
         """Return by what the variables multiply tangent coordinates of size one; shape (k,) or (members, k).
@@ -159,9 +171,9 @@ class VariationalRun:
             weights[..., own] = self.units[..., own] * unit * moments / largest[0]
         return weights
 
-    def run(self, report: Report) -> Run:
+    def run(self, report: Report) -> RunRecord:
         """Return how it was computed."""
-        return Run.of(report, Method.VARIATIONAL, self.formulation.name)
+        return RunRecord.of(report, Method.VARIATIONAL, self.formulation.name)
 
     def failures(self, report: Report) -> dict[int, str]:
         """Return why members stopped; of one body `check` raises it."""

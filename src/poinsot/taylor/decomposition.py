@@ -7,7 +7,7 @@ of a value, the recurrences are, for n > 0,
     product     u_n = sum_{j=0..n} a_j b_{n-j}
     quotient    u_n = (a_n - sum_{j=1..n} b_j u_{n-j}) / b_0
     select      u_n = a_n or b_n
-    integral    u_n = 0
+    invariant   u_n = 0
     function    n u_n = sum_i sum_{j=1..n} j (a_i)_j (w_i)_{n-j}, as u' = sum_i w_i a_i'
 
 Slopes w_i may come after their function: order n of the function needs order n - 1 of its slopes.
@@ -17,33 +17,57 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeAlias, TypeVar, cast
 
 __all__ = [
     "Coefficient",
     "Crossing",
     "Decomposition",
+    "Draft",
     "Function",
-    "Integral",
+    "Invariant",
     "Momenta",
+    "Monomial",
+    "Number",
+    "Operand",
     "Operation",
     "Product",
     "Quotient",
     "Select",
-    "State",
     "Sum",
     "Time",
+    "Variable",
+    "magnitude",
 ]
+
+Factor = TypeVar("Factor")
+"""What an operation combines: an operation by its number, or a monomial while a decomposition is made."""
+
+
+Number: TypeAlias = float | Fraction
+"""A double, or an exact fraction."""
+
+
+def magnitude(number: Number) -> Number:
+    """Return the absolute value of a number."""
+    return cast(Number, abs(number))
 
 
 class Coefficient(NamedTuple):
-    """A number, a double or an exact fraction, times a parameter of the run, or a number alone."""
+    """A number times a parameter of the run, or a number alone."""
 
-    number: float | Fraction = 1.0
+    number: Number = 1.0
     parameter: int | None = None
 
 
-class State(NamedTuple):
+Operand: TypeAlias = Coefficient | int
+"""A constant, or the number of an operation."""
+
+Monomial: TypeAlias = tuple[int, ...]
+"""A product of operations, by their numbers in order."""
+
+
+class Variable(NamedTuple):
     """A variable of the state vector, by its place."""
 
     place: int
@@ -53,10 +77,10 @@ class Time(NamedTuple):
     """The time."""
 
 
-class Sum(NamedTuple):
+class Sum(NamedTuple, Generic[Factor]):
     """A linear sum of values: coefficients times operations, and coefficients alone."""
 
-    terms: tuple[tuple[Coefficient, int], ...]
+    terms: tuple[tuple[Coefficient, Factor], ...]
     constants: tuple[Coefficient, ...] = ()
 
 
@@ -67,14 +91,14 @@ class Product(NamedTuple):
     second: int
 
 
-class Quotient(NamedTuple):
+class Quotient(NamedTuple, Generic[Factor]):
     """A coefficient or an operation over an operation."""
 
-    numerator: Coefficient | int
-    denominator: int
+    numerator: Coefficient | Factor
+    denominator: Factor
 
 
-class Function(NamedTuple):
+class Function(NamedTuple, Generic[Factor]):
     """An elementary function by its name in `poinsot.functions`, or "pow".
 
     The derivative is the sum of slopes times those of the arguments; the slope of an argument that is a coefficient
@@ -82,22 +106,22 @@ class Function(NamedTuple):
     """
 
     name: str
-    arguments: tuple[Coefficient | int, ...]
-    slopes: tuple[Coefficient | int, ...]
+    arguments: tuple[Coefficient | Factor, ...]
+    slopes: tuple[Coefficient | Factor, ...]
 
 
-class Select(NamedTuple):
+class Select(NamedTuple, Generic[Factor]):
     """One of two values: the first where a parameter, which holds a condition, is not zero."""
 
     condition: int
-    first: Coefficient | int
-    second: Coefficient | int
+    first: Coefficient | Factor
+    second: Coefficient | Factor
 
 
-class Integral(NamedTuple):
+class Invariant(NamedTuple, Generic[Factor]):
     """The sum of the squares of operations, which does not change along the motion."""
 
-    roots: tuple[int, ...]
+    roots: tuple[Factor, ...]
 
 
 class Crossing(NamedTuple):
@@ -139,7 +163,14 @@ class Momenta(NamedTuple):
 
 NO_MOMENTA = Momenta()
 
-Operation = State | Time | Sum | Product | Quotient | Function | Select | Integral
+Operation: TypeAlias = (
+    Variable | Time | Sum[int] | Product | Quotient[int] | Function[int] | Select[int] | Invariant[int]
+)
+
+Draft: TypeAlias = (
+    Variable | Time | Sum[Monomial] | Quotient[Monomial] | Function[Monomial] | Select[Monomial] | Invariant[Monomial]
+)
+"""An operation on monomials."""
 
 
 @dataclass(frozen=True)
@@ -168,9 +199,9 @@ class Decomposition:
     """
 
     operations: tuple[Operation, ...]
-    rates: tuple[Coefficient | int, ...]
+    rates: tuple[Operand, ...]
     parameters: int
-    watched: tuple[Coefficient | int, ...] = ()
+    watched: tuple[Operand, ...] = ()
     conditions: tuple[int, ...] = ()
     events: tuple[Crossing, ...] = ()
     stops: tuple[int, ...] = ()

@@ -1,25 +1,38 @@
-"""What a kernel watches for in each step: sign changes of conditions, which switch, and of events, which it notes.
+"""Detection of sign changes in a kernel: conditions, on which formulas switch, and events, which are recorded.
 
-The step is cut at the first of them. What changes its sign at the same time is found as the next step begins, from the
-coefficients there; then a step waits for those that belong to the new branches.
+A step ends at the first sign change of a watched function. A function whose sign changes at the same time is found when
+the next step begins: its coefficients there have another sign than the one that is stored. Then a step of length zero
+follows ("waits"), so that the coefficients of the next step are those of the new branches.
+
+The stored sign of a function, in the field `signs` for events and as parameter 1 (negative) or 0 for conditions, is its
+sign on the side of the last zero where the motion is:
+
+| stored sign of an event | value at the start of a step | meaning |
+|---|---|---|
+| 0 | any | the task is new, or an action has changed the state: the sign is the present one |
+| 0 | not above `sign_uncertainty` | an action has left the value at zero: the sign is the sign of the rate |
+| +1 or -1 | the same sign | no zero |
+| +1 or -1 | the opposite sign | a zero at the same time as the last one; the event is recorded and its sign changes |
 """
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
+from typing_extensions import override
 
+from poinsot.taylor.context import Context, Part, Work
 from poinsot.taylor.decomposition import Decomposition
-from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module, Record, Value, vector
-from poinsot.taylor.llvm_ir import Function as Lines
+from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Structure, Value, vector
+from poinsot.taylor.rescaling import Rescaling
 from poinsot.taylor.sign_changes import first_change
 
-__all__ = ["AT_ONCE", "Watch", "bit_of"]
+__all__ = ["Detection", "bit_of"]
 
-AT_ONCE = 16 * np.finfo(float).eps
+SIMULTANEOUS = 16 * np.finfo(float).eps
 """Times that differ by less, relative to the time and to that in which the attitude changes, are one: events may
 coincide. A time in which the attitude changes is that of the run at most."""
 
@@ -35,6 +48,9 @@ away ends half-way."""
 LINEAR = 2.0**-26
 """The part of a step in which variables are linear."""
 
+MARKS = "crossed", "rising"
+"""Integers that mark events by bits: the events that happen, and the events whose values rise with time."""
+
 BITS = 64
 """Events of an integer that marks events by bits."""
 
@@ -45,116 +61,193 @@ def bit_of(event: int) -> tuple[int, int]:
     return word, 1 << bit
 
 
-class Watch:
-    """The part of a kernel that looks at conditions and events.
+class Cut(NamedTuple):
+    """A step up to the first sign change.
 
     Attributes
     ----------
-    count, events, words : int
-        Numbers of the functions that are watched, of the values of events among them, and of the integers that mark
-        events by bits.
-    conditions : tuple of int
-        The parameters that hold the conditions.
-    of_tasks, marks : list
-        The fields that a lane and a task have for it, the marks of events apart.
-    note : structured type
-        Note of events: task, the events that happen and the events that rise (bits of integers), time, the time within
-        which events coincide, and variables.
+    length : vector of numbers
+    early, waits, stops : masks
+        Where the step ends at a sign change, where it waits with length zero, and where an event or a switch at its
+        start stops the lane.
     """
 
-    def __init__(self, kernel: Any, decomposition: Decomposition) -> None:
-        self._kernel, self._lanes, self._orders = kernel, kernel.lanes, kernel.order + 1
+    length: Value
+    early: Value
+    waits: Value
+    stops: Value
+
+
+class _Starts(NamedTuple):
+    """The watched functions at the start of a step.
+
+    Attributes
+    ----------
+    signs : list of vectors
+    passed : list of vectors
+        Times from the start behind which zeros are searched for.
+    shifts : list of vectors
+        For each event the time from the start to its zero, 0 where it is far.
+    delayed : dict
+        For events by number the mask of lanes where the event comes after a sample at the start.
+    """
+
+    signs: list[Value]
+    passed: list[Value]
+    shifts: list[Value]
+    delayed: dict[int, Value]
+
+
+class Detection(Part):
+    """The part of a kernel that detects sign changes of conditions and events.
+
+    Fields: `span`, the time of the run; `branches`, the conditions of the last step, and `next_branches`, those at the
+    end of a task; `signs` and `sign_uncertainty` of the values of events; `simultaneity`, the time within which events
+    coincide; `crossed` and `rising`; `shift`, the time from the start of a step to its events; `switched`, the count of
+    successive steps of length zero; and the block of recorded events.
+
+    Parameters
+    ----------
+    deadlines : sequence of str
+        Fields with times of samples, at which a step ends at the latest.
+
+    Attributes
+    ----------
+    count, events : int
+        Numbers of the watched functions, and of the values of events among them.
+    conditions : tuple of int
+        The parameters that hold the conditions.
+    record : structured type
+        Record of events at one time: task, `crossed`, `rising`, time, `simultaneity`, and variables.
+    """
+
+    def __init__(
+        self, context: Context, decomposition: Decomposition, rescaling: Rescaling, deadlines: Sequence[str]
+    ) -> None:
+        super().__init__(context)
+        self._rescaling, self._deadlines, self._orders = rescaling, deadlines, context.order + 1
         self.count, self.events = len(decomposition.watched), len(decomposition.events)
-        self.words = max(-(-self.events // BITS), 1)
+        self._words = max(-(-self.events // BITS), 1)
         self.conditions, self._crossings = decomposition.conditions, decomposition.events
         self._stops, self._attitude = decomposition.stops, decomposition.attitude
-        self._at_target = AT_TARGET * (2.0**-52 if kernel.wide else 1.0)
+        self._at_target = AT_TARGET * (2.0**-52 if context.wide else 1.0)
         sizes = {"span": min(self.count, 1), "branches": len(self.conditions)}
-        sizes |= dict.fromkeys(("sides", "uncertain"), self.events)
-        self.of_tasks = [(name, "f8", (size,)) for name, size in sizes.items()]
-        self.polynomials = {"watched": (self.count, self._orders, self._lanes)}
-        if kernel.wide:
-            self.polynomials["polynomials"] = (2 * self.count, self._orders, self._lanes)
-        self.marks = [(name, "i8", (self.words,)) for name in ("which", "rising")]
-        times = [(name, "f8") for name in ("time", "near")]
-        self.note = np.dtype([("task", "i8"), *self.marks, *times, ("state", "f8", (kernel.variables,))])
+        sizes |= dict.fromkeys(("signs", "sign_uncertainty"), self.events)
+        marks = [(name, "i8", (self._words,)) for name in MARKS]
+        near = [("simultaneity", "f8", ())]
+        self.of_tasks_and_lanes = [*((name, "f8", (size,)) for name, size in sizes.items()), *near, *marks]
+        self.of_tasks = [("next_branches", "f8", (len(self.conditions),))]
+        self.of_lanes = [("shift", "f8", ()), ("switched", "i8", ())]
+        self.polynomials = {"watched": (self.count, self._orders)}
+        if context.wide:
+            self.polynomials["watched_numbers"] = (2 * self.count, self._orders)
+        self.record = np.dtype([("task", "i8"), *marks, ("time", "f8"), *near, ("state", "f8", (context.variables,))])
+        self.functions = {"record_events": self._record_events} if self.events else {}
 
-    def define(self, module: Module) -> None:
-        """Write the functions that it needs."""
-        kind = self._kernel.kind
-        if self.count:
-            search = functools.partial(first_change, orders=self._orders, lanes=self._lanes)
-            module.function("first_change", f"{{{kind}, {kind}}}", [POINTER, *(kind,) * 3], search)
-        if self.events:
-            module.function("note", "void", [POINTER, INTEGER], self._note)
+    of_workers = [(name, "i8", ()) for name in ("records", "records_limit", "record_count")]  # noqa: RUF012
 
-    def store(self, work: Record, n: Value, outputs: Sequence[Value]) -> None:
-        """Store an order of what is watched."""
+    @override
+    def taken(self, work: Work, task: Structure, lane: Value) -> None:
+        work.array("switched", INTEGER)[lane] = 0
+
+    @override
+    def left(self, work: Work, task: Structure, lane: Value) -> None:
+        for i, place in enumerate(self.conditions):
+            task.array("next_branches")[i] = work.array("parameters")[lane + place * self.context.lanes]
+
+    def forget_branches(self, work: Work, lane: Value) -> None:
+        """Count a condition that switches in this step of a lane as no switch: its variables have jumped."""
+        for i in range(len(self.conditions)):
+            work.array("branches")[lane + i * self.context.lanes] = np.nan
+
+    def has_room(self, work: Work, room: Value) -> Value:
+        """Return whether there is room for the records of one more step."""
+        if not self.events:
+            return room
+        return room & work.array("record_count", INTEGER)[0].is_("le", work.array("records_limit", INTEGER)[0])
+
+    def store(self, work: Work, n: Value, outputs: Sequence[Value]) -> None:
+        """Store an order of the watched functions."""
         for i, value in enumerate(outputs):
-            work.array("watched", self._kernel.kind)[n + i * self._orders] = value.high
-            if self._kernel.wide:
-                work.array("polynomials", self._kernel.number)[n + i * self._orders] = value
+            work.doubles("watched")[n + i * self._orders] = value.high
+            if self.context.wide:
+                work.numbers("watched_numbers")[n + i * self._orders] = value
 
-    def look(self, lines: Lines, work: Record, h: Value, active: Value) -> tuple[Value, ...]:
-        """Cut a step at the first sign change, and note the events at its start.
+    def defined(self, work: Work, finite: Value) -> Value:
+        """Return where the values of all events are numbers too."""
+        values = work.doubles("watched")
+        for i in range(len(self.conditions), self.count):
+            finite = finite & (values[i * self._orders] * 0.0).is_("eq", 0.0)
+        return finite
 
-        Return its length, and where it is cut, where it waits, and where an event or a switch stops the lane.
-        """
-        nowhere = lines.constant(vector(BOOL, self._lanes), 0)
+    def held(self, work: Work, waits: Value) -> Value:
+        """Return where conditions switch without end: the motion leads back from both sides."""
         if not self.count:
-            return h, nowhere, nowhere, nowhere
-        kind, way = self._kernel.kind, work.array("way", self._kernel.kind)[0]
+            return waits
+        switched = work.integers("switched")
+        switched[0] = waits.choose(switched[0] + 1, 0)
+        return switched[0].is_("gt", 2 * self.count)
+
+    def cut(self, work: Work, h: Value, active: Value) -> Cut:
+        """Cut a step at the first sign change, and record the events at its start."""
+        nowhere = work.lines.constant(vector(BOOL, self.context.lanes), 0)
+        if not self.count:
+            return Cut(h, nowhere, nowhere, nowhere)
+        way = work.doubles("way")[0]
         # Behind a zero it is no shorter than before it: an action may let the body turn much faster.
-        kept = work.array("near", kind)
-        near = self._near(work).larger(kept[0])
-        chosen, cut, waits, whole = lines.constant(self._kernel.whole, -1), nowhere, nowhere, h
+        last_near = work.doubles("simultaneity")
+        near = self._simultaneity(work).larger(last_near[0])
+        chosen, early, waits, whole = work.lines.constant(self.context.whole, -1), nowhere, nowhere, h
         linear = near.larger(LINEAR * abs(h.high))
-        sides, passed, shifts, waiting = self._starts(work, near, linear)
+        starts, first = self._starts(work, near, linear), len(self.conditions)
         wrong = list[Value]()
-        for i, side in enumerate(sides):
-            reach = (abs(h.high).larger(passed[i])).intrinsic("copysign", way)
-            coefficients = work.array("watched", kind).at(i * self._orders)
-            given = coefficients, self._kernel.per_unit(work, reach), side, passed[i] / abs(reach)
-            found = lines.call(f"{{{kind}, {kind}}}", "first_change", *given)
-            share, changes = found.part(0), found.part(1).is_("gt", 0.0)
-            if i - len(self.conditions) in waiting:
-                share = waiting[i - len(self.conditions)].choose(share.like(1.0), share)
+        for i, sign in enumerate(starts.signs):
+            reach = (abs(h.high).larger(starts.passed[i])).intrinsic("copysign", way)
+            given = work.per_unit(reach), sign, starts.passed[i] / abs(reach)
+            share, changes = first_change(work.doubles("watched").at(i * self._orders), *given, self._orders)
+            if i - first in starts.delayed:
+                share = starts.delayed[i - first].choose(share.like(1.0), share)
             wrong.append(share.is_("eq", 0.0))
-            earlier = share.is_("lt", 1.0) & ~wrong[-1]
-            chosen = earlier.choose(changes.choose(chosen.like(i), -1), chosen)
-            end = self._polished(lines, work, i, share * reach, earlier & changes, near)
-            h, cut, waits = earlier.choose(end, h), cut | earlier, waits | wrong[-1]
-        kept[0] = near
-        if self._kernel.wide:
+            before = share.is_("lt", 1.0) & ~wrong[-1]
+            chosen = before.choose(changes.choose(chosen.like(i), -1), chosen)
+            end = self._polished(work, i, share * reach, before & changes, near)
+            h, early, waits = before.choose(end, h), early | before, waits | wrong[-1]
+        last_near[0] = near
+        if self.context.wide:
             far = chosen.is_("ge", 0) & abs(h.high).is_("gt", NEARBY * abs(whole.high))
             h, chosen = far.choose(h.times_power_of_two(0.5), h), far.choose(chosen.like(-1), chosen)
-        is_event, found = chosen.is_("ge", len(self.conditions)), h
-        for target in ("end", "output_time") if self.events else ():  # an event two roundings beside these is there
-            ahead = self._ahead(work, target)
-            h = (is_event & abs(ahead - h).is_("le", self._at_target * near)).choose(ahead, h)
-        for target in self._kernel.sampling.targets if self.events else ():  # a sample comes before its events
-            ahead = self._ahead(work, target)
-            h = (is_event & abs(ahead - found).is_("le", self._at_target * near)).choose(ahead, h)
-        stops = self._note_all(lines, work, sides, shifts, wrong, active) | (self._switched(lines, work) & ~waits)
+        h = self._at_targets(work, h, chosen.is_("ge", first), near)
+        stops = self._recorded(work, starts, wrong, active) | (self._switched(work) & ~waits)
         waits = waits | stops
         for i, place in enumerate(self.conditions):
-            branches = work.array("branches", kind)
-            branches[i] = waits.choose(branches[i], work.array("parameters", kind)[place])
-        here = [mask | (~waits & chosen.is_("eq", i)) for i, mask in enumerate(wrong)]
-        self._turn(work, sides, here, ~waits)
-        kept[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
-        return waits.choose(h.like(0.0), h), cut | waits, waits, stops
+            branches = work.doubles("branches")
+            branches[i] = waits.choose(branches[i], work.doubles("parameters")[place])
+        crossed = [mask | (~waits & chosen.is_("eq", i)) for i, mask in enumerate(wrong)]
+        self._cross(work, starts.signs, crossed, ~waits)
+        last_near[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
+        return Cut(waits.choose(h.like(0.0), h), early | waits, waits, stops)
 
-    def _ahead(self, work: Record, target: str) -> Value:
+    def _at_targets(self, work: Work, h: Value, is_event: Value, near: Value) -> Value:
+        """Return the time of a zero. An event within some roundings of an output time, a sample or the end is there."""
+        found = h
+        for target in ("end", "output_time") if self.events else ():
+            ahead = self._ahead(work, target)
+            h = (is_event & abs(ahead - h).is_("le", self._at_target * near)).choose(ahead, h)
+        for target in self._deadlines if self.events else ():  # a sample comes before its events
+            ahead = self._ahead(work, target)
+            h = (is_event & abs(ahead - found).is_("le", self._at_target * near)).choose(ahead, h)
+        return h
+
+    @staticmethod
+    def _ahead(work: Work, target: str) -> Value:
         """Return the time from the start of the step to an output time, a sample or the end."""
-        ahead: Value = self._kernel.ahead(work, work.array(target, self._kernel.kind)[0])
-        return ahead
+        return work.ahead(work.doubles(target)[0])
 
-    def _polished(self, lines: Lines, work: Record, i: int, end: Value, changes: Value, near: Value) -> Value:
+    def _polished(self, work: Work, i: int, end: Value, changes: Value, near: Value) -> Value:
         """Return the time of a zero, improved by two steps of Newton in double-double arithmetic."""
-        if not self._kernel.wide:
+        if not self.context.wide:
             return end
-        terms = work.array("polynomials", self._kernel.number)
+        terms, lines = work.numbers("watched_numbers"), work.lines
 
         def newton(h: Value) -> Value:
             def lower(n: Value, value: Value, slope: Value) -> list[Value]:
@@ -164,155 +257,129 @@ class Watch:
             _, value, slope = lines.repeat(start, lambda n, *_: n.is_("ge", 0), lower)
             return h - value / slope
 
+        wide_end = lines.constant(self.context.number, 0.0).like(end)
+
         def improved() -> list[Value]:
-            start = self._kernel.per_unit(work, lines.constant(self._kernel.number, 0.0).like(end))
-            found = self._kernel.in_unit(work, newton(newton(start)))
+            found = work.in_unit(newton(newton(work.per_unit(wide_end))))
             return [(abs((found - end).high)).is_("le", near).choose(found, end)]
 
-        (found,) = lines.either(changes.any(), [lines.constant(self._kernel.number, 0.0).like(end)], improved)
+        (found,) = lines.either(changes.any(), [wide_end], improved)
         return changes.choose(found, end)
 
-    def defined(self, work: Record, finite: Value) -> Value:
-        """Return where the values of all events are numbers too."""
-        values = work.array("watched", self._kernel.kind)
-        for i in range(len(self.conditions), self.count):
-            finite = finite & (values[i * self._orders] * 0.0).is_("eq", 0.0)
-        return finite
-
-    def held(self, work: Record, waits: Value) -> Value:
-        """Return where conditions switch without end: the motion leads back from both sides."""
-        if not self.count:
-            return waits
-        switched = work.array("switched", self._kernel.whole)
-        switched[0] = waits.choose(switched[0] + 1, 0)
-        return switched[0].is_("gt", 2 * self.count)
-
-    def _near(self, work: Record) -> Value:
-        """Return the time within which all happens at once: wherever the step is cut, the attitude hardly changes."""
-        kind, turning = self._kernel.kind, self._kernel.layout.states(work.address, 1)
-        scale = work.array("span", kind)[0]
+    def _simultaneity(self, work: Work) -> Value:
+        """Return the time within which events coincide: wherever the step is cut, the attitude hardly changes."""
+        turning = work.states(1)
+        scale = work.doubles("span")[0]
         if self._attitude:
             fastest = functools.reduce(Value.larger, [abs(turning[place].high) for place in self._attitude])
-            fastest = self._kernel.per_unit(work, fastest)
-            scale = (1.0 / fastest).smaller(scale)
-        return scale.larger(abs(work.array("time", kind)[0])) * AT_ONCE
+            scale = (1.0 / work.per_unit(fastest)).smaller(scale)
+        return scale.larger(abs(work.doubles("time")[0])) * SIMULTANEOUS
 
-    def _starts(
-        self, work: Record, near: Value, linear: Value
-    ) -> tuple[list[Value], list[Value], list[Value], dict[int, Value]]:
-        """Return the signs of the functions, the times behind which to look for zeros, and those to zeros of events.
+    def _starts(self, work: Work, near: Value, linear: Value) -> _Starts:
+        """Return the watched functions at the start of the step.
 
-        Of an event that is new the sign is the present one; where an action has left its value at zero, no farther
-        than it was known to be there, that behind the zero. The rate behind an action may be so small that the zero of
-        the rounded value is far ahead. Rounding may let a step pass a zero, by no more than is linear.
+        Where an action has left the value of an event at zero, its zero is passed no farther than it was known to be
+        there, and then behind the zero. The rate behind an action may be so small that the zero of the rounded value is
+        far ahead. Rounding may let a step pass a zero, by no more than is linear.
 
         An event that is new and that is at the start but for rounding has happened, unless it waits for a sample
-        between the start and its zero. Events that wait are the last of what is returned.
+        between the start and its zero.
         """
-        kind, way = near.type, work.array("way", near.type)[0]
-        sides = [1.0 - 2.0 * work.array("parameters", kind)[place] for place in self.conditions]
-        passed, shifts, waiting = [near] * len(sides), list[Value](), dict[int, Value]()
+        way = work.doubles("way")[0]
+        signs = [1.0 - 2.0 * work.doubles("parameters")[place] for place in self.conditions]
+        starts = _Starts(signs, [near] * len(signs), [], {})
         for i in range(self.events):
-            value, slope = (work.array("watched", kind)[len(sides) * self._orders + n] for n in (0, 1))
-            slope = self._kernel.per_unit(work, slope)
-            side, uncertain, shift = work.array("sides", kind)[i], work.array("uncertain", kind), -value / slope
-            left = side.is_("eq", 0.0) & abs(value).is_("le", uncertain[i])
-            present = left.choose(slope * way, value)
-            sides.append(side.is_("eq", 0.0).choose(side.like(1.0).intrinsic("copysign", present), side))
-            passed.append(left.choose(near.larger((2.0 * abs(shift)).smaller(linear)), near))
-            for target in self._kernel.sampling.targets:
+            value, slope = (work.doubles("watched")[len(starts.signs) * self._orders + n] for n in (0, 1))
+            slope = work.per_unit(slope)
+            sign, uncertainty, shift = work.doubles("signs")[i], work.doubles("sign_uncertainty"), -value / slope
+            at_zero = sign.is_("eq", 0.0) & abs(value).is_("le", uncertainty[i])
+            present = at_zero.choose(slope * way, value)
+            starts.signs.append(sign.is_("eq", 0.0).choose(sign.like(1.0).intrinsic("copysign", present), sign))
+            starts.passed.append(at_zero.choose(near.larger((2.0 * abs(shift)).smaller(linear)), near))
+            for target in self._deadlines:
                 ahead = self._ahead(work, target).high
-                new = side.is_("eq", 0.0) & ~left & shift.is_("le", near)
-                waiting[i] = new & ahead.is_("gt", 0.0) & shift.is_("ge", ahead - AT_TARGET * near)
-            shifts.append(abs(shift).is_("le", linear).choose(shift, 0.0))
-            uncertain[i] = near * abs(slope)
-        return sides, passed, shifts, waiting
+                new = sign.is_("eq", 0.0) & ~at_zero & shift.is_("le", near)
+                starts.delayed[i] = new & ahead.is_("gt", 0.0) & shift.is_("ge", ahead - AT_TARGET * near)
+            starts.shifts.append(abs(shift).is_("le", linear).choose(shift, 0.0))
+            uncertainty[i] = near * abs(slope)
+        return starts
 
-    def _switched(self, lines: Lines, work: Record) -> Value:
+    def _switched(self, work: Work) -> Value:
         """Return where a condition that stops a lane has switched since its last step, if it has taken one."""
-        kind, switched = self._kernel.kind, lines.constant(vector(BOOL, self._lanes), 0)
+        switched = work.lines.constant(vector(BOOL, self.context.lanes), 0)
         for i in self._stops:
-            change = work.array("parameters", kind)[self.conditions[i]] - work.array("branches", kind)[i]
+            change = work.doubles("parameters")[self.conditions[i]] - work.doubles("branches")[i]
             switched = switched | abs(change).is_("gt", 0.5)
         return switched
 
-    def _turn(self, work: Record, sides: Sequence[Value], here: Sequence[Value], moves: Value) -> None:
-        """Switch conditions and turn the sides of events; note which of these are at the end of the step."""
-        kind, whole, first = self._kernel.kind, self._kernel.whole, len(self.conditions)
+    def _cross(self, work: Work, signs: Sequence[Value], crossed: Sequence[Value], moves: Value) -> None:
+        """Switch conditions and change the signs of events; mark the events at the end of the step."""
+        first = len(self.conditions)
         for i, place in enumerate(self.conditions):
-            held = work.array("parameters", kind)[place]
-            work.array("parameters", kind)[place] = here[i].choose(1.0 - held, held)
-        for name in ("which", "rising") if self.events else ():
-            for word, marked in enumerate(self._bits(work, sides, [mask & moves for mask in here[first:]], name)):
-                work.array(name, whole)[word] = marked
+            held = work.doubles("parameters")[place]
+            work.doubles("parameters")[place] = crossed[i].choose(1.0 - held, held)
+        for name in MARKS if self.events else ():
+            for word, marked in enumerate(self._bits(work, signs, [mask & moves for mask in crossed[first:]], name)):
+                work.integers(name)[word] = marked
         for i in range(self.events):
-            side = sides[first + i]
-            work.array("sides", kind)[i] = here[first + i].choose(-side, side)
+            sign = signs[first + i]
+            work.doubles("signs")[i] = crossed[first + i].choose(-sign, sign)
 
-    def _bits(self, work: Record, sides: Sequence[Value], here: Sequence[Value], name: str) -> list[Value]:
+    def _bits(self, work: Work, signs: Sequence[Value], crossed: Sequence[Value], name: str) -> list[Value]:
         """Return the marks of the events that happen, or of the events among them that rise with time."""
-        way, first = work.array("way", self._kernel.kind)[0], len(self.conditions)
-        words = [work.array("which", self._kernel.whole)[0] * 0] * self.words
-        for i, mask in enumerate(here):
-            chosen = mask & (sides[first + i] * way).is_("lt", 0.0) if name == "rising" else mask
+        way, first = work.doubles("way")[0], len(self.conditions)
+        words = [work.integers("crossed")[0] * 0] * self._words
+        for i, mask in enumerate(crossed):
+            chosen = mask & (signs[first + i] * way).is_("lt", 0.0) if name == "rising" else mask
             words[i // BITS] = words[i // BITS] | (chosen.to_integer() << i % BITS)
         return words
 
-    def _note_all(
-        self,
-        lines: Lines,
-        work: Record,
-        sides: Sequence[Value],
-        shifts: Sequence[Value],
-        wrong: Sequence[Value],
-        active: Value,
-    ) -> Value:
-        """Note the events at the start of the step, and return where one stops the lane."""
+    def _recorded(self, work: Work, starts: _Starts, wrong: Sequence[Value], active: Value) -> Value:
+        """Record the events at the start of the step, and return where one stops the lane."""
+        nowhere = work.lines.constant(vector(BOOL, self.context.lanes), 0)
         if not self.events:
-            return lines.constant(vector(BOOL, self._lanes), 0)
-        known = [work.array("sides", self._kernel.kind)[i].is_("ne", 0.0) for i in range(self.events)]
-        here = [mask & side for mask, side in zip(wrong[len(self.conditions) :], known, strict=True)]
-        for name in ("which", "rising"):
-            bits = work.array(name, self._kernel.whole)
-            for word, marked in enumerate(self._bits(work, sides, here, name)):
-                bits[word] = bits[word] ^ marked  # what turns back is not there yet
-        marks, nowhere = list[Value](), lines.constant(vector(BOOL, self._lanes), 0)
-        happens = stops = nowhere
-        for word in range(self.words):
-            rising = work.array("rising", self._kernel.whole)[word]
+            return nowhere
+        known = [work.doubles("signs")[i].is_("ne", 0.0) for i in range(self.events)]
+        crossed = [mask & sign for mask, sign in zip(wrong[len(self.conditions) :], known, strict=True)]
+        for name in MARKS:
+            bits = work.integers(name)
+            for word, marked in enumerate(self._bits(work, starts.signs, crossed, name)):
+                bits[word] = bits[word] ^ marked  # an event whose sign changes back is not there yet
+        marks, happens, stops = list[Value](), nowhere, nowhere
+        for word in range(self._words):
+            rising = work.integers("rising")[word]
             crossings = list(enumerate(self._crossings[word * BITS : (word + 1) * BITS]))
             falls, rises = (sum(1 << i for i, x in crossings if x.direction == way) for way in (-1, 1))
             stopping = sum(1 << i for i, x in crossings if x.stops)
-            which = work.array("which", self._kernel.whole)[word] & ~((rising & falls) | (~rising & rises))
-            work.array("which", self._kernel.whole)[word] = which
+            which = work.integers("crossed")[word] & ~((rising & falls) | (~rising & rises))
+            work.integers("crossed")[word] = which
             stops, happens = stops | (which & stopping).is_("ne", 0), happens | which.is_("ne", 0)
             marks.append(which)
-        shift = shifts[0] * 0.0
-        for i, own in enumerate(shifts):
+        shift = starts.shifts[0] * 0.0
+        for i, own in enumerate(starts.shifts):
             word, bit = bit_of(i)
             shift = ((marks[word] & bit).is_("ne", 0) & ~stops).choose(own, shift)
-        work.array("shift", self._kernel.kind)[0] = shift
-        self._kernel.for_each(lines, work, active & happens, "note")
+        work.doubles("shift")[0] = shift
+        work.for_each(active & happens, "record_events")
         return stops
 
-    def _note(self, address: Value, lane: Value) -> None:
-        """Note what happens to a lane."""
-        kernel, work = self._kernel, Record(address, self._kernel.work)
-        count = work.array("noted", INTEGER)
-        notes = Array(work.array("notes", POINTER)[0], f"[{self.note.itemsize} x i8]")
-        note = Record(notes.at(count[0]), self.note)
+    def _record_events(self, work: Work, lane: Value) -> None:
+        """Record the events at the start of the step of a lane."""
+        lanes, count = self.context.lanes, work.array("record_count", INTEGER)
+        records = Array(work.array("records", POINTER)[0], f"[{self.record.itemsize} x i8]")
+        record = Structure(records.at(count[0]), self.record)
         count[0] = count[0] + 1
-        note.array("task", INTEGER)[0] = work.array("task", INTEGER)[lane]
-        for name in ("which", "rising"):
-            for word in range(self.words):
-                note.array(name, INTEGER)[word] = work.array(name, INTEGER)[lane + word * self._lanes]
+        record.array("task", INTEGER)[0] = work.array("task", INTEGER)[lane]
+        for name in MARKS:
+            for word in range(self._words):
+                record.array(name, INTEGER)[word] = work.array(name, INTEGER)[lane + word * lanes]
         shift = ahead = work.array("shift")[lane]
-        if kernel.wide:
+        if self.context.wide:
             ahead = shift / work.array("unit")[lane]
-        note.array("time")[0] = work.array("time")[lane] + shift
-        note.array("near")[0] = work.array("near")[lane]
-        states, rates = (kernel.layout.states(address, n).of(DOUBLE) for n in (0, 1))
-        out = note.array("state")
-        for k in range(kernel.variables):
-            value = rates[lane + k * self._lanes].high.fma(ahead, states[lane + k * self._lanes].high)
-            out[k] = kernel.momenta.outwards(work, k, value, lane)
+        record.array("time")[0] = work.array("time")[lane] + shift
+        record.array("simultaneity")[0] = work.array("simultaneity")[lane]
+        states, rates = (work.states(n).of(DOUBLE) for n in (0, 1))
+        out = record.array("state")
+        for k in range(self.context.variables):
+            value = rates[lane + k * lanes].high.fma(ahead, states[lane + k * lanes].high)
+            out[k] = self._rescaling.unscaled(work, k, value, lane)

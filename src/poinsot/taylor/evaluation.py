@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 
 from poinsot.taylor.formula_code import written
-from poinsot.taylor.graph import Node, needed
+from poinsot.taylor.graph import HELD, Node, needed
 from poinsot.taylor.llvm_functions import LIBRARY
 from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Module, Value, Wide, machine_code
-from poinsot.taylor.replay import HELD
 
-__all__ = ["WideReplay"]
+__all__ = ["WideEvaluator"]
 
 
-class WideReplay:
+class WideEvaluator:
     """Formulas of numbers, compiled in double-double arithmetic; conditions and roots that a kernel holds are 0.
 
     Parameters

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from poinsot.taylor import llvm_functions, wide_functions
-from poinsot.taylor.decomposition import Coefficient, Function
-from poinsot.taylor.graph import OPERATORS, Node, needed
-from poinsot.taylor.llvm_ir import BOOL, Value, Wide
-from poinsot.taylor.llvm_ir import Function as Lines
+from poinsot.taylor.decomposition import Coefficient
+from poinsot.taylor.graph import OPERATORS, GraphScalar, Node, needed
+from poinsot.taylor.llvm_ir import BOOL, FunctionText, Value, Wide
 
 __all__ = ["written"]
 
 
-def written(lines: Lines, known: Mapping[int, Value], outputs: Sequence[Any], kind: str) -> list[Value]:
+def written(lines: FunctionText, known: Mapping[int, Value], outputs: Sequence[GraphScalar], kind: str) -> list[Value]:
     """Write formulas of numbers of a type; values of some nodes are known by the places of these."""
     values = dict(known)
 
-    def value(operand: Any) -> Value:
+    def value(operand: GraphScalar) -> Value:
         return values[operand.place] if isinstance(operand, Node) else lines.constant(kind, operand)
 
     for node in needed([x for x in outputs if isinstance(x, Node)], known):
@@ -44,4 +42,4 @@ def _result(node: Node, operands: list[Value], wide: bool) -> Value:
         case name:
             given = tuple(0 if isinstance(x, Node) else Coefficient(float(x)) for x in node.operands)
             write = wide_functions.elementary if wide else llvm_functions.elementary
-            return write(Function(name, given, ()), operands, 1)
+            return write(name, given, operands)

@@ -7,23 +7,43 @@ on a symbol varies.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import operator
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from poinsot import functions
 from poinsot.functions import Comparable, Scalar, Vector
 
-__all__ = ["Graph", "Node", "gradient", "needed", "number", "ordered", "partials", "replaced", "ruled", "tangents"]
+__all__ = [
+    "HELD",
+    "Evaluator",
+    "Graph",
+    "Node",
+    "gradient",
+    "needed",
+    "number",
+    "ordered",
+    "partials",
+    "replaced",
+    "ruled",
+    "tangents",
+    "wide",
+]
 
-LARGEST_POWER = 256
+GraphScalar: TypeAlias = "Node | float | Fraction"
+"""An operand of a formula in a graph."""
+
+MAX_PRODUCT_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
 
+
+_Operator: TypeAlias = "Callable[[Node, GraphScalar], GraphScalar]"
 
 OPERATORS: Mapping[str, Callable[..., Any]] = {
     "add": operator.add,
@@ -34,7 +54,7 @@ OPERATORS: Mapping[str, Callable[..., Any]] = {
 }
 
 
-def _operators(name: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+def _operators(name: str) -> tuple[_Operator, _Operator]:
     """Return the methods of an operator: with the node on its left and on its right."""
     return (lambda node, other: _combined(name, node, other)), (lambda node, other: _combined(name, other, node))
 
@@ -114,7 +134,7 @@ class Graph:
             found = self._known[key] = Node(self, len(self._known), name, operands, varies)
         return found
 
-    def leaf(self, scalar: Any) -> Any:
+    def leaf(self, scalar: Scalar) -> Scalar:
         """Return a scalar as an operand: a node, a number, or a node that holds an array or a scalar of other kinds."""
         if isinstance(scalar, NUMBERS):
             return float(scalar) if isinstance(scalar, float) else scalar
@@ -125,19 +145,19 @@ class Graph:
         node.value = scalar
         return node
 
-    def applied(self, name: str, *scalars: Any) -> Any:
+    def applied(self, name: str, *scalars: Scalar) -> GraphScalar:
         """Return a function of scalars, of which one at least is a node."""
         return self.simplified(name, tuple([x if _is_operand(x, self) else self.leaf(x) for x in scalars]))
 
-    def simplified(self, name: str, operands: tuple[Any, ...]) -> Any:
-        """Return a function of operands: a node, or what it is simpler than that."""
+    def simplified(self, name: str, operands: tuple[GraphScalar, ...]) -> GraphScalar:
+        """Return a function of operands: a node, or a simpler operand."""
         if name in SIMPLER:
             simple = SIMPLER[name](*operands)
             if simple is not None:
                 return simple
         if name in COMMUTING:
             a, b = operands
-            if b.__class__ is not Node or (a.__class__ is Node and b.place < a.place):
+            if not isinstance(b, Node) or (isinstance(a, Node) and b.place < a.place):
                 operands = b, a
         return self.node(name, operands)
 
@@ -183,22 +203,25 @@ class Node(Comparable):
     __truediv__, __rtruediv__ = _operators("div")
     __pow__, __rpow__ = _operators("pow")
 
-    def __neg__(self) -> Any:
+    def __neg__(self) -> GraphScalar:
         return self.graph.applied("neg", self)
 
-    def __sub__(self, other: Any) -> Any:
-        return self + (-other)
+    def __sub__(self, other: Scalar) -> GraphScalar:
+        result: GraphScalar = self + (-other)
+        return result
 
-    def __rsub__(self, other: Any) -> Any:
-        return other + (-self)
+    def __rsub__(self, other: Scalar) -> GraphScalar:
+        result: GraphScalar = other + (-self)
+        return result
 
-    def __abs__(self) -> Any:
-        return functions.abs(self)
+    def __abs__(self) -> GraphScalar:
+        result: GraphScalar = functions.abs(self)
+        return result
 
     def __bool__(self) -> bool:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
-    def apply(self, name: str, arguments: tuple[Any, ...]) -> Any:
+    def apply(self, name: str, arguments: tuple[Scalar, ...]) -> GraphScalar:
         """Return an elementary function of scalars, this one among them."""
         return _newest(arguments).applied(name, *arguments)
 
@@ -224,51 +247,58 @@ def _newest(scalars: Iterable[Any]) -> Graph:
 # ---------------------------------------------------------------------- simplifications: None where there is none
 
 
-def _added(a: Any, b: Any) -> Any:
+def _added(a: GraphScalar, b: GraphScalar) -> GraphScalar | None:
     return b if a == 0 else a if b == 0 else None
 
 
-def _negated(a: Any) -> Any:
-    return a.operands[0] if a.name == "neg" else None
+def _negated(a: Node) -> GraphScalar | None:
+    inner: GraphScalar | None = a.operands[0] if a.name == "neg" else None
+    return inner
 
 
-def _multiplied(a: Any, b: Any) -> Any:
+def _multiplied(a: GraphScalar, b: GraphScalar) -> GraphScalar | None:
+    inner: GraphScalar
     for one, other in ((a, b), (b, a)):
-        if one.__class__ is Node:
+        if isinstance(one, Node):
             if one.name == "neg":
-                return -(one.operands[0] * other)
+                inner = one.operands[0]
+                return -(inner * other)
         elif one == 0:
             return 0.0
         elif one in UNITS:
             return other if one == 1 else -other
-        elif other.name == "mul" and other.operands[0].__class__ is not Node:
+        elif isinstance(other, Node) and other.name == "mul" and not isinstance(other.operands[0], Node):
             number, rest = other.operands
-            return (one * number) * rest
+            inner = (one * number) * rest
+            return inner
     return None
 
 
-def _divided(a: Any, b: Any) -> Any:
+def _divided(a: GraphScalar, b: GraphScalar) -> GraphScalar | None:
+    inner: GraphScalar
     if a == 0:
         return 0.0
     if b == 1:
         return a
-    if b.__class__ is Node and b.name == "div" and b.operands[0] == 1:
-        return a * b.operands[1]
-    if a.__class__ is Node and a.name == "neg":
-        return -(a.operands[0] / b)
+    if isinstance(b, Node) and b.name == "div" and b.operands[0] == 1:
+        inner = b.operands[1]
+        return a * inner
+    if isinstance(a, Node) and a.name == "neg":
+        inner = a.operands[0]
+        return -(inner / b)
     return None
 
 
-def _powered(base: Any, power: Any) -> Any:
+def _powered(base: GraphScalar, power: GraphScalar) -> GraphScalar | None:
     if isinstance(power, Node):
         return functions.exp(power * functions.log(base)) if power.varies else None
     n = float(power)
-    if n == int(n) and 0 <= n <= LARGEST_POWER:
+    if n == int(n) and 0 <= n <= MAX_PRODUCT_POWER:
         return _whole_power(base, int(n))
     return functions.sqrt(base) if n == 0.5 else None
 
 
-def _whole_power(x: Any, n: int) -> Any:
+def _whole_power(x: GraphScalar, n: int) -> GraphScalar:
     """Return x^n as products of squares."""
     if n < 2:
         return x if n else 1.0
@@ -276,17 +306,17 @@ def _whole_power(x: Any, n: int) -> Any:
     return root * root * x if n % 2 else root * root
 
 
-def _chosen(condition: Any, a: Any, b: Any) -> Any:
+def _chosen(condition: GraphScalar, a: GraphScalar, b: GraphScalar) -> GraphScalar | None:
     if not isinstance(condition, Node):
         return a if condition else b
     return a if a is b or a == b else None
 
 
-def _on_a_circle(eccentricity: Any, mean_anomaly: Any) -> Any:
+def _on_a_circle(eccentricity: GraphScalar, mean_anomaly: GraphScalar) -> GraphScalar | None:
     return mean_anomaly if eccentricity == 0 else None
 
 
-SIMPLER: Mapping[str, Callable[..., Any]] = {
+SIMPLER: Mapping[str, Callable[..., GraphScalar | None]] = {
     "add": _added,
     "neg": _negated,
     "mul": _multiplied,
@@ -300,28 +330,28 @@ SIMPLER: Mapping[str, Callable[..., Any]] = {
 # ---------------------------------------------------------------------- derivatives
 
 
-def _exact(scalar: Any) -> Any:
+def _exact(scalar: GraphScalar) -> GraphScalar:
     """Return a number as a fraction, so that sums and products with other numbers have all digits."""
     return Fraction(scalar) if isinstance(scalar, float) and math.isfinite(scalar) else scalar
 
 
-def _by_atan2(_: Any, y: Any, x: Any) -> tuple[Any, Any]:
+def _by_atan2(_: Node, y: GraphScalar, x: GraphScalar) -> tuple[GraphScalar, ...]:
     square = _exact(x) * _exact(x) + _exact(y) * _exact(y)
     return x / square, -y / square
 
 
-def _by_anomaly(E: Any, e: Any, _: Any) -> tuple[Any, Any]:
+def _by_anomaly(E: Node, e: GraphScalar, _: GraphScalar) -> tuple[GraphScalar, ...]:
     sine = functions.sin(0.5 * E)
     slope = 1 / ((1 - _exact(e)) + 2 * e * (sine * sine))
     return slope * functions.sin(E), slope
 
 
-def _by_inverse_hyperbolic_defect(_: Any, x: Any) -> tuple[Any, ...]:
+def _by_inverse_hyperbolic_defect(_: Node, x: GraphScalar) -> tuple[GraphScalar, ...]:
     root = functions.sqrt(1 + x * x)
     return (x * x / (root * (1 + root)),)
 
 
-PARTIALS: Mapping[str, Callable[..., tuple[Any, ...]]] = {
+PARTIALS: Mapping[str, Callable[..., tuple[GraphScalar, ...]]] = {
     "add": lambda *_: (1, 1),
     "neg": lambda *_: (-1,),
     "mul": lambda _, a, b: (b, a),
@@ -344,7 +374,7 @@ PARTIALS: Mapping[str, Callable[..., tuple[Any, ...]]] = {
 }
 
 
-def partials(node: Node) -> tuple[Any, ...]:
+def partials(node: Node) -> tuple[GraphScalar, ...]:
     """Return the derivatives of a node by its operands, and 0 for operands that are numbers.
 
     Raises
@@ -363,7 +393,7 @@ def partials(node: Node) -> tuple[Any, ...]:
     return tuple([s if isinstance(x, Node) else 0.0 for s, x in zip(slopes, node.operands, strict=True)])
 
 
-def ruled(value: Any, variables: Sequence[Any], slope: Callable[[int], Any]) -> Any:
+def ruled(value: Scalar, variables: Sequence[Scalar], slope: Callable[[int], Scalar]) -> Scalar:
     """Return a value whose derivatives by those of the variables that vary, by their number, a closed rule gives."""
     if not any(isinstance(x, Node) for x in variables):
         return value
@@ -376,13 +406,13 @@ def ordered(outputs: Iterable[Any]) -> list[Node]:
     return needed([x for x in outputs if isinstance(x, Node)], ())
 
 
-def gradient(output: Any, by: Sequence[Node]) -> list[Any]:
+def gradient(output: Scalar, by: Sequence[Node]) -> list[Scalar]:
     """Return the derivatives of one scalar by some nodes, none of which depends on another: by reverse passes."""
     if not by or not isinstance(output, Node) or output.graph is not by[0].graph:
         return [0.0] * len(by)
     nodes, ends = ordered([output]), {node.place for node in by}
     reached = _reached(nodes, ends)
-    adjoints: dict[int, Any] = {output.place: 1} if output.place in reached else {}
+    adjoints: dict[int, GraphScalar] = {output.place: 1} if output.place in reached else {}
     for node in reversed(nodes):
         if node.place not in adjoints or node.place in ends:
             continue
@@ -396,7 +426,7 @@ def gradient(output: Any, by: Sequence[Node]) -> list[Any]:
 
 def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
     """Return the differentials of outputs for those of some nodes, whatever these are computed from."""
-    found: dict[int, Any] = {node.place: seed for node, seed in seeds.items()}
+    found: dict[int, GraphScalar] = {node.place: seed for node, seed in seeds.items()}
     graphs = {node.graph for node in seeds}
     own = [x if isinstance(x, Node) and x.graph in graphs else 0.0 for x in outputs]
     for node in ordered(own):
@@ -414,7 +444,7 @@ def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
     return [_known(found, x) for x in own]
 
 
-def _shares(node: Node, factors: Sequence[Any]) -> Sequence[Any]:
+def _shares(node: Node, factors: Sequence[GraphScalar]) -> Sequence[GraphScalar]:
     """Return the derivatives of a node by its operands, each times a factor."""
     if node.name == "add":
         return factors
@@ -424,11 +454,11 @@ def _shares(node: Node, factors: Sequence[Any]) -> Sequence[Any]:
     return [0.0 if _is_zero(x) else s * x for s, x in zip(partials(node), factors, strict=True)]
 
 
-def _is_zero(scalar: Any) -> bool:
+def _is_zero(scalar: GraphScalar) -> bool:
     return isinstance(scalar, NUMBERS) and bool(scalar == 0)
 
 
-def _known(found: Mapping[int, Any], operand: Any) -> Any:
+def _known(found: Mapping[int, GraphScalar], operand: GraphScalar) -> GraphScalar:
     return found.get(operand.place, 0.0) if operand.__class__ is Node else 0.0
 
 
@@ -445,9 +475,9 @@ SINGULAR = {"div": 1, "atan2": 1, "sqrt": 0, "log": 0, "pow": 0}
 """Operations that have no value, or no slope, where one of their operands is zero, and which one."""
 
 
-def replaced(outputs: Sequence[Any], values: Mapping[Node, Any]) -> Sequence[Any]:
+def replaced(outputs: Sequence[GraphScalar], values: Mapping[Node, GraphScalar]) -> Sequence[GraphScalar]:
     """Return outputs, simplified, with others in the place of some nodes; as they are where one would be singular."""
-    known: dict[int, Any] = {node.place: value for node, value in values.items()}
+    known: dict[int, GraphScalar] = {node.place: value for node, value in values.items()}
     for node in ordered(outputs):
         if node.place in known or not any(x.place in known for x in node.nodes):
             continue
@@ -490,3 +520,96 @@ def needed(outputs: Iterable[Node], known: Container[int]) -> list[Node]:
             found[node.place] = node
             waiting += node.nodes
     return [found[place] for place in sorted(found)]
+
+
+HELD = "held"
+"""Name of constants that no input gives: conditions and square roots, which change at switches and at the start."""
+
+wide: Callable[[Any], Any] = np.longdouble(1).__mul__
+"""Convert a number or an array to long double, in a quarter of the time of `np.longdouble`."""
+
+MAX_SELECTIONS = 8
+"""Sets of inputs that change together, for which an evaluator stores the operations to repeat."""
+
+_Operation = tuple[int, Callable[..., Any], tuple[int, ...], int]
+"""Register of the result, function, registers of the operands, and the inputs that it depends on, as bits."""
+
+_LastCall = tuple[tuple[Any, ...], list[Any], tuple[Any, ...]]
+"""Numbers of a call, all registers, and the values of the outputs."""
+
+NO_CALL: _LastCall = (), [], ()
+
+
+class Evaluator:
+    """Evaluation of formulas for the inputs of a run, node by node. Constants named `HELD` are zero.
+
+    For scalars, a call repeats only the operations that depend on inputs whose numbers differ from the last call.
+
+    Parameters
+    ----------
+    outputs : sequence of scalars
+        Nodes or numbers.
+    typed : callable
+        Conversion of each input, a scalar or an array, to the type of the arithmetic.
+    first : sequence of Node
+        Nodes whose values come first in a call; inputs of the run follow.
+    """
+
+    def __init__(self, outputs: Sequence[Any], typed: Callable[[Any], Any], first: Sequence[Node] = ()) -> None:
+        self._typed, self._registers = typed, list[Any]()
+        nodes = [x for x in outputs if isinstance(x, Node)]
+        given = {node.place: number for number, node in enumerate(first)}
+        inputs = [node for node in needed(nodes, given) if node.name == "input"]
+        given |= {node.place: len(first) + node.operands[0] for node in inputs}
+        places = {place: self._register() for place in given}
+        bits = {places[place]: 1 << number for place, number in given.items()}
+        self._given = [(number, places[place]) for place, number in given.items()]
+        self._operations: list[_Operation] = []
+        for node in needed(nodes, given):
+            if node.name in ("value", HELD):
+                places[node.place] = self._register(node.value if node.name == "value" else 0.0)
+            else:
+                operands = tuple(
+                    [places[x.place] if isinstance(x, Node) else self._register(x) for x in node.arguments]
+                )
+                places[node.place] = result = self._register()
+                bits[result] = functools.reduce(operator.or_, (bits.get(x, 0) for x in operands), 0)
+                function = OPERATORS.get(node.name) or operation_of(node)
+                self._operations.append((result, function, operands, bits[result]))
+        self._outputs = [places[x.place] if isinstance(x, Node) else self._register(x) for x in outputs]
+        self._selections: dict[int, list[_Operation]] = {}
+        self._count, self._last = max([number + 1 for number, _ in self._given], default=0), NO_CALL
+
+    def _register(self, value: Any = 0.0) -> int:
+        if isinstance(value, Fraction):
+            value = np.longdouble(value.numerator) / np.longdouble(value.denominator)
+        self._registers.append(value)
+        return len(self._registers) - 1
+
+    def __call__(self, given: Sequence[Any]) -> tuple[Any, ...]:
+        """Return the values, scalars or arrays: the same tuple as in the last call if all numbers are equal."""
+        scalars = np.ndarray not in map(type, given)
+        last, known, values = self._last if scalars else NO_CALL  # threads exchange it whole
+        changed = sum([
+            1 << number
+            for number, x, y in zip(range(self._count), given, last, strict=False)
+            if x is not y and (x != y or (not x and math.copysign(1.0, x) != math.copysign(1.0, y)))
+        ]) if last else -1  # fmt: skip
+        if changed:
+            known = (known or self._registers).copy()
+            for number, place in self._given:
+                if changed >> number & 1:
+                    known[place] = self._typed(given[number])
+            for result, function, operands, _ in self._selection(changed):
+                known[result] = function(*[known[place] for place in operands])
+            values = tuple([known[place] for place in self._outputs])
+            self._last = (tuple(given), known, values) if scalars else NO_CALL
+        return values
+
+    def _selection(self, changed: int) -> list[_Operation]:
+        """Return the operations that depend on inputs, which are given as bits; all where such sets are many."""
+        if changed == -1 or (changed not in self._selections and len(self._selections) >= MAX_SELECTIONS):
+            return self._operations
+        if changed not in self._selections:
+            self._selections[changed] = [one for one in self._operations if one[3] & changed]
+        return self._selections[changed]

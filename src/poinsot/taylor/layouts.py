@@ -14,20 +14,20 @@ from typing import Any, Literal
 from typing_extensions import override
 
 from poinsot.taylor.llvm_ir import DOUBLE, Array, Value, Wide, WideArray, host_features, vector
-from poinsot.taylor.schedule import Row, Schedule
+from poinsot.taylor.schedule import CoefficientRow, Schedule
 
-__all__ = ["ROLLED_FROM", "Batch", "Layout", "Rolled", "Single"]
+__all__ = ["Batch", "Layout", "Rolled", "Single", "layout_of"]
 
 WIDTH = 4
 """Inner sums of one member in a vector."""
 
-ROLLED_FROM = 200
+MIN_ROLLED = 200
 """Inner sums of one member from which on a loop over parts computes them. Fewer run faster as straight-line code."""
 
 Layout = Literal["batch", "single"]
 
 
-class Memory:
+class CoefficientMemory:
     """The memory of coefficients: double precision, or all high parts and behind them all low parts.
 
     Attributes
@@ -60,10 +60,10 @@ class Batch:
     def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int, wide: bool) -> None:
         states = {row: schedule.state_of(row) for row in schedule.rows}
         stored = [row for row, place in states.items() if place is None]
-        self._kept = {row: variables + i for i, row in enumerate(stored)}
-        self._places = self._kept | {row: place for row, place in states.items() if place is not None}
+        self._stored = {row: variables + i for i, row in enumerate(stored)}
+        self._places = self._stored | {row: place for row, place in states.items() if place is not None}
         self._stride = variables + len(stored)
-        self.lanes, self._memory = lanes, Memory((order + 1) * self._stride * lanes, wide)
+        self.lanes, self._memory = lanes, CoefficientMemory((order + 1) * self._stride * lanes, wide)
         self.size = self._memory.size
         self._groups = _parts(schedule.groups, self._memory.at_once(lanes))
 
@@ -72,10 +72,10 @@ class Batch:
         whole = self._memory.array(memory, self.lanes)
         return whole.from_(whole.at(n * self._stride))
 
-    def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
+    def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
         """Store what inner sums of higher orders read."""
-        if row in self._kept:
-            self.states(memory, n)[self._kept[row]] = value
+        if row in self._stored:
+            self.states(memory, n)[self._stored[row]] = value
 
     def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
         """Write the inner sums of an order."""
@@ -96,7 +96,7 @@ class Single:
         inner = [inner for group in schedule.groups for inner in group]
         self._count = -(-len(inner) // unit) * unit
         self._index = {one.place: i for i, one in enumerate(inner)}
-        self._places: dict[Row, list[int]] = {}
+        self._places: dict[CoefficientRow, list[int]] = {}
         for i, one in enumerate(inner):
             self._places.setdefault(one.first, []).append(i)
             self._places.setdefault(one.second, []).append(self._count + i)
@@ -107,7 +107,7 @@ class Single:
         self._sums = (order + 1) * self._stride
         self._ahead = (order + (len(schedule.outputs) > variables)) & 1
         self._states = self._sums + 2 * self._count
-        self._memory = Memory(self._states + (order + 1) * variables, wide)
+        self._memory = CoefficientMemory(self._states + (order + 1) * variables, wide)
         self.size, self._most = self._memory.size, self._memory.at_once(WIDTH)
 
     def _at(self, memory: Value, place: Value | int, lanes: int = 1) -> Array:
@@ -118,7 +118,7 @@ class Single:
         """Return the coefficients of the states of some order."""
         return self._at(memory, n * self._variables + self._states)
 
-    def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
+    def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
         """Store what inner sums of higher orders read, vectors as soon as they are complete."""
         for place in self._places.get(row, ()):
             block = place // WIDTH
@@ -175,7 +175,7 @@ class Rolled(Single):
         super().__init__(schedule, variables, order, wide, len(self._part) * WIDTH)
 
     @override
-    def keep(self, memory: Value, n: Value, row: Row, value: Value) -> None:
+    def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
         """Store what inner sums of higher orders read."""
         for place in self._places.get(row, ()):
             self._at(memory, n * self._stride)[place] = value
@@ -209,6 +209,13 @@ class Rolled(Single):
             newest = _newest(n)
             lines.count(self._count // unit, rest)
         return self._found(memory)
+
+
+def layout_of(layout: Layout, schedule: Schedule, variables: int, order: int, lanes: int, wide: bool) -> Batch | Single:
+    """Return the places of the coefficients of a schedule."""
+    if layout == "batch":
+        return Batch(schedule, variables, order, lanes, wide)
+    return (Rolled if schedule.sums >= MIN_ROLLED else Single)(schedule, variables, order, wide)
 
 
 def _newest(n: Value) -> Value:

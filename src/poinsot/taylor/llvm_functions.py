@@ -9,18 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from poinsot.taylor.decomposition import Coefficient, Function
-from poinsot.taylor.llvm_ir import DOUBLE, Value, vector
+from poinsot.taylor.decomposition import Coefficient, Operand
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Value
 
 __all__ = [
     "LIBRARY",
-    "MOST_HALVES",
     "each",
+    "eccentric_anomaly",
     "elementary",
+    "halves_of",
     "power_of_root",
     "rough_exp2",
     "rough_log2",
-    "written_eccentric_anomaly",
 ]
 
 LIBRARY = ("acos", "asin", "asinh", "atan", "atan2", "cos", "exp", "log", "log2", "pow", "sin", "tan", "tanh")
@@ -48,46 +48,43 @@ SINE_DEFECT = tuple((-1.0) ** k / math.factorial(2 * k + 3) for k in range(12))
 ROUNDING = 6755399441055744.0
 """1.5 2^52: a number with this added and taken away again is rounded to an integer, the low bits of the sum."""
 
-MOST_HALVES = 16
+MAX_HALVES = 16
 """Twice the powers that are products of roots."""
 
-ITERATIONS, ENOUGH = 60, 2.0**-14
+MAX_ITERATIONS, CONVERGED = 60, 2.0**-14
 """Of Kepler's equation; the relative change after which the next one would be below rounding."""
 
 
-def elementary(function: Function, arguments: Sequence[Value], lanes: int) -> Value:
-    """Write an elementary function of vectors."""
-    lines, name = arguments[0].function, function.name
+def elementary(name: str, operands: Sequence[Operand], values: Sequence[Value]) -> Value:
+    """Write an elementary function of the values of operands."""
     match name:
         case "sqrt":
-            return arguments[0].sqrt()
+            return values[0].sqrt()
         case "sin" | "cos":
-            return _sine_and_cosine(arguments[0], lanes).part(int(name == "cos"))
+            return _sine_and_cosine(values[0]).part(int(name == "cos"))
         case "eccentric_anomaly":
-            kind, own = vector(DOUBLE, lanes), f"{name}_{lanes}"
-            lines.module.function(own, kind, [kind, kind], lambda e, m: written_eccentric_anomaly(e, m, lanes))
-            return lines.call(kind, own, *arguments)
+            return eccentric_anomaly(*values)
         case "sine_defect" | "asinh_defect":
-            return _defect(name, arguments[0], lanes)
-        case "pow":
-            return _power(function, arguments, lanes)
-    return each(name, arguments, lanes)
+            return _defect(name, values[0])
+        case "pow" if halves := halves_of(operands[1]):
+            return power_of_root(values[0], halves)
+    return each(name, values)
 
 
-def _power(function: Function, arguments: Sequence[Value], lanes: int) -> Value:
-    exponent = function.arguments[1]
+def halves_of(exponent: Operand) -> int:
+    """Return twice an exponent if a power is a product of roots, otherwise 0."""
     if isinstance(exponent, Coefficient) and exponent.parameter is None:
         halves = 2 * exponent.number
-        if halves == int(halves) and 0 < abs(halves) <= MOST_HALVES:
-            return power_of_root(arguments[0], int(halves))
-    return each("pow", arguments, lanes)
+        return int(halves) if halves == int(halves) and abs(halves) <= MAX_HALVES else 0
+    return 0
 
 
-def each(name: str, arguments: Sequence[Value], lanes: int) -> Value:
+def each(name: str, arguments: Sequence[Value]) -> Value:
     """Call the C library for each number."""
+    lanes, kind = arguments[0].lanes, arguments[0].type
     if lanes == 1:
         return arguments[0].function.call(DOUBLE, name, *arguments)
-    kind, own = vector(DOUBLE, lanes), f"each_{name}"
+    own = f"each_{name}"
 
     def body(*vectors: Value) -> Value:
         lines, result = vectors[0].function, vectors[0]
@@ -128,14 +125,13 @@ def _reduced(x: Value, parts: Sequence[float]) -> tuple[Value, Value]:
     return x, count
 
 
-def _sine_and_cosine(x: Value, lanes: int) -> Value:
-    kind, lines = vector(DOUBLE, lanes), x.function
-    both, name = f"{{{kind}, {kind}}}", f"sine_and_cosine_{lanes}"
-    lines.module.function(name, both, [kind], lambda x: _written_sine_and_cosine(x, lanes))
-    return lines.call(both, name, x)
+def _sine_and_cosine(x: Value) -> Value:
+    both, name = f"{{{x.type}, {x.type}}}", f"sine_and_cosine_{x.lanes}"
+    x.function.module.function(name, both, [x.type], _written_sine_and_cosine)
+    return x.function.call(both, name, x)
 
 
-def _written_sine_and_cosine(x: Value, lanes: int) -> Value:
+def _written_sine_and_cosine(x: Value) -> Value:
     lines = x.function
     r, count = _reduced(x, HALF_PI)
     z = r * r
@@ -151,20 +147,27 @@ def _written_sine_and_cosine(x: Value, lanes: int) -> Value:
     far = abs(x).is_("gt", FAR)
 
     def exact() -> list[Value]:
-        return [far.choose(each(name, [x], lanes), value) for name, value in zip(("sin", "cos"), near, strict=True)]
+        return [far.choose(each(name, [x]), value) for name, value in zip(("sin", "cos"), near, strict=True)]
 
     return lines.struct(*lines.either(far.any(), near, exact))
 
 
-def written_eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: int) -> Value:
+def eccentric_anomaly(eccentricity: Value, mean_anomaly: Value) -> Value:
+    """Return the eccentric anomaly."""
+    lines, kind, name = eccentricity.function, eccentricity.type, f"eccentric_anomaly_{eccentricity.lanes}"
+    lines.module.function(name, kind, [kind, kind], _written_eccentric_anomaly)
+    return lines.call(kind, name, eccentricity, mean_anomaly)
+
+
+def _written_eccentric_anomaly(eccentricity: Value, mean_anomaly: Value) -> Value:
     """Solve E - e sin E = M by Danby's method of order four, for E between -pi and pi."""
     lines = mean_anomaly.function
     reduced, _ = _reduced(mean_anomaly, [4.0 * part for part in HALF_PI])
     far = abs(mean_anomaly).is_("gt", FAR)
 
     def exact() -> list[Value]:
-        both = _sine_and_cosine(mean_anomaly, lanes)
-        return [far.choose(each("atan2", [both.part(0), both.part(1)], lanes), reduced)]
+        both = _sine_and_cosine(mean_anomaly)
+        return [far.choose(each("atan2", [both.part(0), both.part(1)]), reduced)]
 
     (reduced,) = lines.either(far.any(), [reduced], exact)
     size, rest = abs(reduced), 1.0 - eccentricity
@@ -173,7 +176,7 @@ def written_eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: i
     start = (size + eccentricity).smaller(size / rest).smaller(cubic).smaller(math.pi)
 
     def step(anomaly: Value, left: Value, going: Value) -> list[Value]:
-        both = _sine_and_cosine(0.5 * anomaly, lanes)
+        both = _sine_and_cosine(0.5 * anomaly)
         twice = 2.0 * both.part(0)
         slope = (eccentricity * twice).fma(both.part(0), rest)
         half, sixth = 0.5 * eccentricity * twice * both.part(1), (1.0 - slope) * (1 / 6)  # second and third derivative
@@ -184,24 +187,24 @@ def written_eccentric_anomaly(eccentricity: Value, mean_anomaly: Value, lanes: i
         change = excess / slope
         change = excess / half.fma(change, slope)
         change = excess / change.fma(sixth.fma(change, half), slope)
-        again = going & abs(change).is_("gt", anomaly * ENOUGH)
+        again = going & abs(change).is_("gt", anomaly * CONVERGED)
         return [going.choose(anomaly + change, anomaly), left - 1, again]
 
     anomaly, _, _ = lines.repeat(
-        [start, lines.constant("i64", ITERATIONS), size.is_("ge", 0.0)],
+        [start, lines.constant(INTEGER, MAX_ITERATIONS), size.is_("ge", 0.0)],
         lambda _, left, going: left.is_("gt", 0) & going.any(),
         step,
     )
     return anomaly.intrinsic("copysign", reduced)
 
 
-def _defect(name: str, x: Value, lanes: int) -> Value:
-    """Return x - sin x, or x - asinh x, which is the like of the angle whose hyperbolic sine is x."""
+def _defect(name: str, x: Value) -> Value:
+    """Return x - sin x, or x - asinh x, which is sinh u - u for u = asinh x, up to its sign."""
     of_sine = name == "sine_defect"
-    angle = x if of_sine else each("asinh", [x], lanes)
+    angle = x if of_sine else each("asinh", [x])
     square = angle * angle
     near = angle * square * _polynomial(square, [c if of_sine else abs(c) for c in SINE_DEFECT])
-    return square.is_("lt", 4.0).choose(near, x - (_sine_and_cosine(x, lanes).part(0) if of_sine else angle))
+    return square.is_("lt", 4.0).choose(near, x - (_sine_and_cosine(x).part(0) if of_sine else angle))
 
 
 def rough_log2(x: Value) -> Value:

@@ -16,23 +16,25 @@ import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import Any, cast
+from typing import Any, TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
+from poinsot.taylor.decomposition import Number
 from poinsot.taylor.object_cache import ObjectCache, folder
 
 __all__ = [
+    "ATTRIBUTES",
     "BOOL",
     "DOUBLE",
     "INTEGER",
     "POINTER",
     "SELDOM",
     "Array",
-    "Function",
+    "FunctionText",
     "Module",
-    "Record",
+    "Structure",
     "Value",
     "Wide",
     "WideArray",
@@ -41,10 +43,14 @@ __all__ = [
     "exact_sum",
     "host_features",
     "machine_code",
+    "offset_of",
     "vector",
 ]
 
 DOUBLE, INTEGER, BOOL, POINTER = "double", "i64", "i1", "ptr"
+
+Argument: TypeAlias = "Value | Number"
+"""The second operand of an operator."""
 
 CODE_GENERATION = 1
 """LLVM's level: code of level 2 is not faster, and of a large system it takes nearly twice as long to make."""
@@ -94,10 +100,10 @@ def _number(kind: str, number: float) -> str:
     return text if _lanes(kind) == 1 else "<" + ", ".join([f"{_kind(kind)} {text}"] * _lanes(kind)) + ">"
 
 
-def _operators(name: str) -> tuple[Callable[[Value, Value | float], Value], Callable[[Value, float], Value]]:
+def _operators(name: str) -> tuple[Callable[[Value, Argument], Value], Callable[[Value, Number], Value]]:
     """Return the methods of an operator: with the value on its left and on its right."""
 
-    def written(value: Value, *operands: Value | float) -> Value:
+    def written(value: Value, *operands: Argument) -> Value:
         return value._new("f" * (DOUBLE in value.type) + name, *map(value.like, operands))
 
     return (lambda value, other: written(value, value, other)), (lambda value, other: written(value, other, value))
@@ -108,8 +114,13 @@ class Value:
 
     __slots__ = ("function", "name", "type")
 
-    def __init__(self, function: Function, kind: str, name: str) -> None:
+    def __init__(self, function: FunctionText, kind: str, name: str) -> None:
         self.function, self.type, self.name = function, kind, name
+
+    @property
+    def lanes(self) -> int:
+        """Numbers in a vector."""
+        return _lanes(self.type)
 
     @property
     def parts(self) -> tuple[Value, ...]:
@@ -125,7 +136,7 @@ class Value:
         """Return a number of this kind from the next ones of some values of LLVM."""
         return next(parts)
 
-    def like(self, other: Value | float | Fraction) -> Value:
+    def like(self, other: Argument) -> Value:
         """Return a value, or a number as a constant of this one's type."""
         return other if isinstance(other, Value) else self.function.constant(self.type, other)
 
@@ -136,44 +147,29 @@ class Value:
     __add__, __radd__ = _operators("add")
     __sub__, __rsub__ = _operators("sub")
     __mul__, __rmul__ = _operators("mul")
-
-    def __truediv__(self, other: Value | float) -> Value:
-        return self._new("fdiv", self, self.like(other))
-
-    def __rtruediv__(self, other: float) -> Value:
-        return self._new("fdiv", self.like(other), self)
+    __truediv__, __rtruediv__ = _operators("div")
+    __and__, _ = _operators("and")
+    __or__, _ = _operators("or")
+    __xor__, _ = _operators("xor")
+    __lshift__, _ = _operators("shl")
+    __rshift__, _ = _operators("lshr")
 
     def __neg__(self) -> Value:
         return self._new("fneg", self)
 
-    def __and__(self, other: Value | int) -> Value:
-        return self._new("and", self, self.like(other))
-
-    def __or__(self, other: Value | int) -> Value:
-        return self._new("or", self, self.like(other))
-
-    def __xor__(self, other: Value | int) -> Value:
-        return self._new("xor", self, self.like(other))
-
     def __invert__(self) -> Value:
         return self ^ self.like(-1 if _kind(self.type) == INTEGER else 1)
 
-    def __lshift__(self, bits: int) -> Value:
-        return self._new("shl", self, self.like(bits))
-
-    def __rshift__(self, bits: int) -> Value:
-        return self._new("lshr", self, self.like(bits))
-
-    def is_(self, relation: str, other: Value | float) -> Value:
+    def is_(self, relation: str, other: Argument) -> Value:
         """Compare: lt, le, gt, ge, eq; NaN is in no relation to anything."""
         other = self.like(other)
         if DOUBLE in self.type:
             test = f"fcmp o{relation}"
         else:
             test = f"icmp {relation if relation in ('eq', 'ne') else 's' + relation}"
-        return self._new(test, self, other, kind=vector(BOOL, _lanes(self.type)))
+        return self._new(test, self, other, kind=vector(BOOL, self.lanes))
 
-    def choose(self, yes: Value, no: Value | float) -> Value:
+    def choose(self, yes: Value, no: Argument) -> Value:
         """Return one of two values where this mask is set, the other elsewhere."""
         no = yes.like(no)
         yes = no.like(yes)
@@ -183,23 +179,23 @@ class Value:
         ]
         return yes.of_parts(iter(chosen))
 
-    def larger(self, other: Value | float) -> Value:
+    def larger(self, other: Argument) -> Value:
         """Return the larger one of two; of NaN and a number, the number, if that is the other one."""
         other = self.like(other)
         return self.is_("gt", other).choose(self, other)
 
-    def smaller(self, other: Value | float) -> Value:
+    def smaller(self, other: Argument) -> Value:
         """Return the smaller one of two, likewise."""
         other = self.like(other)
         return self.is_("lt", other).choose(self, other)
 
-    def intrinsic(self, name: str, *others: Value | float) -> Value:
+    def intrinsic(self, name: str, *others: Argument) -> Value:
         """Call an elementwise intrinsic of LLVM."""
-        lanes = _lanes(self.type)
+        lanes = self.lanes
         name = f"llvm.{name}.{'v' + str(lanes) if lanes > 1 else ''}{'f64' if DOUBLE in self.type else 'i64'}"
         return self.function.call(self.type, name, self, *map(self.like, others))
 
-    def fma(self, factor: Value | float, addend: Value | float) -> Value:
+    def fma(self, factor: Argument, addend: Argument) -> Value:
         """Return self * factor + addend with one rounding."""
         return self.intrinsic("fma", factor, addend)
 
@@ -219,7 +215,7 @@ class Value:
         """Return the nearest integer."""
         return self.intrinsic("rint")
 
-    def times_power_of_two(self, power: Value | float) -> Value:
+    def times_power_of_two(self, power: Argument) -> Value:
         """Return the product with a power of two, which is exact."""
         return self * power
 
@@ -243,7 +239,7 @@ class Value:
         return self._cast("sitofp", DOUBLE)
 
     def _cast(self, operation: str, kind: str) -> Value:
-        kind = vector(kind, _lanes(self.type))
+        kind = vector(kind, self.lanes)
         return self.function.new(kind, f"{operation} {self.type} {self.name} to {kind}")
 
     def part(self, part: int) -> Value:
@@ -253,13 +249,13 @@ class Value:
 
     def lane(self, lane: int) -> Value:
         """Return one of the numbers of a vector."""
-        if _lanes(self.type) == 1:
+        if self.lanes == 1:
             return self
         return self.function.new(_kind(self.type), f"extractelement {self.type} {self.name}, i32 {lane}")
 
     def with_lane(self, lane: int, value: Value) -> Value:
         """Return a vector with one number exchanged."""
-        if _lanes(self.type) == 1:
+        if self.lanes == 1:
             return value
         text = f"insertelement {self.type} {self.name}, {value.type} {value.name}, i32 {lane}"
         return self.function.new(self.type, text)
@@ -275,7 +271,7 @@ class Value:
 
     def any(self) -> Value:
         """Whether a mask is set somewhere."""
-        lanes = _lanes(self.type)
+        lanes = self.lanes
         if lanes == 1:
             return self
         whole = self.function.new(f"i{lanes}", f"bitcast {self.type} {self.name} to i{lanes}")
@@ -306,16 +302,15 @@ class WideValue(Value):
         return WideValue(next(parts), next(parts))
 
     @override
-    def like(self, other: Value | float | Fraction) -> WideValue:
+    def like(self, other: Argument) -> WideValue:
         if isinstance(other, WideValue):
             return other
         if isinstance(other, Value):
             return WideValue(other, Value.like(self.high, 0.0))
-        found: Any = self.function.constant(self.type, other)
-        return cast(WideValue, found)
+        return WideValue(*self.function.constant(self.type, other).parts)
 
     @override
-    def __add__(self, other: Value | float) -> WideValue:
+    def __add__(self, other: Argument) -> WideValue:
         if isinstance(other, Value) and not isinstance(other, WideValue):
             high, low = exact_sum(self.high, other)
             return WideValue(*_ordered_sum(high, low + self.low))
@@ -327,15 +322,15 @@ class WideValue(Value):
     __radd__ = __add__
 
     @override
-    def __sub__(self, other: Value | float) -> WideValue:
+    def __sub__(self, other: Argument) -> WideValue:
         return self + (-other)
 
     @override
-    def __rsub__(self, other: Value | float) -> WideValue:
+    def __rsub__(self, other: Argument) -> WideValue:
         return -self + other
 
     @override
-    def __mul__(self, other: Value | float) -> WideValue:
+    def __mul__(self, other: Argument) -> WideValue:
         if isinstance(other, float | int) and math.frexp(other)[0] in (0.5, -0.5):
             return self.times_power_of_two(float(other))
         if isinstance(other, Value) and not isinstance(other, WideValue):
@@ -348,7 +343,7 @@ class WideValue(Value):
     __rmul__ = __mul__
 
     @override
-    def __truediv__(self, other: Value | float) -> WideValue:
+    def __truediv__(self, other: Argument) -> WideValue:
         other = self.like(other)
         first = self.high / other.high
         high, low = exact_product(first, other.high)
@@ -356,7 +351,7 @@ class WideValue(Value):
         return WideValue(*_ordered_sum(first, rest / other.high))
 
     @override
-    def __rtruediv__(self, other: Value | float) -> WideValue:
+    def __rtruediv__(self, other: Argument) -> WideValue:
         return self.like(other) / self
 
     @override
@@ -365,11 +360,10 @@ class WideValue(Value):
 
     @override
     def __abs__(self) -> WideValue:
-        negative: Any = self.high.is_("lt", 0.0).choose(-self, self)
-        return cast(WideValue, negative)
+        return WideValue(*self.high.is_("lt", 0.0).choose(-self, self).parts)
 
     @override
-    def fma(self, factor: Value | float, addend: Value | float) -> WideValue:
+    def fma(self, factor: Argument, addend: Argument) -> WideValue:
         return self * factor + addend
 
     @override
@@ -400,11 +394,11 @@ class WideValue(Value):
         return WideValue(*_ordered_sum(whole, low))
 
     @override
-    def times_power_of_two(self, power: Value | float) -> WideValue:
+    def times_power_of_two(self, power: Argument) -> WideValue:
         return WideValue(self.high * power, self.low * power)
 
     @override
-    def is_(self, relation: str, other: Value | float) -> Value:
+    def is_(self, relation: str, other: Argument) -> Value:
         if isinstance(other, float | int) and other == 0:
             return self.high.is_(relation, 0.0)
         return (self - other).high.is_(relation, 0.0)
@@ -478,7 +472,7 @@ class Array:
         text = f"load {self.type}, ptr {self.at(index).name}, align {self._align}"
         return self.address.function.new(self.type, text)
 
-    def __setitem__(self, index: Value | int, value: Value | float) -> None:
+    def __setitem__(self, index: Value | int, value: Argument) -> None:
         function = self.address.function
         given = value if isinstance(value, Value) else function.constant(self.type, value)
         function.line(f"store {self.type} {given.name}, ptr {self.at(index).name}, align {self._align}")
@@ -510,7 +504,7 @@ class WideArray(Array):
         return WideValue(parts[index], parts[index + self._distance])
 
     @override
-    def __setitem__(self, index: Value | int, value: Value | float) -> None:
+    def __setitem__(self, index: Value | int, value: Argument) -> None:
         function, parts = self.address.function, self.high
         given = function.constant(self.type, 0.0).like(value)
         for place, part in zip((index, index + self._distance), given.parts, strict=True):
@@ -535,29 +529,31 @@ class WideArray(Array):
         return Array(self.high.at(self._distance), str(self.type))
 
 
-class Record:
-    """A structure in memory whose fields are those of a NumPy type."""
+def offset_of(kind: np.dtype[np.void], name: str) -> int:
+    """Return where a field of a structured type begins, in bytes."""
+    assert kind.fields is not None  # noqa: S101
+    return int(kind.fields[name][1])
 
-    def __init__(self, address: Value, kind: np.dtype[Any]) -> None:
+
+class Structure:
+    """A structure in memory with the fields of a NumPy type."""
+
+    def __init__(self, address: Value, kind: np.dtype[np.void]) -> None:
         self.address, self._kind = address, kind
 
     def array(self, name: str, kind: str = DOUBLE) -> Array:
         """Return a field as elements of a type; low parts of double-double numbers fill the second half of a field."""
-        fields: Any = self._kind.fields
-        own, place = fields[name][:2]
-        address = Array(self.address, "i8").at(place)
-        return (
-            WideArray(address, kind, own.itemsize // (16 * _lanes(kind)))
-            if isinstance(kind, Wide)
-            else Array(address, kind)
-        )
+        address = Array(self.address, "i8").at(offset_of(self._kind, name))
+        if isinstance(kind, Wide):
+            return WideArray(address, kind, self._kind[name].itemsize // (16 * _lanes(kind)))
+        return Array(address, kind)
 
 
 class Module:
     """Functions, and what they call from outside."""
 
     def __init__(self) -> None:
-        self.functions: dict[str, Function] = {}
+        self.functions: dict[str, FunctionText] = {}
         self.called: dict[str, str] = {}
 
     def function(
@@ -571,7 +567,7 @@ class Module:
         """Define a function, if there is none of that name, by what writes its body from its arguments."""
         if name in self.functions:
             return
-        function = self.functions[name] = Function(self, name, returns, arguments, attributes)
+        function = self.functions[name] = FunctionText(self, name, returns, arguments, attributes)
         result = body(*function.arguments)
         if isinstance(result, WideValue):
             result = function.struct(result)
@@ -582,7 +578,7 @@ class Module:
         return "\n".join([*declared, *map(str, self.functions.values())])
 
 
-class Function:
+class FunctionText:
     """The text of a function while it is written."""
 
     def __init__(self, module: Module, name: str, returns: str, arguments: Sequence[str], attributes: str) -> None:
@@ -608,7 +604,7 @@ class Function:
         self.line(f"{value.name} = {text}")
         return value
 
-    def constant(self, kind: str, number: float | Fraction) -> Value:
+    def constant(self, kind: str, number: Number) -> Value:
         """Return a constant, a double or a fraction."""
         if isinstance(kind, Wide):
             high = float(number)
@@ -665,10 +661,7 @@ class Function:
         return whole
 
     def repeat(
-        self,
-        carried: Sequence[Value],
-        going: Callable[..., Value],
-        body: Callable[..., Sequence[Value]],
+        self, carried: Sequence[Value], going: Callable[..., Value], body: Callable[..., Sequence[Value]]
     ) -> list[Value]:
         """Repeat a body while a condition holds; both take the carried values, and the body returns the next ones."""
         before, head, inside, after = self._block, self._label(), self._label(), self._label()
@@ -687,7 +680,7 @@ class Function:
         self._begin(after)
         return values
 
-    def count(self, count: Value | int, body: Callable[[Value], Any]) -> None:
+    def count(self, count: Value | int, body: Callable[[Value], None]) -> None:
         """Repeat a body with an index from zero."""
 
         def one(index: Value) -> list[Value]:
@@ -732,14 +725,18 @@ def host_features() -> dict[str, bool]:
     return dict(llvm.get_host_cpu_features())
 
 
-def machine_code(text: str, library: Sequence[str]) -> Any:
-    """Compile a module that calls some functions of the C library, or load it from disk; return the code's owner."""
+def machine_code(text: str, library: Sequence[str] = ()) -> Any:
+    """Compile a module, or load it from disk; return the owner of the code.
+
+    A module may call some functions of the C library. On a processor that does not multiply and add in one instruction
+    LLVM calls its `fma`, which gives the same bits in a much longer time.
+    """
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     own = ctypes.CDLL("ucrtbase" if platform.system() == "Windows" else None)
-    for name in library:
+    for name in ("fma", *library):
         llvm.add_symbol(name, ctypes.cast(getattr(own, name), ctypes.c_void_p).value)
     cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
     level = CODE_GENERATION if len(text) <= MAX_OPTIMIZED else 0
@@ -755,7 +752,7 @@ def machine_code(text: str, library: Sequence[str]) -> Any:
     return engine
 
 
-def _key(text: str, *machine: object) -> str:
+def _key(text: str, *machine: str | int) -> str:
     """Return the name of all that decides what object code is."""
     import llvmlite
     import llvmlite.binding as llvm

@@ -11,14 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.taylor.canonical_form import TIME, Drafts
+from poinsot.taylor.canonical_form import TIME, CanonicalForm, Root
 from poinsot.taylor.conserved_squares import without_squares
 from poinsot.taylor.decomposition import Crossing, Decomposition
-from poinsot.taylor.evaluation import WideReplay
-from poinsot.taylor.graph import Node, ordered, replaced
-from poinsot.taylor.replay import Replay, wide
-from poinsot.taylor.shared_products import Assembly
-from poinsot.taylor.updates import Jumps, Update
+from poinsot.taylor.evaluation import WideEvaluator
+from poinsot.taylor.graph import Evaluator, Node, ordered, replaced, wide
+from poinsot.taylor.sampling import Jumps, Update
+from poinsot.taylor.shared_products import CommonSubexpressions
 
 __all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "simplified"]
 
@@ -31,13 +30,6 @@ POWERS: dict[str, Callable[[Any, Any, Any], Any]] = {
     "sqrt": lambda a, _, __: a / 2,
 }
 """The power of what an operation makes of two operands, from theirs and the number that the second one is."""
-
-
-class Root(NamedTuple):
-    """The argument of a square root, and the parameter that is added to it."""
-
-    argument: Node
-    parameter: int
 
 
 class Events(NamedTuple):
@@ -77,13 +69,13 @@ class Program:
         decomposition = replace(self.decomposition, parameters=first + len(constants))
         return replace(self, decomposition=decomposition, parameters=[*self.parameters, *constants], jumps=jumps)
 
-    def values(self, typed: Callable[[Any], Any]) -> Replay:
+    def values(self, typed: Callable[[Any], Any]) -> Evaluator:
         """Return what gives the values of `given` and of the parameters for the inputs of a run, 0 for those held."""
-        return Replay([*self.given, *self.parameters], typed)
+        return Evaluator([*self.given, *self.parameters], typed)
 
-    def wide_values(self) -> WideReplay:
+    def wide_values(self) -> WideEvaluator:
         """Return the computation of the same in double-double arithmetic: high parts of all, then low parts."""
-        return WideReplay([*self.given, *self.parameters])
+        return WideEvaluator([*self.given, *self.parameters])
 
     @functools.cached_property
     def powers(self) -> NDArray[np.int_]:
@@ -100,45 +92,34 @@ class Program:
 
 
 class Constants:
-    """The values of the constants that a variable meets in formulas, for the inputs of a run.
-
-    Of the formulas it keeps these constants alone, so that a great many may be known, and the program until it is
-    asked for.
+    """Constants that a variable meets in formulas, evaluated for the inputs of a run.
 
     Parameters
     ----------
-    rates : sequence of scalars
-    program : Program
-        For runs in which none of the constants is zero.
+    formulas : sequence of scalars
+        Rates and values of events.
     jumps : bool
-        Whether tangent vectors may jump on the way.
+        Whether tangent vectors may jump at switches.
 
     Attributes
     ----------
-    size : int
-        How many operations there are.
     count : int
-        How many constants.
-    values : Replay
+        Number of constants.
+    values : Evaluator
     switches : bool
-        Whether a formula branches on the way.
+        Whether a formula branches along the motion.
     latest : dict
-        By the kind of a run, a reference to what was found for the last one, and which constants were zero in it.
+        Kind of a kernel -> weak reference to the kernel of the last run, and the constants that were zero in it.
     """
 
-    def __init__(self, rates: Sequence[Any], program: Program, jumps: bool) -> None:
-        self.size, self.jumps, self.latest = program.decomposition.size, jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
-        self._program: Program | None = program
-        conditions = {node.operands[0] for node in ordered(rates) if node.name == "where"}
-        met = _constants_met(rates)
-        self.count, self.values = len(met), Replay(met, wide)
+    def __init__(self, formulas: Sequence[Any], jumps: bool) -> None:
+        self.jumps, self.latest = jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
+        nodes = ordered(formulas)
+        conditions = {node.operands[0] for node in nodes if node.name == "where"}
+        met = _constants_met(formulas)
+        self.count, self.values = len(met), Evaluator(met, wide)
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
-        self.switches = bool(conditions_of(rates))
-
-    def whole_program(self) -> Program | None:
-        """Return the program when it is asked for first, and forget it with its formulas; None later."""
-        program, self._program = self._program, None
-        return program
+        self.switches = any(node.name == "less" and node.varies for node in nodes)
 
     def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
         """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
@@ -184,13 +165,12 @@ def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
 def _program(rates: Sequence[Any], events: Events) -> Program:
     """Return the program of rates and events."""
     conditions = conditions_of([*rates, *events.values])
-    made = Drafts((rates, [*conditions.values(), *events.values]))
-    final = Assembly(without_squares(made.drafts, made.outputs[0]), made.slopes)
-    own, watched = ([final.value(x) for x in group] for group in made.outputs)
-    roots = [Root(argument, parameter) for argument, _, parameter in made.roots]
-    places = tuple(made.conditions[node.place] for node in conditions)
-    whole = tuple(own), len(made.constants), tuple(watched), places, events.crossings
-    return Program(Decomposition(final.operations(), *whole), made.constants, roots)
+    form = CanonicalForm((rates, [*conditions.values(), *events.values]))
+    final = CommonSubexpressions(without_squares(form.drafts, form.outputs[0]), form)
+    own, watched = (tuple(map(final.value, group)) for group in form.outputs)
+    places = tuple(form.conditions[node.place] for node in conditions)
+    decomposition = Decomposition(final.operations(), own, len(form.constants), watched, places, events.crossings)
+    return Program(decomposition, form.constants, form.roots)
 
 
 def simplified(rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:

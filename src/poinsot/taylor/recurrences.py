@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any
 
 from typing_extensions import override
 
 from poinsot.taylor import llvm_functions, wide_functions
-from poinsot.taylor.decomposition import Coefficient, Function, Integral
-from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Record, Value
-from poinsot.taylor.schedule import Row, Schedule, varying
+from poinsot.taylor.context import Work
+from poinsot.taylor.decomposition import Coefficient, Invariant, Operand, magnitude
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Value
+from poinsot.taylor.schedule import CoefficientRow, Schedule, varying
 
 __all__ = ["HigherOrder", "ZerothOrder"]
 
 NOTHING = Coefficient(0.0)
 
-BLOCK, MAX_UNCUT = 30, 1000
+MAX_BLOCK, MAX_UNCUT = 30, 1000
 """Operations of a block of straight-line code, and how many are left in one block: the scheduling of instructions and
 the allocation of registers take a time that grows with more than the length of a block."""
 
@@ -25,54 +25,51 @@ the allocation of registers take a time that grows with more than the length of 
 class ZerothOrder:
     """Writes the values of all operations; each kind of these has the method of its name."""
 
-    def __init__(self, kernel: Any, work: Record) -> None:
-        self._kernel, self._work = kernel, work
-        self._schedule: Schedule = kernel.schedule
-        self._kind: str = kernel.number
-        self._states: Array | Sequence[Value] = kernel.layout.states(work.address, 0)
+    def __init__(self, work: Work, schedule: Schedule) -> None:
+        self._work, self._context, self._schedule = work, work.context, schedule
+        self._states: Array | Sequence[Value] = work.states(0)
         self._values: list[Value] = []
 
     def outputs(self) -> list[Value]:
         """Write all operations, and return the rates and, behind them, what is watched."""
         large = len(self._schedule.operations) > MAX_UNCUT
         for k, operation in enumerate(self._schedule.operations):
-            if large and k % BLOCK == 0:
-                self._work.address.function.cut(self._work.array("active", INTEGER)[0].is_("ge", 0))
+            if large and k % MAX_BLOCK == 0:
+                self._work.lines.cut(self._work.array("active", INTEGER)[0].is_("ge", 0))
             write = getattr(self, f"_{type(operation).__name__.lower()}", None)
             if write is None:
                 raise TypeError(f"operation must be one with a recurrence, got {operation}.")
             self._values.append(write(*operation))
-            self._keep(k, self._values[k])
+            self._store(k, self._values[k])
         return list(map(self._value, self._schedule.outputs))
 
-    def _value(self, of: Coefficient | int) -> Value:
+    def _value(self, of: Operand) -> Value:
         return self._values[of] if isinstance(of, int) else self._constant(of)
 
     def _constant(self, coefficient: Coefficient) -> Value:
-        """Return the coefficient, of this order, of what stays."""
+        """Return the Taylor coefficient of this order of a constant."""
         return self._coefficient(coefficient)
 
     def _coefficient(self, coefficient: Coefficient) -> Value:
-        number: Any = coefficient.number
-        parameter = coefficient.parameter
+        number, parameter = coefficient
         if parameter is None:
-            return self._work.address.function.constant(self._kind, number)
+            return self._work.lines.constant(self._context.number, number)
         value = self._field("parameters", parameter)
-        if abs(number) != 1.0:
-            value = value * abs(number)
+        if magnitude(number) != 1.0:
+            value = value * magnitude(number)
         return value if number > 0 else -value
 
     def _field(self, name: str, place: int) -> Value:
-        return self._work.array(name, self._kind)[place]
+        return self._work.numbers(name)[place]
 
-    def _keep(self, k: int, value: Value) -> None:
+    def _store(self, k: int, value: Value) -> None:
         """Store what higher orders need of order 0."""
         if k in self._schedule.zeros:
-            self._work.array("zeros", self._kind)[self._schedule.zeros[k]] = value
+            self._work.numbers("zeros")[self._schedule.zeros[k]] = value
         if k in self._schedule.reciprocals:
-            self._work.array("reciprocals", self._kind)[self._schedule.reciprocals[k]] = 1.0 / value
+            self._work.numbers("reciprocals")[self._schedule.reciprocals[k]] = 1.0 / value
 
-    def _state(self, place: int) -> Value:
+    def _variable(self, place: int) -> Value:
         return self._states[place]
 
     def _time(self) -> Value:
@@ -82,8 +79,7 @@ class ZerothOrder:
         """Write a linear sum; terms with one factor share it, and what is known last comes last."""
         shared: dict[Coefficient, list[tuple[int, bool]]] = {}
         for coefficient, k in sorted(terms, key=lambda term: term[1]):
-            number: Any = coefficient.number
-            size = coefficient._replace(number=abs(number))
+            size = coefficient._replace(number=magnitude(coefficient.number))
             shared.setdefault(size, []).append((k, coefficient.number < 0))
         given = list(map(self._coefficient, constants))
         total = functools.reduce(Value.__add__, given) if given else None
@@ -113,19 +109,18 @@ class ZerothOrder:
     def _product(self, first: int, second: int) -> Value:
         return self._values[first] * self._values[second]
 
-    def _quotient(self, numerator: Coefficient | int, denominator: int) -> Value:
+    def _quotient(self, numerator: Operand, denominator: int) -> Value:
         return self._value(numerator) / self._values[denominator]
 
-    def _select(self, condition: int, first: Coefficient | int, second: Coefficient | int) -> Value:
-        held = self._work.array("parameters", self._kernel.kind)[condition]
+    def _select(self, condition: int, first: Operand, second: Operand) -> Value:
+        held = self._work.doubles("parameters")[condition]
         return held.is_("eq", 0.0).choose(self._value(second), self._value(first))
 
-    def _function(self, *parts: Any) -> Value:
-        function = Function(*parts)
-        write = wide_functions.elementary if self._kernel.wide else llvm_functions.elementary
-        return write(function, list(map(self._value, function.arguments)), self._kernel.lanes)
+    def _function(self, name: str, arguments: Sequence[Operand], _: Sequence[Operand]) -> Value:
+        write = wide_functions.elementary if self._context.wide else llvm_functions.elementary
+        return write(name, arguments, list(map(self._value, arguments)))
 
-    def _integral(self, roots: Sequence[int]) -> Value:
+    def _invariant(self, roots: Sequence[int]) -> Value:
         first, *others = (self._values[root] for root in roots)
         return functools.reduce(lambda total, root: root.fma(root, total), others, first * first)
 
@@ -133,24 +128,24 @@ class ZerothOrder:
 class HigherOrder(ZerothOrder):
     """Writes the coefficients of an order n > 0 of all operations; those of states may be in registers."""
 
-    def __init__(self, kernel: Any, work: Record, n: Value, states: Sequence[Value]) -> None:
-        super().__init__(kernel, work)
-        self._rows = set(self._schedule.rows)
-        self._n, self._states = n, states or kernel.layout.states(work.address, n)
-        self._inner: Callable[[int], Value] = kernel.layout.inner_sums(work.address, n)
-        self._over_order, self._weight = kernel.over_order(work, n), n.to_double().spread(kernel.lanes)
+    def __init__(self, work: Work, schedule: Schedule, n: Value, states: Sequence[Value]) -> None:
+        super().__init__(work, schedule)
+        self._rows = set(schedule.rows)
+        self._n, self._states = n, states or work.states(n)
+        self._inner: Callable[[int], Value] = self._context.layout.inner_sums(work.address, n)
+        self._over_order, self._weight = work.over_order(n), n.to_double().spread(self._context.lanes)
 
     @override
     def _constant(self, coefficient: Coefficient) -> Value:
         return self._coefficient(NOTHING)
 
     @override
-    def _keep(self, k: int, value: Value) -> None:
+    def _store(self, k: int, value: Value) -> None:
         """Store what inner sums of higher orders read."""
-        for row in (Row(k, False), Row(k, True)):
+        for row in (CoefficientRow(k, False), CoefficientRow(k, True)):
             if row in self._rows:
-                kept = value * self._weight if row.weighted else value
-                self._kernel.layout.keep(self._work.address, self._n, row, kept)
+                stored = value * self._weight if row.weighted else value
+                self._context.layout.store(self._work.address, self._n, row, stored)
 
     def _zero(self, operation: int) -> Value:
         """Return order 0 of an operation."""
@@ -163,13 +158,13 @@ class HigherOrder(ZerothOrder):
     @override
     def _time(self) -> Value:
         one = self._n.function.constant(DOUBLE, 1.0)
-        rate = self._kernel.in_unit(self._work, one.spread(self._kernel.lanes))
+        rate = self._work.in_unit(one.spread(self._context.lanes))
         return self._coefficient(NOTHING).like(self._n.is_("eq", 1).choose(rate, 0.0))
 
     @override
     def _sum(self, terms: Sequence[tuple[Coefficient, int]], constants: Sequence[Coefficient]) -> Value:
         operations = self._schedule.operations
-        return super()._sum([(c, k) for c, k in terms if not isinstance(operations[k], Integral)], ())
+        return super()._sum([(c, k) for c, k in terms if not isinstance(operations[k], Invariant)], ())
 
     @override
     def _product(self, first: int, second: int) -> Value:
@@ -180,15 +175,15 @@ class HigherOrder(ZerothOrder):
         return self._zero(early).fma(self._values[late], self._zero(late).fma(self._values[early], inner))
 
     @override
-    def _quotient(self, numerator: Coefficient | int, denominator: int) -> Value:
+    def _quotient(self, numerator: Operand, denominator: int) -> Value:
         result = -self._zero(len(self._values)).fma(self._values[denominator], self._inner_sum())
         if isinstance(numerator, int):
             result = self._values[numerator] + result
         return result * self._field("reciprocals", self._schedule.reciprocals[denominator])
 
     @override
-    def _function(self, *parts: Any) -> Value:
-        own = varying(Function(*parts))
+    def _function(self, name: str, arguments: Sequence[Operand], slopes: Sequence[Operand]) -> Value:
+        own = varying(arguments, slopes)
         inner = [self._inner_sum(i) for i, _, slope in own if isinstance(slope, int)]
         result = self._over_order(sum(inner[1:], inner[0])) if inner else self._coefficient(NOTHING)
         for _, argument, slope in own:
@@ -197,5 +192,5 @@ class HigherOrder(ZerothOrder):
         return result
 
     @override
-    def _integral(self, roots: Sequence[int]) -> Value:
+    def _invariant(self, roots: Sequence[int]) -> Value:
         return self._coefficient(NOTHING)

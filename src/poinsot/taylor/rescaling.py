@@ -1,4 +1,8 @@
-"""Momenta of a kernel that grow or fall by much: powers of two are taken out of them, for each lane its own."""
+"""Momenta of a kernel that grow or fall by much: powers of two are taken out of them, for each lane its own.
+
+A lane computes with momenta m 2^e, where e is its scale exponent. The momenta of a task, its rows, its stored steps and
+its recorded events are in the scale of the start, e = 0. Parameters are powers of the scale (`Momenta.powers`).
+"""
 
 from __future__ import annotations
 
@@ -6,132 +10,137 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
 
+from typing_extensions import override
+
+from poinsot.taylor.context import Context, Part, Work
 from poinsot.taylor.decomposition import Momenta
-from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, SELDOM, Array, Module, Record, Value
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Structure, Value
 
-__all__ = ["BITS", "LEAST", "MOST", "SMALL", "Rescaling"]
+__all__ = ["EXPONENT_RANGE", "LEAST_MOMENTUM", "MOMENTUM_SCALE", "MOST_MOMENTUM", "Rescaling"]
 
 
-SMALL = 0.1
+MOMENTUM_SCALE = 0.1
 """The size given to the momenta: below that of q, so that the step control, which looks at the largest variable, keeps
 its grip on the attitude."""
 
-LEAST, MOST = SMALL / 16, 1.0
+LEAST_MOMENTUM, MOST_MOMENTUM = MOMENTUM_SCALE / 16, 1.0
 """The band of momenta where a step begins, outside of which the scale is chosen anew."""
 
-BITS = (-400, 400)
-"""The range of the scale over that of the start, powers of two: nothing overflows, and who comes to rest may rest."""
+EXPONENT_RANGE = (-400, 400)
+"""Range of the scale exponent. Within it nothing overflows, and a body that comes to rest may rest."""
 
 
-class Rescaling:
+class Rescaling(Part):
     """The part of a kernel that rescales momenta.
+
+    Fields: `exponent`, the scale exponent of a task or a lane; `torque_scale`, the momenta that forces give a body at
+    rest; `least` and `most`, the squares of the limits of the band; `outward`, the factor to the scale of the start.
 
     Attributes
     ----------
     scaled : tuple of int
-        The state variables that go with the scale.
+        The state variables that are proportional to the scale.
     """
 
-    def __init__(self, kernel: Any, momenta: Momenta) -> None:
-        self._kernel, self._momenta, self._lanes = kernel, momenta, kernel.lanes
-        self.scaled = momenta.scaled
+    of_tasks_and_lanes = [("exponent", "i8", ())]  # noqa: RUF012
+    of_tasks = [("torque_scale", "f8", ())]  # noqa: RUF012
+    of_lanes = [(name, "f8", ()) for name in ("least", "most", "outward")]  # noqa: RUF012
 
-    def define(self, module: Module) -> None:
-        """Write the function that it needs."""
-        if self._momenta.places:
-            module.function("fit", "void", [POINTER, INTEGER], self._fit, SELDOM)
+    def __init__(self, context: Context, momenta: Momenta) -> None:
+        super().__init__(context)
+        self._momenta, self.scaled = momenta, momenta.scaled
+        self.seldom = {"rescale": self._rescale} if momenta.places else {}
 
-    def take(self, work: Record, task: Record, lane: Value) -> None:
-        """Turn the variables of a lane from the scale of the start to that of its task."""
+    @override
+    def taken(self, work: Work, task: Structure, lane: Value) -> None:
+        """Convert the variables of a lane from the scale of the start to the scale of its task."""
         if self._momenta.places:
-            self._scale_states(work, lane, work.array("bits", INTEGER)[lane])
+            self._scale_states(work, lane, work.array("exponent", INTEGER)[lane])
             self._scale_parameters(work, task, lane)
-            self.fit(work, lane)
+            self.stayed(work, lane)
 
-    def leave(self, work: Record, lane: Value) -> None:
-        """Turn them back."""
+    @override
+    def left(self, work: Work, task: Structure, lane: Value) -> None:
+        """Convert them back."""
         if self._momenta.places:
-            self._scale_states(work, lane, 0 - work.array("bits", INTEGER)[lane])
+            self._scale_states(work, lane, 0 - work.array("exponent", INTEGER)[lane])
 
-    def fit(self, work: Record, lane: Value) -> None:
+    @override
+    def stayed(self, work: Work, lane: Value) -> None:
         """Rescale a lane if its momenta are out of the band."""
         if self._momenta.places:
-            lane.function.run("fit", work.address, lane)
+            lane.function.run("rescale", work.address, lane)
 
-    def outwards(self, work: Record, k: int, value: Value, place: Value | int = 0) -> Value:
+    def unscaled(self, work: Work, k: int, value: Value, place: Value | int = 0) -> Value:
         """Return a variable, or a derivative of it, in the scale of the start."""
         return value.times_power_of_two(work.array("outward", str(value.type))[place]) if k in self.scaled else value
 
-    def misfit(self, work: Record, states: Sequence[Value]) -> Value:
+    def misfit(self, work: Work, states: Sequence[Value]) -> Value:
         """Return where the norm of the momenta is out of the band."""
         if not self._momenta.places:
             return states[0].is_("lt", -math.inf)
         return self._is_outside(work, [states[k].high for k in self._momenta.places], 0)
 
     @staticmethod
-    def _is_outside(work: Record, momenta: Sequence[Value], place: Value | int) -> Value:
+    def _is_outside(work: Work, momenta: Sequence[Value], place: Value | int) -> Value:
         square = _dot(momenta, momenta)
         least, most = (work.array(name, square.type)[place] for name in ("least", "most"))
         return (square.is_("lt", least) & square.is_("gt", 0.0)) | square.is_("gt", most)
 
-    def _scale_states(self, work: Record, lane: Value, bits: Value) -> None:
-        """Multiply what goes with the scale of momenta by a power of two."""
-        factor = _power_of_two(bits)
-        for array in (self._kernel.layout.states(work.address, 0).of(DOUBLE), work.array("below")):
+    def _scale_states(self, work: Work, lane: Value, exponent: Value) -> None:
+        """Multiply what is proportional to the scale by a power of two."""
+        factor, lanes = _power_of_two(exponent), self.context.lanes
+        for array in (work.states(0).of(DOUBLE), work.array("below")):
             for k in self.scaled:
-                array[lane + k * self._lanes] = array[lane + k * self._lanes].times_power_of_two(factor)
+                array[lane + k * lanes] = array[lane + k * lanes].times_power_of_two(factor)
 
-    def _scale_parameters(self, work: Record, task: Record, lane: Value) -> None:
+    def _scale_parameters(self, work: Work, task: Structure, lane: Value) -> None:
         """Set the parameters and the limits of the band for the scale of a lane."""
-        fewest, largest = BITS
-        bits = work.array("bits", INTEGER)[lane]
+        exponent, (least, most) = work.array("exponent", INTEGER)[lane], EXPONENT_RANGE
         source, out = task.array("parameters"), work.array("parameters")
         for first, count, power in _runs(self._momenta.powers):
 
             def scale(i: Value, first: int = first, power: int = power) -> None:
                 number = source[i + first]
                 for _ in range(abs(power)):
-                    number = number * _power_of_two(bits if power > 0 else 0 - bits)
-                out[(i + first) * self._lanes + lane] = number
+                    number = number * _power_of_two(exponent if power > 0 else 0 - exponent)
+                out[(i + first) * self.context.lanes + lane] = number
 
             if power:
                 lane.function.count(count, scale)
-                if self._kernel.wide:
-                    lane.function.count(count, functools.partial(scale, first=first + self._kernel.parameters))
-        work.array("outward")[lane] = _power_of_two(0 - bits)
+                if self.context.wide:
+                    lane.function.count(count, functools.partial(scale, first=first + self.context.parameters))
+        work.array("outward")[lane] = _power_of_two(0 - exponent)
         # No other scale is better at the ends of its range, or where forces give a body at rest as much.
-        pushed = (task.array("push")[0] * _power_of_two(bits)).is_("ge", LEAST)
-        zero = lane.function.constant(DOUBLE, 0.0)
-        work.array("least")[lane] = (pushed | bits.is_("ge", largest)).choose(zero, LEAST**2)
-        infinite = lane.function.constant(DOUBLE, math.inf)
-        work.array("most")[lane] = bits.is_("le", fewest).choose(infinite, MOST**2)
+        pushed = (task.array("torque_scale")[0] * _power_of_two(exponent)).is_("ge", LEAST_MOMENTUM)
+        zero, infinite = (lane.function.constant(DOUBLE, limit) for limit in (0.0, math.inf))
+        work.array("least")[lane] = (pushed | exponent.is_("ge", most)).choose(zero, LEAST_MOMENTUM**2)
+        work.array("most")[lane] = exponent.is_("le", least).choose(infinite, MOST_MOMENTUM**2)
 
-    def _fit(self, address: Value, lane: Value) -> None:
+    def _rescale(self, work: Work, lane: Value) -> None:
         """Choose the scale of a lane anew if its momenta are out of the band."""
-        work, lines = Record(address, self._kernel.work), address.function
-        states = self._kernel.layout.states(address, 0).of(DOUBLE)
-        momenta = [states[lane + k * self._lanes].high for k in self._momenta.places]
-        task, bits = self._kernel.tasks.of(work, lane), work.array("bits", INTEGER)[lane]
-        pushed = task.array("push")[0] * _power_of_two(bits)
+        states = work.states(0).of(DOUBLE)
+        momenta = [states[lane + k * self.context.lanes].high for k in self._momenta.places]
+        task, exponent = work.task(lane), work.array("exponent", INTEGER)[lane]
+        pushed = task.array("torque_scale")[0] * _power_of_two(exponent)
         size = functools.reduce(Value.larger, [*map(abs, momenta), pushed])
-        with lines.when(self._is_outside(work, momenta, lane) & size.is_("lt", math.inf)):
-            change = (math.log2(SMALL) - lines.call(DOUBLE, "log2", size)).intrinsic("rint").to_integer()
-            with lines.when(change.is_("gt", 0)):
+        with work.lines.when(self._is_outside(work, momenta, lane) & size.is_("lt", math.inf)):
+            change = (math.log2(MOMENTUM_SCALE) - work.lines.call(DOUBLE, "log2", size)).rint().to_integer()
+            with work.lines.when(change.is_("gt", 0)):
                 self._drop_normal(states, lane)
-            chosen = (bits + change).larger(BITS[0]).smaller(BITS[1])
-            work.array("bits", INTEGER)[lane] = chosen
-            self._scale_states(work, lane, chosen - bits)
+            chosen = (exponent + change).larger(EXPONENT_RANGE[0]).smaller(EXPONENT_RANGE[1])
+            work.array("exponent", INTEGER)[lane] = chosen
+            self._scale_states(work, lane, chosen - exponent)
             self._scale_parameters(work, task, lane)
 
     def _drop_normal(self, states: Array, lane: Value) -> None:
-        """Take what is along the quaternions out of their conjugate momenta."""
+        """Remove from conjugate momenta their parts along their quaternions."""
         for places in self._momenta.conjugates:
-            q, Q = ([states[lane + (first + k) * self._lanes] for k in range(4)] for first in places)
+            q, Q = ([states[lane + (first + k) * self.context.lanes] for k in range(4)] for first in places)
             share = _dot(q, Q) / _dot(q, q)
             for k in range(4):
-                states[lane + (places[1] + k) * self._lanes] = Q[k] - share * q[k]
+                states[lane + (places[1] + k) * self.context.lanes] = Q[k] - share * q[k]
 
 
 def _dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
@@ -139,12 +148,12 @@ def _dot(a: Sequence[Value], b: Sequence[Value]) -> Value:
     return functools.reduce(lambda total, pair: pair[0].fma(pair[1], total), pairs, a[0] * b[0])
 
 
-def _runs(keys: Sequence[Any]) -> list[tuple[int, int, Any]]:
-    """Return where equal neighbours begin, how many they are, and what they are: what is done to them is one loop."""
+def _runs(keys: Sequence[int]) -> list[tuple[int, int, int]]:
+    """Return the place of the first of equal neighbours, their count, and their value: one loop computes them."""
     groups = [(key, len(list(group))) for key, group in itertools.groupby(keys)]
     starts = itertools.accumulate((count for _, count in groups), initial=0)
     return [(first, count, key) for first, (key, count) in zip(starts, groups, strict=False)]
 
 
-def _power_of_two(bits: Value) -> Value:
-    return ((bits + 1023) << 52).as_double()
+def _power_of_two(exponent: Value) -> Value:
+    return ((exponent + 1023) << 52).as_double()

@@ -1,114 +1,132 @@
-"""What a kernel does at samples: steps end at the next one, where variables get new values, and the loop goes on."""
+"""Sampling in a kernel: steps end at the next sample, where variables jump to new values, and the loop goes on."""
 
 from __future__ import annotations
 
 import functools
-import math
-from typing import Any
+from dataclasses import dataclass
+from typing import NamedTuple
 
+from typing_extensions import override
+
+from poinsot.taylor.context import Context, Part, Work
+from poinsot.taylor.detection import Detection
 from poinsot.taylor.draws import UNUSED, uniform, words
 from poinsot.taylor.formula_code import written
-from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Record, Value, Wide
-from poinsot.taylor.llvm_ir import Function as Lines
-from poinsot.taylor.updates import Jumps, Update
+from poinsot.taylor.graph import GraphScalar, Node
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Structure, Value, Wide
 
-__all__ = ["Sampling"]
+__all__ = ["SAMPLE", "Jumps", "Sampling", "Update"]
 
-NO_JUMPS = Jumps([], [], [], 0)
+SAMPLE = "sample"
+"""The field of a lane with the time of its next sample."""
 
-OF_TASKS = ("numbers", "periods", "phases")
+SAMPLES = ("numbers", "periods", "phases")
+"""Fields of the samples of each part: number of the next one, time between two, and time of number 0."""
 
 
-class Sampling:
-    """The part of a kernel that jumps.
+class Update(NamedTuple):
+    """The new values of some variables, at their places, and the symbols of the uniform numbers drawn for them."""
+
+    places: list[int]
+    values: list[GraphScalar]
+    draws: list[Node]
+
+
+@dataclass(frozen=True, eq=False)
+class Jumps:
+    """The formulas of all updates, in the order in which they are done at one time.
+
+    Parameters
+    ----------
+    own : list of Node
+        The variables and, behind them, the time.
+    updates : list of Update
+    constants : list of Node
+        Constants of the formulas: parameters of a kernel, the first of them number `first`.
+    first : int
+    """
+
+    own: list[Node]
+    updates: list[Update]
+    constants: list[Node]
+    first: int
+
+
+class Sampling(Part):
+    """The part of a kernel that evaluates the formulas of updates between two steps.
+
+    Fields: `SAMPLES`; `keys`, the keys of the numbers drawn; `sample`.
 
     Attributes
     ----------
     count : int
-        How many parts jump.
-    targets : list of str
-        The time at which a step ends for the next jump, by its name in the memory of a run.
-    of_tasks : list
-        The fields that a lane and a task have for it: of each sample its number, the time between two and that of
-        number 0, and the key of the numbers drawn.
+        Number of the parts that jump.
     """
 
-    def __init__(self, kernel: Any, jumps: Jumps | None) -> None:
-        self._kernel, self._jumps, self._lanes = kernel, jumps or NO_JUMPS, kernel.lanes
-        self.count = count = len(self._jumps.updates)
-        self.targets = ["sample"] if count else []
-        self.of_tasks = [*((name, "f8", (count,)) for name in OF_TASKS), ("keys", "i8", (count,))]
+    def __init__(self, context: Context, jumps: Jumps | None, detection: Detection) -> None:
+        super().__init__(context)
+        self._detection, self.count = detection, len(jumps.updates) if jumps else 0
+        count = (self.count,)
+        self.of_tasks_and_lanes = [*((name, "f8", count) for name in SAMPLES), ("keys", "i8", count)]
+        self.of_lanes = [(SAMPLE, "f8", ())]
+        if jumps:
+            self.functions = {"next_sample": self._next_sample, "jump": functools.partial(self._jump, jumps)}
 
-    def define(self, module: Module) -> None:
-        """Write the functions that it needs."""
-        if self.count:
-            module.function("next_sample", "void", [POINTER, INTEGER], self._next_sample)
-            module.function("jump", "void", [POINTER, INTEGER], self._jump)
-
-    def take(self, work: Record, lane: Value) -> None:
-        """Look ahead to the next samples of a lane."""
+    @override
+    def taken(self, work: Work, task: Structure, lane: Value) -> None:
         if self.count:
             lane.function.run("next_sample", work.address, lane)
 
-    def target(self, work: Record) -> Value:
+    def target(self, work: Work) -> Value:
         """Return the time at which a step ends at the latest: the end of the task, or a sample before it."""
-        end = work.array("end", self._kernel.kind)[0]
-        return end.smaller(work.array("sample", self._kernel.kind)[0]) if self.count else end
+        end = work.doubles("end")[0]
+        return end.smaller(work.doubles(SAMPLE)[0]) if self.count else end
 
-    def step(self, lines: Lines, work: Record) -> None:
-        """Let the lanes jump that have come to a sample."""
+    def step(self, work: Work) -> None:
+        """Update the variables of the lanes that are at a sample."""
         if self.count:
-            kind = self._kernel.kind
-            time, active = work.array("time", kind), work.array("active", self._kernel.whole)[0].is_("ne", 0)
-            due = active & time[0].is_("eq", work.array("sample", kind)[0]) & time[1].is_("eq", 0.0)
-            self._kernel.for_each(lines, work, due, "jump")
+            time, active = work.doubles("time"), work.active
+            due = active & time[0].is_("eq", work.doubles(SAMPLE)[0]) & time[1].is_("eq", 0.0)
+            work.for_each(due, "jump")
 
-    def _next_sample(self, address: Value, lane: Value) -> None:
+    def _next_sample(self, work: Work, lane: Value) -> None:
         """Set the time of the next sample of a lane."""
-        work = Record(address, self._kernel.work)
-        times = [self._time(work, lane + j * self._lanes) for j in range(self.count)]
-        work.array("sample")[lane] = functools.reduce(Value.smaller, times)
+        times = [self._time(work, lane + j * self.context.lanes) for j in range(self.count)]
+        work.array(SAMPLE)[lane] = functools.reduce(Value.smaller, times)
 
     @staticmethod
-    def _time(work: Record, place: Value) -> Value:
-        number, period, phase = (work.array(name)[place] for name in OF_TASKS)
+    def _time(work: Work, place: Value) -> Value:
+        number, period, phase = (work.array(name)[place] for name in SAMPLES)
         return number * period + phase
 
-    def _jump(self, address: Value, lane: Value) -> None:
-        """Give the variables of a lane their new values, one part after another."""
-        work, lines = Record(address, self._kernel.work), address.function
+    def _jump(self, jumps: Jumps, work: Work, lane: Value) -> None:
+        """Update the variables of a lane, one part after another."""
         time = work.array("time")[lane]
-        for j, update in enumerate(self._jumps.updates):
-            place = lane + j * self._lanes
-            with lines.when(self._time(work, place).is_("eq", time)):
-                self._update(work, lane, update, place)
+        for j, update in enumerate(jumps.updates):
+            place = lane + j * self.context.lanes
+            with work.lines.when(self._time(work, place).is_("eq", time)):
+                self._update(jumps, work, lane, update, place)
                 number = work.array("numbers")
                 number[place] = number[place] + 1.0
-        for i in range(len(self._kernel.watch.conditions)):  # what switches now does so with the sample
-            work.array("branches")[lane + i * self._lanes] = math.nan
-        lines.run("next_sample", address, lane)
+        self._detection.forget_branches(work, lane)
+        work.lines.run("next_sample", work.address, lane)
 
-    def _update(self, work: Record, lane: Value, update: Update, place: Value) -> None:
-        """Give some variables of a lane their new values."""
-        jumps, size = self._jumps, self._kernel.variables
-        states = self._kernel.layout.states(work.address, 0).of(DOUBLE)
-        below = work.array("below")
-        number = Wide(DOUBLE) if self._kernel.wide else DOUBLE
-        parameters = work.array("parameters", self._kernel.number).of(DOUBLE)
-        known = {
-            node.place: parameters[lane + (jumps.first + i) * self._lanes] for i, node in enumerate(jumps.constants)
-        }
-        known |= {node.place: states[lane + k * self._lanes] for k, node in enumerate(jumps.own[:size])}
-        known[jumps.own[size].place] = work.array("time", self._kernel.number).of(DOUBLE)[lane]
-        drawn = self._drawn(work, place, len(update.draws))
-        zero = lane.function.constant(number, 0.0)
+    def _update(self, jumps: Jumps, work: Work, lane: Value, update: Update, place: Value) -> None:
+        """Set some variables of a lane to their new values."""
+        size, lanes, below = self.context.variables, self.context.lanes, work.array("below")
+        number = Wide(DOUBLE) if self.context.wide else DOUBLE
+        states, parameters = work.states(0).of(DOUBLE), work.numbers("parameters").of(DOUBLE)
+        known = {node.place: parameters[lane + (jumps.first + i) * lanes] for i, node in enumerate(jumps.constants)}
+        known |= {node.place: states[lane + k * lanes] for k, node in enumerate(jumps.own[:size])}
+        known[jumps.own[size].place] = work.numbers("time").of(DOUBLE)[lane]
+        drawn, zero = self._drawn(work, place, len(update.draws)), lane.function.constant(number, 0.0)
         known |= {node.place: zero.like(each) for node, each in zip(update.draws, drawn, strict=True)}
         for k, value in zip(update.places, written(lane.function, known, update.values, number), strict=True):
-            states[lane + k * self._lanes] = value
-            below[lane + k * self._lanes] = 0.0
+            states[lane + k * lanes] = value
+            below[lane + k * lanes] = 0.0
 
     @staticmethod
-    def _drawn(work: Record, place: Value, count: int) -> list[Value]:
+    def _drawn(work: Work, place: Value, count: int) -> list[Value]:
         """Return uniform numbers for the next sample of a lane."""
         key, number = work.array("keys", INTEGER)[place], work.array("numbers")[place].to_integer()
         found = words(key, number, count) if count else []

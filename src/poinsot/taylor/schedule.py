@@ -12,29 +12,21 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from poinsot.taylor.decomposition import (
-    Coefficient,
-    Decomposition,
-    Function,
-    Operation,
-    Product,
-    Quotient,
-    State,
-)
+from poinsot.taylor.decomposition import Decomposition, Function, Operand, Operation, Product, Quotient, Variable
 
-__all__ = ["InnerSum", "Row", "Schedule", "varying"]
+__all__ = ["CoefficientRow", "InnerSum", "Schedule", "varying"]
 
 GROUP = 24
 """How many inner sums one loop has at most: with their operands they fill 32 registers."""
 
-_Load = tuple[int, "Row"]
+_Load = tuple[int, "CoefficientRow"]
 """What a loop loads: rows as first operands (0) and as second ones (1)."""
 
 _Option = tuple[int, int, "InnerSum"]
 """Of an inner sum its place, whether its operands change places, and what it is then."""
 
 
-class Row(NamedTuple):
+class CoefficientRow(NamedTuple):
     """Coefficients u_j of an operation that inner sums read, or j u_j."""
 
     operation: int
@@ -45,8 +37,8 @@ class InnerSum(NamedTuple):
     """sum_{j=1..n-1} first_j second_{n-j}, at a place among all."""
 
     place: int
-    first: Row
-    second: Row
+    first: CoefficientRow
+    second: CoefficientRow
 
 
 class Schedule:
@@ -59,7 +51,7 @@ class Schedule:
     places : dict
         The place of an inner sum among all, by its operation and the number of the argument that it is of.
     groups : list of lists of InnerSum
-    rows : list of Row
+    rows : list of CoefficientRow
         What inner sums read.
     zeros, reciprocals : dict
         The operations of which order 0, or one over it, is needed in higher orders, each with its place among these.
@@ -80,22 +72,26 @@ class Schedule:
         self.reciprocals = _numbered(x.denominator for x in self.operations if isinstance(x, Quotient))
         self.groups = _grouped(sums)
 
-    def state_of(self, row: Row) -> int | None:
+    def state_of(self, row: CoefficientRow) -> int | None:
         """Return the place of the state variable whose coefficients a row has, if it has one's."""
         operation = self.operations[row.operation]
-        return operation.place if isinstance(operation, State) and not row.weighted else None
+        return operation.place if isinstance(operation, Variable) and not row.weighted else None
 
 
-def _convolutions(k: int, operation: Operation) -> list[tuple[int, Row, Row]]:
+def _convolutions(k: int, operation: Operation) -> list[tuple[int, CoefficientRow, CoefficientRow]]:
     """Return the inner sums of an operation, each with the number of the argument that it is of."""
     match operation:
         case Product(first, second):
-            return [(0, Row(first, False), Row(second, False))]
+            return [(0, CoefficientRow(first, False), CoefficientRow(second, False))]
         case Quotient(_, denominator):
-            return [(0, Row(denominator, False), Row(k, False))]
+            return [(0, CoefficientRow(denominator, False), CoefficientRow(k, False))]
         case Function():
-            own = varying(operation)
-            return [(i, Row(argument, True), Row(slope, False)) for i, argument, slope in own if isinstance(slope, int)]
+            own = varying(operation.arguments, operation.slopes)
+            return [
+                (i, CoefficientRow(argument, True), CoefficientRow(slope, False))
+                for i, argument, slope in own
+                if isinstance(slope, int)
+            ]
     return []
 
 
@@ -103,9 +99,9 @@ def _numbered(operations: Iterable[int]) -> dict[int, int]:
     return {k: place for place, k in enumerate(sorted(set(operations)))}
 
 
-def varying(function: Function) -> list[tuple[int, int, Coefficient | int]]:
-    """Return the numbers of the arguments that are operations, these and their slopes."""
-    pairs = zip(function.arguments, function.slopes, strict=True)
+def varying(arguments: Sequence[Operand], slopes: Sequence[Operand]) -> list[tuple[int, int, Operand]]:
+    """Return the numbers of the arguments of a function that are operations, these and their slopes."""
+    pairs = zip(arguments, slopes, strict=True)
     return [(i, argument, slope) for i, (argument, slope) in enumerate(pairs) if isinstance(argument, int)]
 
 

@@ -1,64 +1,84 @@
-"""Products of several factors as products of two, and all operations of drafts in their final order."""
+"""Products of several factors as products of two, and all operations of a canonical form in their final order."""
 
 from __future__ import annotations
 
 import heapq
 import itertools
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import TypeAlias
 
-from poinsot.taylor.decomposition import Coefficient, Function, Integral, Operation, Product, Quotient, Select, Sum
+from poinsot.taylor.canonical_form import CanonicalForm, DraftOperand
+from poinsot.taylor.decomposition import (
+    Coefficient,
+    Draft,
+    Function,
+    Invariant,
+    Monomial,
+    Operand,
+    Operation,
+    Product,
+    Quotient,
+    Select,
+    Sum,
+)
 
-__all__ = ["Assembly", "Monomial", "common_factors", "operands_of"]
+__all__ = ["CommonSubexpressions", "common_factors", "operands_of"]
 
-Monomial = tuple[int, ...]
-"""A product of operations, by their numbers in order."""
-
-Pair = tuple[Monomial, Monomial]
+Pair: TypeAlias = tuple[Monomial, Monomial]
 """Two factors of a product, in order."""
 
 
-class Assembly:
-    """Operations in their final order, with products in place of monomials."""
+class CommonSubexpressions:
+    """Operations in their final order, with products of two in place of monomials; equal ones are one operation."""
 
-    def __init__(self, drafts: Sequence[Any], slopes: Mapping[int, Any]) -> None:
-        self._drafts, self._slopes, self._waiting = drafts, slopes, list[int]()
+    def __init__(self, drafts: Sequence[Draft], form: CanonicalForm) -> None:
+        self._drafts, self._form, self._waiting = drafts, form, list[tuple[int, Function[int], int]]()
         self._operations: list[Operation] = []
         self._placed: dict[int, int] = {}
-        self._known: dict[Any, int] = {}
-        operands = itertools.chain(*map(operands_of, drafts), *slopes.values())
+        self._known: dict[tuple[type, Operation], int] = {}
+        operands = itertools.chain(*map(operands_of, drafts), *form.slopes.values())
         self._ways = common_factors({x for x in operands if not isinstance(x, Coefficient) and len(x) > 1})
 
     def operations(self) -> tuple[Operation, ...]:
         """Return the operations, with slopes behind their functions."""
         while self._waiting:
-            place = self._waiting.pop()
-            function = self._operations[place]
-            assert isinstance(function, Function)  # noqa: S101
-            slopes = self._slopes[int(function.slopes[0])]  # type: ignore[arg-type]
-            self._operations[place] = function._replace(slopes=tuple(map(self.value, slopes)))
+            place, function, number = self._waiting.pop()
+            slopes = tuple(map(self.value, self._form.slopes[self._form.functions[number]]))
+            self._operations[place] = function._replace(slopes=slopes)
         return tuple(self._operations)
 
-    def value(self, operand: Any) -> Any:
-        """Return a coefficient, or the number of the operation that a monomial is."""
-        if isinstance(operand, Coefficient):
-            return operand
-        return self._place(operand[0]) if len(operand) == 1 else self._product(operand)
+    def value(self, operand: DraftOperand) -> Operand:
+        """Return a coefficient, or the number of the operation that computes a monomial."""
+        return operand if isinstance(operand, Coefficient) else self._place(operand)
 
-    def _product(self, monomial: Monomial) -> int:
-        parts = self._ways.get(monomial, (monomial[:-1], monomial[-1:]))
-        first, second = sorted(self.value(part) for part in parts)
+    def _place(self, monomial: Monomial) -> int:
+        if len(monomial) == 1:
+            (number,) = monomial
+            if number not in self._placed:
+                self._placed[number] = self._placed_draft(number)
+            return self._placed[number]
+        first, second = sorted(map(self._place, self._ways.get(monomial, (monomial[:-1], monomial[-1:]))))
         return self._append(Product(first, second))
 
-    def _place(self, number: int) -> int:
-        if number not in self._placed:
-            draft = self._drafts[number]
-            place = self._append(_with_operands(draft, self.value))
-            self._placed[number] = place
-            if isinstance(draft, Function):
-                self._waiting.append(place)
-        return self._placed[number]
+    def _placed_draft(self, number: int) -> int:
+        match self._drafts[number]:
+            case Sum(terms, constants):
+                return self._append(Sum(tuple([(c, self._place(x)) for c, x in terms]), constants))
+            case Quotient(numerator, denominator):
+                return self._append(Quotient(self.value(numerator), self._place(denominator)))
+            case Select(condition, first, second):
+                return self._append(Select(condition, self.value(first), self.value(second)))
+            case Invariant(roots):
+                return self._append(Invariant(tuple(map(self._place, roots))))
+            case Function(name, arguments):
+                function = Function(name, tuple(map(self.value, arguments)), ())
+                place = len(self._operations)
+                self._operations.append(function)
+                self._waiting.append((place, function, number))
+                return place
+            case operation:
+                return self._append(operation)
 
     def _append(self, operation: Operation) -> int:
         key = type(operation), operation  # tuples of two kinds may be equal
@@ -68,26 +88,18 @@ class Assembly:
         return self._known[key]
 
 
-def operands_of(draft: Any) -> list[Any]:
+def operands_of(draft: Draft) -> tuple[DraftOperand, ...]:
     """Return the coefficients and monomials that a draft combines."""
-    operands: list[Any] = []
-    _with_operands(draft, operands.append)
-    return operands
-
-
-def _with_operands(draft: Any, value: Callable[[Any], Any]) -> Operation:
-    if isinstance(draft, Sum):
-        return draft._replace(terms=tuple((c, value(x)) for c, x in draft.terms))
-    if isinstance(draft, Quotient):
-        return Quotient(value(draft.numerator), value(draft.denominator))
-    if isinstance(draft, Select):
-        return Select(draft.condition, value(draft.first), value(draft.second))
-    if isinstance(draft, Integral):
-        return Integral(tuple(map(value, draft.roots)))
-    if isinstance(draft, Function):
-        return draft._replace(arguments=tuple(map(value, draft.arguments)))
-    operation: Operation = draft
-    return operation
+    match draft:
+        case Sum(terms):
+            return tuple([x for _, x in terms])
+        case Quotient() | Select():
+            return draft[-2:]
+        case Invariant(roots):
+            return roots
+        case Function(_, arguments):
+            return arguments
+    return ()
 
 
 def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:

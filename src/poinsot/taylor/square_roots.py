@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.taylor.graph import Evaluator, wide
 from poinsot.taylor.lowering import TIME, Program
-from poinsot.taylor.replay import Replay, wide
-from poinsot.taylor.rescaling import SMALL
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
 
 __all__ = ["StartRoots"]
 
@@ -37,7 +37,7 @@ class StartRoots:
     def __init__(self, program: Program, size: int) -> None:
         self.places = [root.parameter for root in program.roots]
         symbols = [root.argument.graph.symbol(name) for root in program.roots[:1] for name in (*range(size), TIME)]
-        self._under = Replay([root.argument for root in program.roots], np.asarray, symbols)
+        self._under = Evaluator([root.argument for root in program.roots], np.asarray, symbols)
 
     def set(
         self,
@@ -53,7 +53,7 @@ class StartRoots:
         The part `negligible` of the size of a root counts for nothing when squared.
         """
         moving = starts.copy()
-        moving[:, momenta] += SMALL
+        moving[:, momenta] += MOMENTUM_SCALE
         given = [*map(wide, numbers)]
         resting, turning = (self._under([*rows.T, times, *given]) for rows in (starts, moving))
         for place, here, there in zip(self.places, resting, turning, strict=True):

@@ -10,15 +10,15 @@ import cuda_on_cpu
 from poinsot.cuda import cuda_kernel
 from poinsot.taylor import kernels
 from poinsot.taylor.decomposition import Coefficient, Momenta
-from poinsot.taylor.kernels import Output, Queue, Status
+from poinsot.taylor.queue import FOREVER, Output, Queue, Worker
+from poinsot.taylor.tasks import Status
 from unit.taylor.test_kernels import DECOMPOSITIONS, ORDER, SYSTEMS, decomposed, starts, with_slopes
 
 pytestmark = [
     cuda_on_cpu.needs_compiler,
-    pytest.mark.skipif(not kernels.available(), reason="needs llvmlite"),
 ]
 
-RESULTS = ("state", "time", "status", "steps", "index", "bits", "pause")
+RESULTS = ("state", "time", "status", "steps", "index", "exponent", "pause")
 TOP = DECOMPOSITIONS["top"]
 
 
@@ -65,8 +65,8 @@ def on_both(decomposition, states, times, parameters=None):
     own = kernels.compiled(decomposition, ORDER, 4)
     other = cuda_kernel.compiled(decomposition, ORDER)
     queues = [queue_of(code, states, times, parameters) for code in (own, other)]
-    done(begun(kernels.Run(own), queues[0]))
-    done(begun(cuda_kernel.Run(other), queues[1]))
+    done(begun(Worker(own), queues[0]))
+    done(begun(cuda_kernel.CudaWorker(other), queues[1]))
     return queues
 
 
@@ -113,7 +113,7 @@ def test_so_are_those_of_momenta_that_are_rescaled():
     parameters = [[1.0, 0.0, 0.25], [-1.0, 0.0, 0.25], [1.0, 1e-6, 0.25]]
     decomposition = decomposed(3, rates, 3, momenta=momenta)
     own, other = on_both(decomposition, states, [5.0, 15.0, 25.0], parameters)
-    assert np.all(np.abs(own.tasks["bits"]) > 10)
+    assert np.all(np.abs(own.tasks["exponent"]) > 10)
     assert_same(own, other)
 
 
@@ -134,7 +134,9 @@ def test_launches_of_few_steps_change_no_bit():
     own, other = on_both(TOP, states, times)
     assert_same(own, other)
     code = cuda_kernel.compiled(TOP, ORDER)
-    assert done(begun(cuda_kernel.Run(code), queue_of(code, states, times))) == -(-np.max(own.tasks["steps"]) // 7)
+    assert done(begun(cuda_kernel.CudaWorker(code), queue_of(code, states, times))) == -(
+        -np.max(own.tasks["steps"]) // 7
+    )
 
 
 @pytest.mark.usefixtures("few_steps")
@@ -142,13 +144,13 @@ def test_tasks_that_pause_go_on_when_they_are_put_back():
     states, times = starts("top", 6), np.linspace(0.0, 30.0, 40)[1:]
     code = cuda_kernel.compiled(TOP, ORDER)
     at_once, queue = queue_of(code, states, times), queue_of(code, states, times)
-    done(begun(cuda_kernel.Run(code), at_once))
-    queue.tasks["pause"][:4], run = 10, begun(cuda_kernel.Run(code), queue)
+    done(begun(cuda_kernel.CudaWorker(code), at_once))
+    queue.tasks["pause"][:4], run = 10, begun(cuda_kernel.CudaWorker(code), queue)
     done(run)
     paused = np.flatnonzero(queue.tasks["status"] == Status.PAUSED)
     np.testing.assert_array_equal(paused, range(4))
     np.testing.assert_array_equal(queue.tasks["steps"][paused], 10)
-    queue.tasks["pause"] = kernels.FOREVER
+    queue.tasks["pause"] = FOREVER
     queue.put(paused)
     done(run)
     assert_same(at_once, queue)
@@ -159,7 +161,7 @@ def test_what_is_done_is_there_when_a_run_is_left():
     states, times = starts("top", 2), [1.0, 300.0]
     code = cuda_kernel.compiled(TOP, ORDER)
     queue = queue_of(code, states, times)
-    run = begun(cuda_kernel.Run(code), queue)
+    run = begun(cuda_kernel.CudaWorker(code), queue)
     assert run.advance()
     assert np.all(np.isnan(queue.output.rows))
     run.finish()
@@ -175,7 +177,7 @@ def test_launches_take_neither_seconds_nor_an_instant(monkeypatch):
     monkeypatch.setattr(cuda_kernel, "clock", SimpleNamespace(perf_counter=lambda: now[0]))
     code = cuda_kernel.compiled(TOP, ORDER)
     queue = queue_of(code, starts("top"), [100.0])
-    run = begun(cuda_kernel.Run(code), queue)
+    run = begun(cuda_kernel.CudaWorker(code), queue)
     launch = run._launch
 
     def timed():

@@ -14,7 +14,6 @@ from poinsot.taylor import kernels
 
 pytestmark = [
     cuda_on_cpu.needs_compiler,
-    pytest.mark.skipif(not kernels.available(), reason="needs llvmlite"),
 ]
 
 COUNT = 100
@@ -86,13 +85,13 @@ def test_a_parameter_chooses_between_formulas():
 def test_a_device_of_little_memory_takes_them_in_chunks(most, monkeypatch):
     taken = []
     monkeypatch.setattr(cuda_kernel, "most_members", lambda *_: most)
-    launch = cuda_kernel.Code.launch
+    launch = cuda_kernel.CudaCode.launch
 
     def counted(code, cupy, queue, count):
         taken.append(count)
         launch(code, cupy, queue, count)
 
-    monkeypatch.setattr(cuda_kernel.Code, "launch", counted)
+    monkeypatch.setattr(cuda_kernel.CudaCode, "launch", counted)
     assert_same(pt.propagate(TOP, STARTS, TIMES), pt.propagate(TOP, STARTS, TIMES, device="cuda"))
     assert max(taken) == 2 * most  # in both directions
 
@@ -159,7 +158,7 @@ def test_steps_that_lead_nowhere_are_given_up(monkeypatch):
 
 def test_ctrl_c_keeps_the_members_that_are_finished(monkeypatch):
     monkeypatch.setattr(cuda_kernel, "BRISK", 0.0)
-    launch, launched = cuda_kernel.Run._launch, []
+    launch, launched = cuda_kernel.CudaWorker._launch, []
 
     def interrupted(run):
         launch(run)
@@ -167,7 +166,7 @@ def test_ctrl_c_keeps_the_members_that_are_finished(monkeypatch):
         if len(launched) == 2:
             signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(cuda_kernel.Run, "_launch", interrupted)
+    monkeypatch.setattr(cuda_kernel.CudaWorker, "_launch", interrupted)
     start = BODY.state(ATTITUDES[:4], omega_body=np.array([[0.1], [0.2], [0.1], [9.0]]) * (0.3, 1.0, 0.5))
     with pytest.raises(pt.PropagationInterrupted, match="3 of 4 members are done") as stopped:
         pt.propagate(TOP, start, [30.0], device="cuda")

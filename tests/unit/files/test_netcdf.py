@@ -5,6 +5,7 @@ import dataclasses
 import json
 import os
 import time
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from in_order import in_order
 from poinsot import functions as fn
 from poinsot.files.scenarios.scenario import parsed_scenario, repetition
 from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
+from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.system_text import text_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))
@@ -438,7 +440,7 @@ def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoc
 
     orbit = in_order(pt.KeplerOrbit, 1e3, 2.0, eccentricity, *angles, epoch)
     system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.forces.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
-    motion = pt.Trajectory(system, start(), TIMES, lambda: None, MOTION_RUN)
+    motion = pt.Trajectory(system, start(), TIMES, MemoryRows({}), MOTION_RUN)
     again: Any = rebuilt_system(text_of(motion).text, "it")
     assert [x.tobytes() for x in again.dynamics.numbers] == [x.tobytes() for x in system.dynamics.numbers]
     assert again.forces[0].orbit is again.forces[1].orbit
@@ -457,7 +459,7 @@ def test_forces_of_others_are_named_and_not_run(tmp_path):
     for name in ("quaternion", "omega_space", "kinetic_energy", "potential_energy", "energy", "norm_error"):
         assert np.array_equal(getattr(read, name), getattr(motion, name)), name
     assert_same(motion, read)
-    with pytest.raises(TypeError, match="system must be a System, got StoredSystem"):
+    with pytest.raises(TypeError, match="system must be a System, got RecordedSystem"):
         pt.propagate(read.system, read.initial, TIMES)
     with pytest.raises(ValueError, match=r"it\.nc cannot be run again: .* got Magnet"):
         repetition(read, "it.nc")
@@ -566,6 +568,58 @@ def test_files_of_earlier_versions_that_name_extended_precision_open(motions, tm
     assert (found.run.precision, found.run.kernel, found.run.versions["heyoka"]) == ("extended", "heyoka", "7.13.1")
     np.testing.assert_array_equal(found.quaternion, motion.quaternion)
     assert "extended" in repr(found)
+
+
+DATA = Path(__file__).parent / "data"
+
+
+def test_a_file_of_version_0_2_with_forces_and_parts_of_others_opens():
+    """It names the variables of integrated orbits `carried`."""
+    path = DATA / "own_force_and_part_0.2.nc"
+    read: Any = pt.load(path)
+    with xarray.open_dataset(path, decode_cf=False) as data:
+        assert data.attrs["version_poinsot"] == "0.2.0"
+        assert np.array_equal(read.column("orbit_variables"), data["carried"])
+        for name in ("quaternion", "omega_body", "omega_space", "kinetic_energy", "potential_energy"):
+            assert np.array_equal(getattr(read, name), data[name]), name
+        assert np.array_equal(read.own["spring_mass"], data["own_spring_mass"])
+        assert read.summary["norm_error"] == data.attrs["norm_error"]
+    assert why_not(read) == "the classes of a scenario must be the package's own, got Magnet."
+
+
+def test_a_file_of_version_0_2_is_run_again(tmp_path):
+    path = DATA / "three_body_path_0.2.nc"
+    read: Any = pt.load(path)
+    with xarray.open_dataset(path, decode_cf=False) as data:
+        values = np.array(data["carried"])
+        assert np.array_equal(read.column("orbit_variables"), values)
+        assert np.array_equal(read.quaternion, data["quaternion"])
+        assert np.array_equal(read.events[0].times, data["event_0_time"])
+    again = pt.propagate(read.system, read.initial, read.times, events=[pt.events.SpinFlip((0, 0, 1))], progress=False)
+    np.testing.assert_allclose(again.quaternion, read.quaternion, rtol=0, atol=1e-12)
+    for force in read.system.forces:
+        own, other = np.array(read.environment.position(force.orbit)), np.array(again.environment.position(force.orbit))
+        np.testing.assert_allclose(own, other, rtol=1e-12, atol=0)
+    new: Any = pt.load(pt.save(read, tmp_path / "it.nc"))
+    assert "orbit_variables" in new.dataset
+    assert np.array_equal(new.column("orbit_variables"), values)
+
+
+def test_a_store_of_version_0_2_opens(tmp_path):
+    store = tmp_path / "old.zarr"
+    with zipfile.ZipFile(DATA / "three_body_path_0.2.zarr.zip") as packed:
+        packed.extractall(store)
+    assert (store / "carried").is_dir()
+    whole: Any = pt.load(DATA / "three_body_path_0.2.nc")
+    read: Any = pt.load(store)
+    values = whole.column("orbit_variables")
+    assert np.array_equal(read.column("orbit_variables"), values)
+    assert np.array_equal(read.dataset["orbit_variables"], values)
+    assert np.array_equal(read.member(1).events[0].times, whole.member(1).events[0].times)
+    for name in (".nc", ".zarr"):
+        again: Any = pt.load(pt.save(read, tmp_path / f"again{name}"))
+        assert np.array_equal(again.member(1).column("orbit_variables"), values[1])
+        assert np.array_equal(again.quaternion, whole.quaternion)
 
 
 def test_files_say_units_frames_and_versions(motions, tmp_path):

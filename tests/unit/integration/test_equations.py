@@ -8,7 +8,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.integration import equations
-from poinsot.integration.looped_runs import Ready
+from poinsot.integration.kernel_parameters import PreparedKernel
 
 TIMES = np.linspace(0, 20, 41)
 
@@ -21,7 +21,7 @@ def weighted(body, weight):
 def built(forget_kernels):
     """Return a function that counts the kernels that were compiled since."""
     forget_kernels()
-    return lambda: sum(isinstance(known, Ready) for known in equations.known._known.values())
+    return lambda: sum(isinstance(known, PreparedKernel) for known in equations.known._stored.values())
 
 
 def test_new_numbers_compile_nothing(built, start):
@@ -45,8 +45,8 @@ def test_another_structure_formulation_precision_or_tolerance_compiles_a_kernel(
 
 
 def test_answers_are_bounded_and_the_least_recently_used_is_dropped(monkeypatch):
-    monkeypatch.setattr(equations, "DECISIONS", 3)
-    answers, asked = equations._Answers(), []
+    monkeypatch.setattr(equations, "MAX_STORED", 3)
+    answers, asked = equations.Cache(), []
     for key in (1, 2, 3, 1, 4, 2, 1):
 
         def question(key=key):

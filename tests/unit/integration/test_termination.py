@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.integration import equations, looped_runs
-from poinsot.taylor import kernels
+from poinsot.integration import equations, run
+from poinsot.taylor import queue
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -161,8 +161,8 @@ def test_an_interrupt_in_an_action_keeps_the_finished_members(monkeypatch):
 
 def test_an_interrupt_on_the_way_leaves_nothing_of_members_that_are_not_finished(monkeypatch):
     monkeypatch.setattr(equations, "LANES", 2)
-    advance = kernels.Run.advance
-    monkeypatch.setattr(kernels.Run, "advance", lambda run, budget=None: advance(run, budget or 3))
+    advance = queue.Worker.advance
+    monkeypatch.setattr(queue.Worker, "advance", lambda run, budget=None: advance(run, budget or 3))
 
     def interrupt(state):
         os.kill(os.getpid(), signal.SIGINT)
@@ -181,8 +181,8 @@ def test_what_stops_one_thread_stops_all(monkeypatch):
     def leave(state):
         raise SystemExit(3)
 
-    for runs in (looped_runs,):
-        monkeypatch.setattr(runs, "SLAB_BYTES", 1)
+    for runs in (run,):
+        monkeypatch.setattr(runs, "MAX_SLAB_BYTES", 1)
     slow = event(leave)
     with pytest.raises(SystemExit):
         pt.propagate(FREE, spinning(np.append(RATES[BAD], np.full(10_000, 0.3))), TIMES, events=[slow], threads=2)

@@ -5,7 +5,6 @@ import pytest
 
 from poinsot.algebra import quaternion as quat
 from poinsot.integration import turned_rows
-from poinsot.taylor import kernels
 
 PLACES = {
     "of one body": lambda memory: memory[0, :, 3:7],
@@ -20,8 +19,6 @@ PLACES = {
 @pytest.mark.parametrize("compiled", [True, False])
 @pytest.mark.parametrize("place", PLACES)
 def test_rows_are_multiplied_where_they_lie(monkeypatch, place, compiled, kind):
-    if compiled and not kernels.available():
-        pytest.skip("needs llvmlite")
     monkeypatch.setattr(turned_rows, "MANY", 1 if compiled else 1000)
     memory = np.random.default_rng(4).normal(size=(3, 5, 9)).astype(kind)
     rows = PLACES[place](memory)

@@ -7,9 +7,9 @@ import pytest
 
 import poinsot as pt
 from poinsot.files.scenarios.scenario import read_scenario
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
 from poinsot.mechanics.parameters import Parametric
-from poinsot.propagation.selection import numbers_of_members
 
 NEAR, FAR = (
     pt.orbits.FixedPosition(0.9, position=(0.8, -0.5, 0.7)),
@@ -91,7 +91,7 @@ def test_members_of_each():
     for i, strength in enumerate(strengths):
         one = motion(AttractionOfCharges([Charge(NEAR, strength), Charge(FAR, -0.3)]))
         assert np.max(np.abs(every.quaternion[i] - one.quaternion)) < 1e-14
-    assert numbers_of_members(force, 2).charges[0].strength == -0.2
+    assert members_of(force, 2).charges[0].strength == -0.2
     assert np.array_equal(every.member(1).system.forces[0].charges[0].strength, 0.1)
 
 

@@ -270,11 +270,11 @@ def test_members_along_hyperbolas_of_their_own():
 
 def test_other_numbers_use_the_same_kernel_also_across_the_parabola(forget_kernels):
     from poinsot.integration import equations
-    from poinsot.integration.looped_runs import Ready
+    from poinsot.integration.kernel_parameters import PreparedKernel
 
     forget_kernels()
     nearly, bent = (pt.propagate(systems(name)["space"], START, RUN).quaternion for name in ("nearly", "bent"))
-    assert sum(isinstance(known, Ready) for known in equations.known._known.values()) == 1
+    assert sum(isinstance(known, PreparedKernel) for known in equations.known._stored.values()) == 1
     parabola = pt.propagate(systems("parabola")["space"], START, RUN).quaternion  # e - 1 is zero
     assert np.max(np.abs(parabola - nearly)) < 1e-11
     assert np.max(np.abs(parabola - bent)) > 1e-4

@@ -12,7 +12,7 @@ from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.orbits.precessing import PrecessingOrbit
-from poinsot.taylor.evaluation import WideReplay
+from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, tangents
 
 EPS = np.finfo(float).eps
@@ -199,7 +199,7 @@ def test_the_formulas_run_on_symbols():
     graph, own = Graph(), ORBITS["all"]
     time, orbit = graph.symbol("time"), own.with_numbers(map(graph.input, itertools.count()))
     formulas = [*orbit.position_at(time), *orbit.velocity_at(time), orbit.inverse_distance_at(time)]
-    compiled = WideReplay(formulas, [time])
+    compiled = WideEvaluator(formulas, [time])
     for instant in TIMES:
         expected = [*own.position_at(instant), *own.velocity_at(instant), own.inverse_distance_at(instant)]
         assert np.allclose(compiled([instant, *own.numbers])[:7], floats(expected), rtol=0, atol=2e-14)

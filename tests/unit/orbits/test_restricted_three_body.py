@@ -14,7 +14,7 @@ import poinsot as pt
 from in_order import in_order
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
-from poinsot.integration.looped_runs import Ready
+from poinsot.integration.kernel_parameters import PreparedKernel
 from poinsot.integration.problem import Problem
 from poinsot.taylor.graph import Graph, tangents
 
@@ -295,7 +295,7 @@ def test_axes_formulations_and_precisions_agree():
 def test_other_numbers_use_the_same_kernel(forget_kernels):
     forget_kernels()
     motions = [pt.propagate(pt.System(BODY, *both(path)), START, RUN).quaternion for path in (PATH, OTHER)]
-    assert sum(isinstance(known, Ready) for known in equations.known._known.values()) == 1
+    assert sum(isinstance(known, PreparedKernel) for known in equations.known._stored.values()) == 1
     assert np.max(np.abs(motions[0] - motions[1])) > 1e-2
 
 

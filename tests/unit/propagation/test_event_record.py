@@ -12,7 +12,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.taylor import kernels
+from poinsot.taylor import queue
 
 BODY = pt.Body((1.0, 2.0, 3.0))
 FREE = pt.System(BODY)
@@ -133,8 +133,8 @@ def test_parameters_of_events_may_have_members_and_compile_nothing():
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_terminal_event_ends_the_motion_whatever_step_of_a_chunk_it_is_in(steps, way, monkeypatch):
     """An event at an output time has its row, also where a call of the kernel ends."""
-    advance = kernels.Run.advance
-    monkeypatch.setattr(kernels.Run, "advance", lambda run, budget=None: advance(run, budget or steps))
+    advance = queue.Worker.advance
+    monkeypatch.setattr(queue.Worker, "advance", lambda run, budget=None: advance(run, budget or steps))
     times, tumbling = way * np.arange(10.0), (0.3, 0.8, 0.9)
     events = [pt.events.AtTime(2.0 * way, terminal=True)]
     one = pt.propagate(FREE, BODY.state((1, 0, 0, 0), omega_body=tumbling), times, events=events)

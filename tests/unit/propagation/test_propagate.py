@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.taylor import kernels
+from poinsot.taylor import queue
 
 TIMES = np.linspace(0, 10, 11)
 FORMULATIONS = ("lie_poisson", "canonical", "euler_angles")
@@ -380,7 +380,7 @@ def test_an_interrupt_keeps_what_was_reached(top, start, direction, dense):
 def test_an_interrupt_at_any_call_loses_no_step(top, start, dense, monkeypatch):
     grid = np.linspace(0, 40, 401)
     whole = pt.propagate(top, start, grid, dense=dense)
-    advance, lengths = kernels.Run.advance, set()
+    advance, lengths = queue.Worker.advance, set()
 
     def pressed(at):
         calls = itertools.count()
@@ -394,7 +394,7 @@ def test_an_interrupt_at_any_call_loses_no_step(top, start, dense, monkeypatch):
         return advanced
 
     for at in range(12):
-        monkeypatch.setattr(kernels.Run, "advance", pressed(at))
+        monkeypatch.setattr(queue.Worker, "advance", pressed(at))
         with pytest.raises(pt.PropagationInterrupted) as caught:
             pt.propagate(top, start, grid, dense=dense)
         motion = caught.value.trajectory

@@ -1,5 +1,6 @@
 """What is read from a motion."""
 
+import inspect
 import itertools
 from typing import Any
 
@@ -9,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from in_order import in_order
+from poinsot.propagation.row_source import MemoryRows
 
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]
 TIMES = np.linspace(-1, 9, 21)
@@ -435,6 +437,57 @@ def test_failures_must_be_a_mapping(failures):
     body = pt.Body((1.25, 1.0, 0.75))
     motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
     with pytest.raises(TypeError) as caught:
-        pt.Trajectory(motion.system, motion.initial, motion.times, dict, motion.run, failures=failures)
+        pt.Trajectory(motion.system, motion.initial, motion.times, MemoryRows({}), motion.run, failures=failures)
     kind = type(failures).__name__
     assert str(caught.value) == f"failures must be a mapping of members to reasons, got {kind}."
+
+
+# ---------------------------------------------------------------------- public face
+
+
+def test_signature_and_names_are_those_that_a_user_reads(motion):
+    assert str(inspect.signature(pt.Trajectory)).startswith(
+        "(system: 'System', initial: 'State', times: 'Array', rows: "
+    )
+    assert [*inspect.signature(pt.Trajectory).parameters] == [
+        *("system", "initial", "times", "rows", "run", "dense", "failures")
+    ]
+    names = {name for name in dir(motion) if not name.startswith("_")}
+    assert {"quaternion", "omega_body", "column", "dataset", "euler", "isel", "torques_body"} <= names
+    assert not names & {
+        "position",
+        "primary",
+        "secondary",
+        "elements",
+        "orbit_frame",
+        "event_source",
+        "state_variables",
+    }
+    assert all(inspect.getdoc(getattr(pt.Trajectory, name)) for name in names if hasattr(pt.Trajectory, name))
+
+
+def test_names_of_a_motion_of_two_bodies():
+    ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+    pair = pt.TwoBodies(ball, ball, G=1.0)
+    start = pair.state((2, 0, 0), (0, 1, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1), (0, 0, 0.5)])
+    motion = pt.propagate(pt.System(pair, pt.forces.MutualGravity()), start, [1.0], dense=True)
+    names = {name for name in dir(motion) if not name.startswith("_")}
+    assert {"position", "primary", "elements", "energy", "dataset", "norm_error"} <= names
+    assert not names & {"quaternion", "omega_body", "torques_body", "euler"}
+    one = {name for name in dir(motion.primary) if not name.startswith("_")}
+    assert {"quaternion", "torques_body", "forces_space"} <= one
+    assert not one & {"position", "secondary"}
+    for name in ("quaternion", "omega_space", "attitude", "torques_body", "forces_space"):
+        with pytest.raises(
+            AttributeError, match=r"^what is of two bodies has no [a-z_]+: take that of its `primary` or"
+        ):
+            getattr(motion, name)
+    for name in ("position", "acceleration", "distance", "elements", "orbit_frame", "primary"):
+        with pytest.raises(
+            AttributeError, match=r"^a motion of one body has no [a-z_]+: it belongs to a motion of two"
+        ):
+            getattr(motion.primary, name)
+    with pytest.raises(
+        AttributeError, match=r"^one of two bodies has no potential_energy of its own: take the potential"
+    ):
+        motion.primary.energy  # noqa: B018

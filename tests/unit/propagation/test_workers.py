@@ -15,7 +15,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.propagation.selection import state_of_members
+from poinsot.mechanics.members import members_of
 
 dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")
@@ -101,7 +101,7 @@ def test_workers_compute_what_threads_do(client, serial, tmp_path, capsys):
     assert len(here.events[0]) > COUNT
     found = pt.propagate(TOP, START, TIMES, chunk=CHUNK, client=client, reduce=lambda data: data.omega_body.max("time"))
     assert np.array_equal(found.omega_body, serial.omega_body.max(axis=1))
-    given = pt.System(BODY, Thruster((0.1, 0.2, 0.3))), state_of_members(START, slice(0, 40)), TIMES[1:]
+    given = pt.System(BODY, Thruster((0.1, 0.2, 0.3))), members_of(START, slice(0, 40)), TIMES[1:]
     chaos: Any = pt.analysis.chaos_indicators(*given, out=tmp_path / "chaos.zarr", chunk=CHUNK, client=client)
     assert np.array_equal(chaos.mean_megno.values, pt.analysis.chaos_indicators(*given).mean_megno)
     assert capsys.readouterr().err == ""

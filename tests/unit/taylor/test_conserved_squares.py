@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from decompositions import rates
-from poinsot.taylor.decomposition import Integral, Product
+from poinsot.taylor.decomposition import Invariant, Product
 from poinsot.taylor.graph import Graph
 from poinsot.taylor.lowering import Events, simplified
 
@@ -82,7 +82,7 @@ def program_of(formula):
 def test_squares_are_left_out_where_their_sum_is_an_integral(formula):
     operations = program_of(formula).decomposition.operations
     squares = sum(isinstance(x, Product) and x.first == x.second for x in operations)
-    assert (squares, sum(isinstance(x, Integral) for x in operations)) == FORMULAS[formula]
+    assert (squares, sum(isinstance(x, Invariant) for x in operations)) == FORMULAS[formula]
 
 
 @pytest.mark.parametrize("formula", FORMULAS)
@@ -100,5 +100,5 @@ def test_two_bodies_have_an_integral_each():
     (q, w), (p, v) = ((some[:4], some[4:]) for some in (states[:7], states[7:]))
     rates = [*turning(q, w), *diagonal(p), *turning(p, v), *diagonal(q)]
     operations = simplified(rates, (), Events()).decomposition.operations
-    assert sum(isinstance(x, Integral) for x in operations) == 2
+    assert sum(isinstance(x, Invariant) for x in operations) == 2
     assert sum(isinstance(x, Product) and x.first == x.second for x in operations) == 6

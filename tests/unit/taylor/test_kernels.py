@@ -1,34 +1,37 @@
 """The looped kernel against heyoka's integrator, against mpmath's Taylor coefficients, and against itself."""
 
+import platform
 import subprocess
 import sys
 import threading
+from types import SimpleNamespace
 
 import heyoka as hy
+import llvmlite.binding
 import mpmath
 import numpy as np
 import pytest
 
-from poinsot.taylor import kernel_program, kernels, llvm_ir, recurrences, rescaling
+from poinsot.taylor import layouts, llvm_ir, recurrences, rescaling
 from poinsot.taylor.decomposition import (
     Coefficient,
     Decomposition,
     Function,
-    Integral,
+    Invariant,
     Momenta,
     Product,
     Quotient,
     Select,
-    State,
     Sum,
     Time,
+    Variable,
 )
 from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import Code, Output, Queue, Run, Status, compiled, order_of
+from poinsot.taylor.kernels import Code, compiled, order_of
 from poinsot.taylor.layouts import Rolled
-from poinsot.taylor.rescaling import LEAST, MOST
-
-pytestmark = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
+from poinsot.taylor.queue import FOREVER, STEPS_IN_BLOCK, Output, Queue, Worker
+from poinsot.taylor.rescaling import LEAST_MOMENTUM, MOST_MOMENTUM
+from poinsot.taylor.tasks import Status
 
 EPS = np.finfo(float).eps
 TOLERANCE = EPS
@@ -118,7 +121,7 @@ def of_eccentric_anomaly(eccentricity, mean_anomaly):
 def decomposed(variables, rates, parameters=0, **others):
     """Return the decomposition of rates that are written as a function of the states and the time."""
     operations = []
-    states = [Symbol(operations, State(place)) for place in range(variables)]
+    states = [Symbol(operations, Variable(place)) for place in range(variables)]
     found = tuple(map(operand, rates(states, Symbol(operations, Time()))))
     return Decomposition(tuple(operations), found, parameters, **others)
 
@@ -212,7 +215,7 @@ def integrated(code, states, times, *, origin=0.0, parameters=None, budget=10**6
     )
     if change is not None:
         change(queue.tasks)
-    run = Run(code, keeps_steps=code.lanes == 1)
+    run = Worker(code, stores_steps=code.lanes == 1)
     run.start(queue)
     while run.advance(budget):
         pass
@@ -231,7 +234,7 @@ def test_states_and_steps_are_those_of_heyoka(name, layout):
     assert tasks["status"][0] == Status.DONE
     assert abs(tasks["steps"][0] - steps) <= 0.01 * steps
     if layout == "single":
-        lengths = np.concatenate(run.kept)["length"][:-1]
+        lengths = np.concatenate(run.steps)["length"][:-1]
         np.testing.assert_allclose([np.min(lengths), np.max(lengths)], [shortest, longest], rtol=0.01)
     # Rounding of 260 steps grows linearly on a regular motion, and the two differ by the ways of both.
     np.testing.assert_allclose(rows[0, 0], judge.state, rtol=0, atol=6e-13)
@@ -254,7 +257,7 @@ def test_any_number_of_lanes_and_both_layouts_give_the_same_bits(name):
 
 def gravity_with_an_integral(q, _):
     q0, q1, q2, q3 = q
-    norm = q0.of(Integral(tuple(x.place for x in q)))
+    norm = q0.of(Invariant(tuple(x.place for x in q)))
     return [0.0 * q0, 0.5 * (norm - 2.0 * (q1**2 + q2**2)), -1.0 * (q0 * q1 + q2 * q3)]
 
 
@@ -282,17 +285,28 @@ def test_optimization_changes_no_bit(layout, name, monkeypatch):
         np.testing.assert_array_equal(other, found[0])
 
 
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="needs an x86 processor")
+def test_a_processor_without_fused_multiply_add_gives_the_same_bits(monkeypatch):
+    times, states = [5.0], starts("top", 3)
+    expected = integrated(Code(KernelProgram(DECOMPOSITIONS["top"], ORDER, 2, "batch")), states, times)[0]
+    without = SimpleNamespace(flatten=lambda: "-fma,-fma4,-avx")
+    monkeypatch.setattr(llvmlite.binding, "get_host_cpu_name", lambda: "x86-64")
+    monkeypatch.setattr(llvmlite.binding, "get_host_cpu_features", lambda: without)
+    found = integrated(Code(KernelProgram(DECOMPOSITIONS["top"], ORDER, 2, "batch")), states, times)[0]
+    np.testing.assert_array_equal(found, expected)
+
+
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize("order", [ORDER, ORDER - 1, 4, 3, 2])
 def test_loops_over_inner_sums_change_no_bit(order, name, monkeypatch):
     """Each block of straight-line code is cut after one operation, too."""
     times, states = np.linspace(0.0, SYSTEMS[name][1], 23)[1:], starts(name, 3)
     expected = integrated(Code(KernelProgram(DECOMPOSITIONS[name], order, 1, "single")), states, times)[0]
-    monkeypatch.setattr(kernel_program, "ROLLED_FROM", 0)
+    monkeypatch.setattr(layouts, "MIN_ROLLED", 0)
     monkeypatch.setattr(recurrences, "MAX_UNCUT", 0)
-    monkeypatch.setattr(recurrences, "BLOCK", 1)
+    monkeypatch.setattr(recurrences, "MAX_BLOCK", 1)
     program = KernelProgram(DECOMPOSITIONS[name], order, 1, "single")
-    assert isinstance(program.layout, Rolled)
+    assert isinstance(program.context.layout, Rolled)
     assert "label %never" in str(program.module)
     np.testing.assert_array_equal(integrated(Code(program), states, times)[0], expected)
 
@@ -378,7 +392,7 @@ def coefficients():
     code = compiled(decomposed(len(exact), rates, parameters=1), ORDER, 1)
     _, _, run = integrated(code, np.zeros((1, len(exact))), [1e-3], parameters=np.array([[0.3]]))
     orders = np.arange(1, ORDER + 1)[:, None]
-    return dict(zip(exact, (orders * run.kept[0]["coefficients"][0, 1:]).T, strict=True))
+    return dict(zip(exact, (orders * run.steps[0]["coefficients"][0, 1:]).T, strict=True))
 
 
 @pytest.mark.parametrize("name", with_slopes()[1])
@@ -412,7 +426,7 @@ def test_members_run_both_ways_on_ragged_times_and_take_one_anothers_lanes():
     first = np.concatenate([places, places - 1])
     output = Output.of(times, rows, members, first, counts.ravel(), way)
     queue = Queue(code, states[members], origins[members], np.zeros((2 * count, 0)), output)
-    run = Run(code)
+    run = Worker(code)
     run.start(queue)
     assert not run.advance()
     np.testing.assert_array_equal(queue.tasks["status"], Status.DONE)
@@ -480,14 +494,14 @@ def test_tasks_that_pause_go_on_when_they_are_put_back():
         np.zeros((6, 0)),
         Output.of(times, again, np.arange(6), numbers, numbers + 39, numbers + 1),
     )
-    queue.tasks["pause"][:4], run = 10, Run(code)
+    queue.tasks["pause"][:4], run = 10, Worker(code)
     run.start(queue)
     run.advance()
     paused = np.flatnonzero(queue.tasks["status"] == Status.PAUSED)
     np.testing.assert_array_equal(paused, range(4))
     np.testing.assert_array_equal(queue.tasks["steps"][paused], 10)
     assert np.all(np.isnan(again[paused, -1]))
-    queue.tasks["pause"] = kernels.FOREVER
+    queue.tasks["pause"] = FOREVER
     queue.put(paused)
     assert not run.advance()
     np.testing.assert_array_equal(again, rows)
@@ -499,7 +513,7 @@ def test_an_interrupted_run_goes_on_later():
     rows, _, _ = integrated(code, states, times)
     again, zeros = np.full_like(rows, np.nan), np.zeros(20, dtype=int)
     output = Output.of(times, again, np.arange(20), zeros, zeros + 39, zeros + 1)
-    queue, run = Queue(code, states, np.zeros(20), np.zeros((20, 0)), output), Run(code)
+    queue, run = Queue(code, states, np.zeros(20), np.zeros((20, 0)), output), Worker(code)
     run.start(queue)
     assert run.advance(20)
     assert np.all((run.times > 5.0) & (run.times < 15.0))
@@ -529,7 +543,7 @@ def test_rows_must_be_contiguous():
 
 def test_a_parameter_selects_one_of_two_values():
     """x' = 2 p_1 where p_0 is not zero, x elsewhere; y' = x or 0.5, the other way round."""
-    operations = (State(0), Select(0, Coefficient(2.0, 1), 0), Select(0, 0, Coefficient(0.5)))
+    operations = (Variable(0), Select(0, Coefficient(2.0, 1), 0), Select(0, 0, Coefficient(0.5)))
     code = compiled(Decomposition(operations, (1, 2), 2), ORDER, 2)
     parameters = np.array([[0.0, 0.3], [1.0, 0.3], [-2.0, -0.1]])
     rows, _, _ = integrated(code, np.full((3, 2), 0.5), [2.0], parameters=parameters)
@@ -539,7 +553,7 @@ def test_a_parameter_selects_one_of_two_values():
 
 def test_what_has_no_recurrence_is_refused():
     with pytest.raises(TypeError, match="operation must be one with a recurrence, got"):
-        compiled(Decomposition((State(0), object()), (1,), 0), ORDER, 1)
+        compiled(Decomposition((Variable(0), object()), (1,), 0), ORDER, 1)
 
 
 def test_no_step_is_longer_than_the_limit():
@@ -555,7 +569,7 @@ def test_the_time_is_compensated():
     decomposition = decomposed(1, lambda x, t: [sine_and_cosine(t)[1] + 0.0 * x[0]])
     start = 2.0**32
     _, _, run = integrated(compiled(decomposition, ORDER, 1), np.zeros((1, 1)), [start + 300.0], origin=start)
-    steps = np.concatenate(run.kept)
+    steps = np.concatenate(run.steps)
     ends = np.longdouble(steps["start"][1:, 0]) - steps["start"][:-1, 0] - steps["length"][:-1]
     np.testing.assert_allclose(np.float64(ends) + np.diff(steps["start"][:, 1]), 0.0, rtol=0, atol=1e-20)
 
@@ -580,7 +594,7 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
     rows, tasks, run = integrated(code, states, times, parameters=parameters)
     np.testing.assert_array_equal(tasks["status"], Status.DONE)
     if code.lanes == 1:  # kept steps are in the scale of the start
-        (kept,) = run.kept
+        (kept,) = run.steps
         first = kept[kept["task"] == 0]
         m = 0.8 * np.exp(-first["start"][:, :1])
         np.testing.assert_allclose(first["coefficients"][:, :2, 0], m * [1, -1], rtol=100 * EPS)
@@ -589,23 +603,23 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
         exact = (m1 - f / k) * decay + f / k
         np.testing.assert_allclose(row[:, 0], exact, rtol=100 * EPS)
         np.testing.assert_allclose(row[:, 2], x + g * ((m1 - f / k) * (1 - decay) / k + f / k * times), rtol=4 * EPS)
-    sizes = np.ldexp(np.linalg.norm(rows[:, -1, :2], axis=1), tasks["bits"])
-    assert np.all((sizes > LEAST / 3) & (sizes < 3 * MOST))  # they were within as the last step began
-    assert np.all(np.abs(tasks["bits"]) > 10)
+    sizes = np.ldexp(np.linalg.norm(rows[:, -1, :2], axis=1), tasks["exponent"])
+    assert np.all((sizes > LEAST_MOMENTUM / 3) & (sizes < 3 * MOST_MOMENTUM))  # they were within as the last step began
+    assert np.all(np.abs(tasks["exponent"]) > 10)
     np.testing.assert_array_equal(tasks["state"], rows[:, -1])
 
 
 def test_momenta_stay_in_their_scale_where_no_other_is_better(monkeypatch):
     """Those that forces give a body at rest keep the scale; so does its range."""
-    monkeypatch.setattr(rescaling, "BITS", (-3, 5))
+    monkeypatch.setattr(rescaling, "EXPONENT_RANGE", (-3, 5))
     decomposition = decomposed(1, lambda x, _: [-1.0 * x[0]], momenta=Momenta((0,), (0,), ()))
     code = Code(KernelProgram(decomposition, ORDER, 2, "batch"))
 
     def pushed(tasks):
-        tasks["push"][1] = 0.01
+        tasks["torque_scale"][1] = 0.01
 
     rows, tasks, _ = integrated(code, np.array([[0.5], [0.5], [0.0], [100.0]]), [20.0], change=pushed)
-    np.testing.assert_array_equal(tasks["bits"], [5, 0, 0, 5])
+    np.testing.assert_array_equal(tasks["exponent"], [5, 0, 0, 5])
     np.testing.assert_allclose(rows[:, 0, 0], np.array([0.5, 0.5, 0.0, 100.0]) * np.exp(-20.0), rtol=2e-9, atol=0)
 
 
@@ -632,8 +646,8 @@ def test_momenta_that_shrink_lose_what_is_along_their_quaternions(lanes):
 def test_kept_steps_are_the_polynomials_of_the_run():
     code, start, end = compiled(DECOMPOSITIONS["top"], ORDER, 1, "single"), starts("top"), 400.0
     rows, tasks, run = integrated(code, start, [-5.0, end])
-    steps = np.concatenate(run.kept)
-    assert len(steps) == tasks["steps"].sum() > 2 * kernels.STEPS_KEPT
+    steps = np.concatenate(run.steps)
+    assert len(steps) == tasks["steps"].sum() > 2 * STEPS_IN_BLOCK
     forwards = steps[steps["task"] == 0]
     np.testing.assert_array_equal(steps["task"][len(forwards) :], 1)
     np.testing.assert_array_equal(np.sign(steps["length"]), np.where(steps["task"] == 0, 1, -1))
@@ -710,7 +724,7 @@ def test_threads_share_a_queue():
     queue = Queue(code, starts("top", count), np.zeros(count), np.zeros((count, 0)), output)
 
     def work():
-        run = Run(code)
+        run = Worker(code)
         run.start(queue)
         while run.advance(20):
             pass

@@ -140,7 +140,7 @@ BY_HAND = {
 
 def operations_of(system):
     variables = equations.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double")
-    return equations.looped_program(Problem(system), variables).decomposition.operations
+    return equations.program(Problem(system), variables).decomposition.operations
 
 
 @pytest.mark.parametrize("name", BY_HAND)

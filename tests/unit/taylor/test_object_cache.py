@@ -19,7 +19,6 @@ from poinsot.taylor.object_cache import REMEDY, ObjectCache, folder
 KEY, CODE = "ab" * 32, bytes(range(256))
 
 needs_users = pytest.mark.skipif(sys.platform == "win32", reason="files have no mode")
-needs_kernels = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
 
 
 @pytest.fixture
@@ -229,7 +228,6 @@ def doubled():
     return str(module)
 
 
-@needs_kernels
 @pytest.mark.usefixtures("place")
 def test_a_loaded_kernel_spends_no_time_in_llvm(monkeypatch):
     import llvmlite.binding as llvm
@@ -241,7 +239,6 @@ def test_a_loaded_kernel_spends_no_time_in_llvm(monkeypatch):
         machine_code(doubled().replace("twice", "thrice"), ())
 
 
-@needs_kernels
 @pytest.mark.parametrize("change", ["text", "level", "format", "processor", "features", "llvmlite", "LLVM"])
 def test_all_that_decides_the_code_is_in_its_key(change, place, monkeypatch):
     import llvmlite
@@ -268,7 +265,6 @@ def test_all_that_decides_the_code_is_in_its_key(change, place, monkeypatch):
     assert len([*place.iterdir()]) == 2
 
 
-@needs_kernels
 @pytest.mark.usefixtures("place")
 def test_a_long_text_is_not_optimized(monkeypatch):
     import llvmlite.binding as llvm
@@ -296,7 +292,6 @@ print(motion.quaternion[-1].tobytes().hex())
 """
 
 
-@needs_kernels
 def test_several_processes_may_start_at_once(place):
     command = [sys.executable, "-W", "error", "-c", PROGRAM]
     started = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(4)]
@@ -310,7 +305,6 @@ def test_several_processes_may_start_at_once(place):
 
 
 @needs_users
-@needs_kernels
 def test_a_forked_process_loads_and_stores(place):
     machine_code(doubled(), ())
     child = os.fork()
@@ -326,7 +320,6 @@ def test_a_forked_process_loads_and_stores(place):
     assert len([*place.iterdir()]) == 2
 
 
-@needs_kernels
 @pytest.mark.parametrize("fault", ["damaged", "unsafe", "full"])
 def test_a_run_goes_on_without_the_cache(fault, place, forget_kernels, monkeypatch):
     def rows():

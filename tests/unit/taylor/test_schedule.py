@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from poinsot.taylor.decomposition import Decomposition, Product, State
+from poinsot.taylor.decomposition import Decomposition, Product, Variable
 from poinsot.taylor.schedule import GROUP, Schedule
 
 
@@ -13,7 +13,7 @@ from poinsot.taylor.schedule import GROUP, Schedule
 def test_each_loop_goes_on_with_the_inner_sum_that_loads_the_fewest_rows(states, products):
     pairs = [*itertools.combinations_with_replacement(range(states), 2)]
     chosen = np.random.default_rng(states).choice(len(pairs), products, replace=products > len(pairs))
-    operations = (*map(State, range(states)), *(Product(*pairs[k]) for k in chosen))
+    operations = (*map(Variable, range(states)), *(Product(*pairs[k]) for k in chosen))
     groups = Schedule(Decomposition(operations, tuple(range(states)), 0)).groups
     assert max(map(len, groups)) <= GROUP
     left = {place: pairs[k] for place, k in enumerate(chosen)}

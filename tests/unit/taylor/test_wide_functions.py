@@ -12,7 +12,7 @@ import pytest
 from mpmath import mpf
 
 from poinsot.taylor import wide_functions
-from poinsot.taylor.decomposition import Coefficient, Function
+from poinsot.taylor.decomposition import Coefficient
 from poinsot.taylor.llvm_functions import LIBRARY
 from poinsot.taylor.llvm_ir import (
     DOUBLE,
@@ -38,8 +38,7 @@ def many_digits():
 
 
 def elementary(name, *arguments):
-    lanes = int(arguments[0].type[1:].split(" ")[0]) if arguments[0].type.startswith("<") else 1
-    return wide_functions.elementary(Function(name, (0,) * len(arguments), ()), arguments, lanes)
+    return wide_functions.elementary(name, (0,) * len(arguments), arguments)
 
 
 OPERATIONS: dict[str, Any] = {
@@ -315,8 +314,7 @@ def test_constant_powers_are_products_of_roots():
 
     def body(given):
         x = WideValue(*(Array(given, DOUBLE)[i] for i in (0, 1)))
-        function = Function("pow", (0, Coefficient(-1.5)), ())
-        found = wide_functions.elementary(function, [x, x.like(-1.5)], 1)
+        found = wide_functions.elementary("pow", (0, Coefficient(-1.5)), [x, x.like(-1.5)])
         for i, part in enumerate(found.parts):
             Array(given, DOUBLE)[i] = part
 

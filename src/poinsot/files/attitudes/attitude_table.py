@@ -11,17 +11,19 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked, checked_fields
-from poinsot.display.html_text import PER_TIME, Summarized, told, told_times
+from poinsot.display.html_text import Summarized, told, told_times
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
 from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.state import State, changed
+from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
+from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
-from poinsot.propagation.run_record import Method, Run, versions
+from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -134,8 +136,8 @@ class AttitudeTable(Summarized):
         (times, unit), q = self._times_of(system), self.quaternion
         phase = {"quaternion": q, "angular_momentum_body": system.of_bodies[""].angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
-        run = Run(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
-        motion = Trajectory(system, State.computed(changed(phase, lambda x: x[0]), times[0]), times, lambda: phase, run)
+        run = RunRecord(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
+        motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, MemoryRows(phase), run)
         known: dict[str, Any] = {}
         if self.calendar is not None and system.calendar is None and system.units["time"] in SECONDS:
             known["calendar"] = dataclasses.replace(self.calendar, unit=system.units["time"])

@@ -34,7 +34,7 @@ from poinsot.propagation.arguments import (
     check_span,
     checked_times,
     checked_tolerance,
-    members_of,
+    common_members,
 )
 
 __all__ = ["Parts"]
@@ -438,7 +438,7 @@ class Parts:
             start = read.get("start", np.ravel(state.time)[0])
             times = self._grid(float(start), self._stop(float(start), read, table), table)
         self._errors.called(("times",), check_span, system, state, times)
-        members = (self._errors.called(("state",), members_of, system, state) or (1,))[0]
+        members = (self._errors.called(("state",), common_members, system, state) or (1,))[0]
         if times.size * members > MOST_ROWS:
             count = times.size * members
             raise self._errors.at(("times",), f"must be at most {MOST_ROWS} with all members, got {count}.")

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.double_double import DoubleDouble, pick
+from poinsot.double_double import DoubleDouble, pick
 from poinsot.functions import Vector
 from poinsot.mechanics.kinetics import turned
 from poinsot.mechanics.state import State
@@ -93,17 +93,12 @@ class Elements:
     rate: DoubleDouble
     precession: DoubleDouble
 
-    def of_members(self, chosen: Any) -> Elements:
-        """Return the elements of some members."""
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {field.name: 2 if field.name == "axes" else 0 for field in fields(self)}
 
-        def taken(value: Any) -> Any:
-            if isinstance(value, tuple):
-                return tuple(map(taken, value))
-            if isinstance(value, DoubleDouble):
-                return DoubleDouble(value.hi[chosen], value.lo[chosen])
-            return value[chosen]
-
-        return Elements(**{field.name: taken(getattr(self, field.name)) for field in fields(self)})
+    def _with_values(self, **values: Any) -> Elements:
+        return Elements(**values)
 
     @property
     def sense(self) -> Any:

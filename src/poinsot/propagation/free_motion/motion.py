@@ -12,25 +12,26 @@ from numpy.typing import NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.double_double import DoubleDouble
 from poinsot.checked import checked
+from poinsot.double_double import DoubleDouble
 from poinsot.integration.equations import state_vector
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
-from poinsot.integration.runs import Report
+from poinsot.integration.report import Report
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, members_of
+from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, common_members
 from poinsot.propagation.chunks import Chunking, in_chunks, plan_of
 from poinsot.propagation.ensemble_of_motions import EnsembleOfMotions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
-from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.integrator import Integrator, Kept
 from poinsot.propagation.memory import refuse_larger_than_memory
-from poinsot.propagation.run_record import Method, Run, versions
-from poinsot.propagation.selection import state_of_members
+from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 
@@ -90,7 +91,7 @@ def free_motion(
     system = System(body, units=units)
     t = checked_times(times, system)
     check_bodies(system, state)
-    members, plan = members_of(system, state), plan_of(**chunking)
+    members, plan = common_members(system, state), plan_of(**chunking)
     if plan:
         if not members:
             raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body.")
@@ -107,8 +108,10 @@ def free_motion(
         rotation = _Rotation(elements_of(body.moments, body.principal_matrix, state), state)
         phase = rotation.phase(t)
         interpolant = (rotation.phase, -np.inf, np.inf)
-    run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions())
-    return Trajectory(system, state, t, lambda: phase, run, interpolant)
+    run = RunRecord(
+        Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions()
+    )
+    return Trajectory(system, state, t, MemoryRows(phase), run, interpolant)
 
 
 class _ClosedForm(Integrator):
@@ -123,9 +126,9 @@ class _ClosedForm(Integrator):
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
-    def trajectory(self, state: AnyState, kept: Any, report: Report) -> Trajectory:
-        run = Run(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
-        return Trajectory(self.system, state, kept.times, lambda: kept.phase, run)
+    def trajectory(self, state: AnyState, kept: Kept, report: Report, times: Array) -> Trajectory:
+        run = RunRecord(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
+        return Trajectory(self.system, state, times, MemoryRows(kept.phase), run)
 
 
 def _in_chunks(system: System, state: State, times: Array, provenance: Mapping[str, Any]) -> EnsembleOfMotions:
@@ -174,8 +177,8 @@ def _rotations(body: Body, state: State, at_once: int) -> Iterator[tuple[Any, _R
     moments = np.broadcast_to(body.moments, (*state.time.shape, 3))
     for i in range(0, len(moments), at_once):
         block = np.arange(i, min(i + at_once, len(moments)))
-        elements = elements_of(moments[block], body.principal_matrix, state_of_members(state, block))
+        elements = elements_of(moments[block], body.principal_matrix, members_of(state, block))
         near = is_near_separatrix(elements)
         for side in (near, ~near):
             if np.any(side):
-                yield block[side], _Rotation(elements.of_members(side), state_of_members(state, block[side]))
+                yield block[side], _Rotation(members_of(elements, side), members_of(state, block[side]))

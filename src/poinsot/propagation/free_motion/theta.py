@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.double_double import PI, DoubleDouble, pick
+from poinsot.double_double import PI, DoubleDouble, pick
 from poinsot.propagation.free_motion.elements import Elements
 
 __all__ = ["Theta", "is_near_separatrix", "theta_functions"]

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import mp, mpf
 
-from poinsot.algebra.double_double import PI, DoubleDouble, pick
+from poinsot.double_double import PI, DoubleDouble, pick
 
 WIDE = 2.0**-102
 lawful = settings(derandomize=True, deadline=None, database=None)

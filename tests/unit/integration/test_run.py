@@ -1,22 +1,21 @@
 """Runs on looped kernels: which kernel they take, Ctrl-C, members that fail or start anywhere, reports."""
 
 import os
-import re
 import signal
 import sys
 
+import llvmlite.binding
 import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.integration import equations, looped_runs
-from poinsot.integration.event_log import NotedEvents
-from poinsot.integration.runs import Rows
+from poinsot.integration import equations, run
+from poinsot.integration.event_log import EventLog
+from poinsot.integration.kernel_parameters import PreparedKernel
+from poinsot.integration.rows import Rows
 from poinsot.integration.termination import HeldInterrupts
 from poinsot.taylor import kernels
-from poinsot.taylor.kernels import Run
-
-pytestmark = pytest.mark.skipif(not kernels.available(), reason="needs llvmlite")
+from poinsot.taylor.queue import Queue, Worker
 
 BODY = pt.Body((1.3, 1.0, 0.7))
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.6, 0.5))
@@ -46,7 +45,7 @@ def member(batch, i):
 @pytest.fixture
 def few_steps(monkeypatch):
     """A run looks for Ctrl-C after five steps."""
-    monkeypatch.setattr(Run.advance, "__defaults__", (5,))
+    monkeypatch.setattr(Worker.advance, "__defaults__", (5,))
 
 
 # ---------------------------------------------------------------------- which kernel
@@ -57,7 +56,7 @@ def motion(force):
 
 
 def codes():
-    return [known.code for known in equations.known._known.values() if isinstance(known, looped_runs.Ready)]
+    return [known.code for known in equations.known._stored.values() if isinstance(known, PreparedKernel)]
 
 
 def test_a_sweep_through_zero_takes_one_kernel_more(forget_kernels):
@@ -92,7 +91,7 @@ def test_what_a_run_left_in_the_memory_of_a_kernel_is_not_in_the_next_one(times,
     pt.propagate(TOP, starts[1], times[:1])
     assert np.array_equal(rows(first), kept)
     assert np.array_equal(rows(third), kept)
-    monkeypatch.setattr(kernels.Run, "queue", lambda run, *given: kernels.Queue(run._code, *given))
+    monkeypatch.setattr(Worker, "queue", lambda run, *given: Queue(run._kernel, *given))
     assert np.array_equal(rows(pt.propagate(TOP, starts[1], times)), rows(second))
     assert second.run.steps == pt.propagate(TOP, starts[1], times).run.steps
 
@@ -126,8 +125,8 @@ class PressedAtCall:
             sys.setprofile(None)
             return
         self.seen += 1
-        if event == "return" and frame.f_code is Run.advance.__code__:
-            self.reached = float(frame.f_locals["self"]._memory["time"][0, 0, 0])
+        if event == "return" and frame.f_code is Worker.advance.__code__:
+            self.reached = float(frame.f_locals["self"]._work["time"][0, 0, 0])
         if self.seen == self.at:
             sys.setprofile(None)
             os.kill(os.getpid(), signal.SIGINT)
@@ -136,7 +135,7 @@ class PressedAtCall:
 @pytest.fixture
 def pressed(monkeypatch):
     """Makes a Ctrl-C at the n-th call from the first step on."""
-    go = looped_runs._Tasks.run
+    go = run.Run._advance
 
     def at_call(at):
         press = PressedAtCall(at)
@@ -145,7 +144,7 @@ def pressed(monkeypatch):
             sys.setprofile(press)
             go(*arguments)
 
-        monkeypatch.setattr(looped_runs._Tasks, "run", watched)
+        monkeypatch.setattr(run.Run, "_advance", watched)
         return press
 
     return at_call
@@ -196,14 +195,14 @@ def test_an_interrupt_keeps_members_that_are_finished(pressed):
 
 @pytest.mark.usefixtures("few_steps")
 def test_an_interrupt_waits_for_no_events_of_members_that_are_not_kept(pressed, monkeypatch):
-    monkeypatch.setattr(looped_runs, "SLAB_OF_EVENTS", equations.LANES)
-    take, taken = NotedEvents.take, []
+    monkeypatch.setattr(run, "MAX_SLAB_OF_EVENTS", equations.LANES)
+    take, taken = EventLog.take, []
 
     def counted(noted, notes):
         taken.append((len(noted.records), np.unique(notes["task"]).size))
         return take(noted, notes)
 
-    monkeypatch.setattr(NotedEvents, "take", counted)
+    monkeypatch.setattr(EventLog, "take", counted)
     batch, events = tops(3 * equations.LANES), [pt.events.AxisCrossing((0, 0, 1), (0, 0, 1))]
     count = pressed(0)
     whole = pt.propagate(TOP, batch, GRID, events=events, threads=1).events[0]
@@ -302,8 +301,8 @@ def test_members_are_handed_over_few_at_a_time(handed, monkeypatch):
             taken.append(given[-1])
             super().__init__(*given)
 
-    monkeypatch.setattr(looped_runs, "Rows", Told)
-    monkeypatch.setattr(looped_runs, "HANDED_BYTES", handed)
+    monkeypatch.setattr(run, "Rows", Told)
+    monkeypatch.setattr(run, "BYTES_AT_A_TIME", handed)
     motion = pt.propagate(TOP, batch, GRID[::-40], threads=1)
     assert sum(map(len, taken)) == 40
     assert max(own.nbytes for own in taken) <= max(handed, taken[0][0].nbytes)
@@ -348,15 +347,12 @@ def test_events_beside_the_singular_angle(count):
     assert stopped.value.time == pytest.approx(np.pi / 2 - 1e-6, abs=2e-15)  # three times the worst of 40 rates
 
 
-def test_a_processor_without_fused_multiply_add_is_refused(monkeypatch):
-    monkeypatch.setattr(kernels, "available", lambda: False)
-    monkeypatch.setattr("platform.machine", lambda: "x86_64")
-    sentence = (
-        "the processor must multiply and add in one instruction (FMA), got x86_64 without it. "
-        "Closed forms run here, as pt.free_motion does."
-    )
-    with pytest.raises(RuntimeError, match=f"^{re.escape(sentence)}$"):
-        pt.propagate(TOP, START, [1.0])
-    body = pt.Body((1.25, 1.0, 0.75))
-    motion = pt.free_motion(body, body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
-    assert np.all(np.isfinite(motion.quaternion))
+def test_a_processor_without_fused_multiply_add_gives_the_same_bits(monkeypatch, forget_kernels, tmp_path):
+    expected = rows(pt.propagate(TOP, START, [0.0, 1.0, 20.0]))
+    forget_kernels()
+    kernels.compiled.cache_clear()
+    monkeypatch.setenv("POINSOT_CACHE", str(tmp_path))
+    monkeypatch.setattr("llvmlite.binding.get_host_cpu_name", lambda: "x86-64")
+    monkeypatch.setattr("llvmlite.binding.get_host_cpu_features", llvmlite.binding.FeatureMap)
+    assert np.array_equal(rows(pt.propagate(TOP, START, [0.0, 1.0, 20.0])), expected)
+    kernels.compiled.cache_clear()

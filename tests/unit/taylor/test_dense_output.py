@@ -1,4 +1,4 @@
-"""The polynomials of steps at many times: as machine code, as NumPy does it, and in any order of the times."""
+"""The polynomials of steps at many times: as machine code, in any order of the times."""
 
 import copy
 import pickle
@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.integration.dense_output import KeptSteps
 from poinsot.integration.state_vector import BLOCK
-from poinsot.taylor import kernels
+from poinsot.taylor.dense_output import StoredSteps
 
 EPS = np.finfo(float).eps
 LENGTHS = np.array([0.5, 0.25, 1.0, 0.125])
@@ -40,34 +39,26 @@ def expected(steps, times):
     return np.array(values), np.array(sizes)
 
 
-@pytest.mark.parametrize("compiled", [True, False])
 @pytest.mark.parametrize(("sign", "cut"), [(1.0, 0), (-1.0, 1), (1.0, 3), (-1.0, 4)])
 @pytest.mark.parametrize(("size", "orders"), [(1, 3), (7, 19), (8, 19), (17, 24)])
-def test_polynomials_at_times_in_any_order(monkeypatch, size, orders, sign, cut, compiled):
-    if compiled and not kernels.available():
-        pytest.skip("needs llvmlite")
-    monkeypatch.setattr(kernels, "available", lambda: compiled)
+def test_polynomials_at_times_in_any_order(size, orders, sign, cut):
     steps = kept(size, orders, sign)
     blocks = [steps[:cut], steps[cut:]]
     times = sign * np.random.default_rng(1).uniform(0.0, LENGTHS.sum(), 300)
     values, sizes = expected(steps, times)
     # Horner: two roundings an order, and one of the time since the start in each power of it
     bound = 3 * orders * EPS * sizes
-    given = KeptSteps(blocks)
+    given = StoredSteps(blocks)
     for motion in (given, copy.deepcopy(given), pickle.loads(pickle.dumps(given))):
         assert np.all(np.abs(motion.at(times) - values) <= bound)
 
 
-@pytest.mark.parametrize("compiled", [True, False])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_polynomials_at_ends_of_steps_are_those_of_the_side(monkeypatch, sign, compiled):
-    if compiled and not kernels.available():
-        pytest.skip("needs llvmlite")
-    monkeypatch.setattr(kernels, "available", lambda: compiled)
+def test_polynomials_at_ends_of_steps_are_those_of_the_side(sign):
     steps = kept(7, 19, sign)
     steps["start"][:, 1] = 0.0
     starts, order = steps["start"][1:, 0], np.array([2, 0, 1, 1])  # a later one first
-    given = KeptSteps([steps[:2], steps[2:]])
+    given = StoredSteps([steps[:2], steps[2:]])
     at_starts = steps["coefficients"][1:, 0]
     at_ends = (steps["coefficients"] * (sign * LENGTHS)[:, None, None] ** np.arange(19)[:, None]).sum(axis=1)[:-1]
     assert np.array_equal(given.at(starts[order], "right"), at_starts[order])
@@ -82,10 +73,8 @@ def test_a_motion_has_the_same_bits_for_many_times_as_for_few(top, start):
     assert np.array_equal(many.angular_momentum_body[-5:], few.angular_momentum_body)
 
 
-@pytest.mark.parametrize("compiled", [True, False])
-def test_states_stay_when_the_motion_is_called_again(monkeypatch, top, start, compiled):
+def test_states_stay_when_the_motion_is_called_again(top, start):
     motion = pt.propagate(top, start, [0.0, 5.0], dense=True)
-    monkeypatch.setattr(kernels, "available", lambda: compiled)
     states = motion([1.0, 2.0])
     before = states.quaternion.copy(), states.angular_momentum_body.copy()
     motion([3.0, 4.0])

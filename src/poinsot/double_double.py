@@ -27,6 +27,13 @@ class DoubleDouble:
     def __reduce__(self) -> tuple[Any, ...]:  # old protocols take no slots
         return type(self), (self.hi, self.lo)
 
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"hi": 0, "lo": 0}
+
+    def _with_values(self, *, hi: Any, lo: Any) -> DoubleDouble:
+        return DoubleDouble(hi, lo)
+
     @classmethod
     def difference(cls, a: Any, b: Any) -> DoubleDouble:
         """Return a - b of doubles, exactly."""

@@ -1,0 +1,173 @@
+"""Columns of a motion, computed from the rows of a source."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.integration import equations
+from poinsot.integration.formulations import formulation_of
+from poinsot.integration.problem import Problem
+from poinsot.integration.state_vector import StateVector
+from poinsot.lazy import cached_property
+from poinsot.mechanics.environment import Dated, Environment, within
+from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.state import AnyState, changed, state_of
+from poinsot.mechanics.system import System
+from poinsot.propagation.body_of_pair import body_systems
+from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
+from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
+from poinsot.propagation.row_source import LazyColumns, RowSource, recorded_columns, selected
+from poinsot.propagation.run_record import RunRecord
+
+__all__ = ["ColumnReader"]
+
+Array = NDArray[np.float64]
+EVERY = slice(None)
+
+ROWS_OF_BLOCK = 16_384
+"""Rows whose columns are computed together, so that intermediate results stay in the cache."""
+
+
+class ColumnReader:
+    """Reader of the columns of a motion: recorded columns are read from the source, others follow from the states.
+
+    Parameters
+    ----------
+    system : System
+        System of the motion.
+    initial : State
+        Initial state, from which drifts are measured.
+    times : array (n,)
+        Times of the rows.
+    rows : RowSource
+        Source of the rows.
+    run : RunRecord
+        Run of the motion, whose formulation defines the variables of integrated orbits.
+    """
+
+    def __init__(self, system: System, initial: AnyState, times: Array, rows: RowSource, run: RunRecord) -> None:
+        self.system, self.initial, self.times, self.rows, self.run = system, initial, times, rows, run
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return the reader without values that follow from the rows."""
+        return {name: value for name, value in vars(self).items() if name not in ("_variables", "_systems")}
+
+    @property
+    def is_ensemble(self) -> bool:
+        """True if the first axis of the rows is the axis of members."""
+        return next(iter(self.rows.phase.values())).ndim == 3
+
+    @property
+    def state(self) -> AnyState:
+        """States in all rows."""
+        return state_of(changed(self.rows.phase, np.asarray), self.times)
+
+    @property
+    def table(self) -> dict[str, Column]:
+        """Columns of the motion by name."""
+        return columns_of(self.system, self._recorded)
+
+    def environment(self, rows: RowSource | None = None, times: Array | None = None) -> Environment:
+        """Return the environment at the times, or at the times of some rows."""
+        t, columns = self.times if times is None else times, (self.rows if rows is None else rows).columns
+        if ORBIT_VARIABLES not in columns or isinstance(self.system, RecordedSystem):
+            return Environment(t)
+        problem, variables = self._variables
+        return variables.environment(problem, t, np.asarray(columns[ORBIT_VARIABLES]))
+
+    @cached_property
+    def _variables(self) -> tuple[Problem, StateVector]:
+        """Integrated variables, which give the variables of orbits their meaning."""
+        watched = [event for event in self.rows.events.watched if not isinstance(event, RecordedEvent)]
+        problem, formulation = Problem(self.system, watched), formulation_of(self.run.formulation)
+        return problem, equations.state_vector(problem, self.initial, formulation, self.run.precision)
+
+    @cached_property
+    def _systems(self) -> Mapping[str, System]:
+        return body_systems(self.system)
+
+    @property
+    def _recorded(self) -> LazyColumns:
+        return recorded_columns(self.rows)
+
+    def block(self, environment: Callable[[], Environment]) -> ColumnBlock:
+        """Return all rows, with the function that returns their environment."""
+        return ColumnBlock(self.system, self.state, environment, self.rows.columns, lambda: self._systems)
+
+    def read(self, names: Collection[str]) -> dict[str, Array]:
+        """Return columns by name: recorded columns as they are, others computed in blocks of times."""
+        recorded = self._recorded
+        found = {name: np.asarray(recorded[name]) for name in names if name in recorded}
+        if not (left := {*names} - found.keys()):
+            return found
+        columns = columns_of(self.system, recorded)
+        drifts = {name: each for name in columns if name in left and (each := columns[name].drift_of) is not None}
+        wanted = left - drifts.keys() | {f"integral_{each.name}" for each in drifts.values()}
+        wanted |= {"kinetic_energy", "potential_energy"} if drifts else set()
+        along, sizes = (EVERY,) if self.is_ensemble else (), np.zeros(())
+        for at, block in self._blocks():
+            sizes = np.fmax(sizes, _sizes(block)) if drifts else sizes
+            for name in (name for name in columns if name in wanted):
+                values = block[name]
+                if name not in found:
+                    shape = [*values.shape]
+                    shape[len(along)] = self.times.size
+                    found[name] = np.empty(shape, values.dtype)
+                found[name][*along, at] = values
+        for name, each in drifts.items():
+            found[name] = _drift(each, self.initial, found[f"integral_{each.name}"], sizes)
+        return {name: found[name] for name in names}
+
+    def of_integrals(self, prefix: str) -> dict[str, Array]:
+        """Return the values ("integral_") or drifts ("drift_") of the integrals, by the name of the integral."""
+        names = [name for name in self.table if name.startswith(prefix)]
+        return {name.removeprefix(prefix): values for name, values in self.read(names).items()}
+
+    def _blocks(self) -> Iterator[tuple[slice, ColumnBlock]]:
+        """Yield the rows in blocks of times; one block if formulas round by all the times together, as orbits do."""
+        dated = any(isinstance(each, Dated) for record in self.system.dynamics.records for each in within(record))
+        rows, members = self.rows.in_memory(), EVERY if self.is_ensemble else None
+        count = max(self.times.size, 1)
+        step = count if dated else ROWS_OF_BLOCK // max(self.members, 1) or count
+        for first in range(0, count, step):
+            at = slice(first, first + step)
+            some, times = selected(rows, members, at), self.times[at]
+            state = state_of(some.phase, times)
+            yield (
+                at,
+                ColumnBlock(
+                    self.system, state, partial(self.environment, some, times), some.columns, lambda: self._systems
+                ),
+            )
+
+    @property
+    def members(self) -> int:
+        """Number of members, 1 for one body."""
+        return len(next(iter(self.rows.phase.values()))) if self.is_ensemble else 1
+
+
+def _sizes(block: ColumnBlock) -> Array:
+    """Return the largest energies and momenta, by which drifts are divided; shape (2, ...)."""
+    T_and_U = np.abs(block["kinetic_energy"]) + np.abs(block["potential_energy"])
+    return np.stack([np.fmax.reduce(each, axis=-1, initial=0.0) for each in (T_and_U, _momentum_size(block))])
+
+
+def _momentum_size(block: ColumnBlock) -> Array:
+    """Return the sum of the magnitudes of all angular momenta; shape (n,)."""
+    with np.errstate(over="ignore"):
+        each = [np.linalg.norm(body["angular_momentum_body"], axis=-1) for body in block.bodies.values()]
+        if len(each) > 1:
+            each.append(np.linalg.norm(np.cross(block["position"], block["momentum"]), axis=-1))
+        return np.asarray(sum(each))
+
+
+def _drift(integral: Integral, initial: AnyState, values: Array, sizes: Array) -> Array:
+    size = sizes[0 if integral.is_energy else 1]
+    with np.errstate(invalid="ignore"):
+        change: Array = values - np.asarray(integral.value(initial))[..., None]
+    change /= np.where(size > 0, size, 1.0)[..., None]
+    return change

@@ -1,0 +1,188 @@
+"""Systems, parts and events of which a file contains a description and no formula."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import ClassVar, NamedTuple, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.functions import Scalar
+from poinsot.immutable import Immutable
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.dynamics import AnyDynamics
+from poinsot.mechanics.event import Event
+from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.part import Jump
+from poinsot.mechanics.state import AnyState
+from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.printable import printable
+
+__all__ = ["RecordedEvent", "RecordedPart", "RecordedSystem", "recorded_integral"]
+
+Array = NDArray[np.float64]
+
+
+class RecordedPart(NamedTuple):
+    """Part of a body in a file: its variables, with the number of scalars of each."""
+
+    name: str
+    variables: Mapping[str, int]
+    momenta: frozenset[str]
+    jump: Jump | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of scalars."""
+        return sum(self.variables.values())
+
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"jump": 0}
+
+    def _with_values(self, jump: Jump | None) -> RecordedPart:
+        return self._replace(jump=jump)
+
+
+class RecordedSystem(Immutable):
+    """Body under forces of which a file contains only the names. It cannot be integrated.
+
+    Attributes
+    ----------
+    body : Body or TwoBodies
+        Body with the numbers in the file.
+    units : mapping
+        Units of the system.
+    not_rerunnable : str
+        Reason why the forces are unknown.
+    integrals : tuple of Integral
+        Integrals of the motion. The motion contains their values.
+    parts : tuple of RecordedPart
+        Parts of the body.
+    """
+
+    forces = ()
+    records = ()
+    orbits = ()
+    members = ()
+    calendar = None
+    moves_alone = False
+
+    def __init__(
+        self,
+        body: Body | TwoBodies,
+        units: Mapping[str, str],
+        text: str,
+        reason: str,
+        integrals: tuple[Integral, ...],
+        parts: tuple[RecordedPart, ...] = (),
+    ) -> None:
+        self.parts = parts
+        self.body, self.integrals, self.not_rerunnable, self._text = body, integrals, reason, text
+        self._free = System(body, units=units)
+        self.units, self.of_bodies = self._free.units, self._free.of_bodies
+
+    def __repr__(self) -> str:
+        return printable(self._text, kept="\n")
+
+    _member_axes: ClassVar[Mapping[str, int]] = {"body": 0, "parts": 0}
+
+    def _with_values(self, body: Body | TwoBodies, parts: tuple[RecordedPart, ...]) -> RecordedSystem:
+        return RecordedSystem(body, self.units, self._text, self.not_rerunnable, self.integrals, parts)
+
+    @property
+    def jumping(self) -> tuple[RecordedPart, ...]:
+        """The parts whose variables jump."""
+        return tuple(part for part in self.parts if part.jump is not None)
+
+    @property
+    def dynamics(self) -> RecordedSystem:
+        """The system itself, whose equations of motion are unknown."""
+        return self
+
+    @property
+    def numbers(self) -> tuple[Array, ...]:
+        """The numbers of the body."""
+        return self._free.dynamics.numbers
+
+    def with_numbers(self, numbers: Iterable[Array]) -> AnyDynamics:
+        """Return the body without forces, with the given numbers."""
+        self._refuse_parts("omega_body")
+        return self._free.dynamics.with_numbers(numbers)
+
+    def omega_body(self, state: AnyState) -> Array:
+        """Return the inertial angular velocity along the body axes; shape (..., 3)."""
+        self._refuse_parts("omega_body")
+        return np.asarray(self._free.omega_body(state))
+
+    def kinetic_energy(self, state: AnyState) -> Array:
+        """Return the kinetic energy of a state; shape (...)."""
+        self._refuse_parts("kinetic_energy")
+        return np.asarray(self._free.kinetic_energy(state))
+
+    def potential_energy(self, *_: object) -> NoReturn:
+        """Raise a ValueError: the formulas of the forces are unknown."""
+        raise ValueError(f"potential_energy {FORMULAS_MISSING}")
+
+    def validity(self, *_: object) -> dict[str, NDArray[np.bool_]]:
+        """Return an empty dictionary: the formulas, with ranges of validity and limits, are unknown."""
+        return {}
+
+    limits = validity
+
+    def torques_body(self, *_: object) -> dict[str, Array]:
+        """Return an empty dictionary: the formulas of the forces are unknown."""
+        return {}
+
+    forces_space = torques_body
+
+    def _refuse_parts(self, name: str) -> None:
+        if self.parts:
+            raise ValueError(
+                f"{name} must have the parts of the body to be computed, got a file without. The motion has its values."
+            )
+
+
+class RecordedEvent(Event):
+    """Event of which a file contains the kind and the text, and no formula.
+
+    Parameters
+    ----------
+    name : str
+        Kind of the event.
+    text : str
+        `repr` of the event.
+    """
+
+    name: str
+    text: str
+
+    @override
+    def __repr__(self) -> str:
+        return printable(self.text, kept="\n")
+
+    @property
+    @override
+    def kind(self) -> str:
+        return self.name
+
+    @override
+    def value(self, instant: Instant) -> Scalar:
+        raise ValueError(f"{self.name} must have its formula to be computed, got none in the store.")
+
+
+FORMULAS_MISSING = "must have its forces to be computed, got none in the file. The motion has its values."
+
+
+def recorded_integral(name: str, attributes: Mapping[str, object]) -> Integral:
+    """Return an integral of which a file contains the values along a motion."""
+
+    def unknown(_: AnyState) -> NoReturn:
+        raise ValueError(f"{name} {FORMULAS_MISSING}")
+
+    symbol, meaning = str(attributes.get("symbol", name)), str(attributes.get("long_name", name))
+    return Integral(name, symbol, meaning, unknown, attributes.get("kind") == "energy")
