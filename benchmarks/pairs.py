@@ -80,8 +80,8 @@ def _apart(position, exact):
 def _members(system, start, count):
     """Return members per second of an ensemble of impacts on two cores, in a second call."""
     kicks = np.random.default_rng(1).normal(0, 1e-4, (count, 3))
-    starts = system.pair.kick(start, kicks)
-    pt.propagate(system, system.pair.kick(start, kicks[:4]), [DAY], threads=2, progress=False)  # compiles
+    starts = system.body.kick(start, kicks)
+    pt.propagate(system, system.body.kick(start, kicks[:4]), [DAY], threads=2, progress=False)  # compiles
     return _timed(count, lambda: pt.propagate(system, starts, [END], threads=2, progress=False))
 
 

@@ -204,7 +204,9 @@ def singular_angle(short):
 
 def _pass_at(distance):
     system = P2.system
-    nearest = system.body.state((np.cos(distance / 2), np.sin(distance / 2), 0, 0), angular_momentum_body=(0, 0.6, 0.5))
+    nearest = system.of_bodies[""].state(
+        (np.cos(distance / 2), np.sin(distance / 2), 0, 0), angular_momentum_body=(0, 0.6, 0.5)
+    )
     begin = pt.propagate(system, nearest, [-5.0], precision=problems.WIDE)
     start = pt.State(begin.quaternion[0], begin.conjugate_momenta[0], time=-5.0)
     wide = pt.propagate(system, start, [5.0], formulation="canonical", precision=problems.WIDE)

@@ -5,6 +5,12 @@ import sympy as sp
 import poinsot as pt
 from poinsot.functions import Vector
 from poinsot.integration.formulations import FORMULATIONS
+from poinsot.mechanics.dynamics import Turning
+
+
+def twin(system, numbers):
+    """Return the system on other scalars: symbols, or long numbers."""
+    return pt.System.of(system.dynamics.with_numbers(numbers), system.units)
 
 
 def instant(system, q, time=0, omega=None):
@@ -14,12 +20,12 @@ def instant(system, q, time=0, omega=None):
 
 def potential(system, q, time=0):
     """Return the potential energy at a quaternion of four scalars."""
-    return system.potential_at(instant(system, q, time))
+    return system.dynamics.potential_at(instant(system, q, time))
 
 
 def torque(system, q, omega, time=0):
     """Return the torque along the body axes at a quaternion and a rate."""
-    return system.torque_at(instant(system, q, time, omega))
+    return system.dynamics.torque_at(instant(system, q, time, omega))
 
 
 def rates(system, formulation, variables, time=0):
@@ -27,8 +33,8 @@ def rates(system, formulation, variables, time=0):
     chart = FORMULATIONS[formulation]
     attitude, g = chart.physical(variables)
     here = pt.Instant(system.body, attitude, pt.Environment(time), angular_momentum_body=g)
-    load = system.torque_at(here)
-    return chart.rates(variables, here.omega_body, system.turning(here, load).momentum_rate, load)
+    load = system.dynamics.torque_at(here)
+    return chart.rates(variables, here.omega_body, Turning.of(here, load).momentum_rate, load)
 
 
 def rational(expression):

@@ -15,11 +15,11 @@ from .mechanics.frame import Frame, RotatingFrame
 from .mechanics.gravity_field import GravityField
 from .mechanics.instant import Instant
 from .mechanics.pair_instant import PairInstant
-from .mechanics.pair_system import TwoBodies
 from .mechanics.parameters import Vector
 from .mechanics.part import Jump, Part
 from .mechanics.state import PairState, State, project_to_tangent
 from .mechanics.system import System
+from .mechanics.two_bodies import TwoBodies
 from .orbits.kepler import KeplerOrbit
 from .plot.animation import animate
 from .plot.view import view

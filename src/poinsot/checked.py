@@ -159,9 +159,10 @@ def _rule_of(way: Any) -> Rule | None:
         item = _rule(inner[0])
         several = f"a list of {count}" if count else "a list"
         return item and Rule(functools.partial(_are, item.holds, count), f"{several}, each {item.words}", item.is_class)
-    if isinstance(way, type) and way.__module__.startswith("poinsot."):
-        article = "an" if way.__name__[0] in "AEIO" else "a"
-        return Rule(lambda value: isinstance(value, way), f"{article} {way.__name__}", True)
+    kind = get_origin(way) or way
+    if isinstance(kind, type) and kind.__module__.startswith("poinsot."):
+        article = "an" if kind.__name__[0] in "AEIO" else "a"
+        return Rule(lambda value: isinstance(value, kind), f"{article} {kind.__name__}", True)
     if outer is Callable and inner and isinstance(inner[0], list):
         return _function_of(len(inner[0]))
     return SIMPLE.get(outer)

@@ -33,9 +33,9 @@ from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.forces.mutual_gravity import MutualGravity
 from poinsot.integration import equations
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.pair_system import TwoBodies
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.orbits.kepler import KeplerOrbit
@@ -167,7 +167,7 @@ def _ways(system: System, time: float, bound: float) -> Iterator[tuple[str, floa
     yield "euler_angles", 4 * bound, propagate(system, start, [time], formulation="euler_angles")
     yield "quadruple precision", WIDE_BOUND, propagate(system, start, [time], precision="quadruple")
     if not system.forces:
-        yield CLOSED_FORM, WIDE_BOUND, free_motion(system.body, start, [time])
+        yield CLOSED_FORM, WIDE_BOUND, free_motion(system.of_bodies[""], start, [time])
 
 
 # ---------------------------------------------------------------------- torque-free

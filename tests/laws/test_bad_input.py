@@ -594,7 +594,7 @@ KINDS = {
     ),
     "times_before_state": (
         lambda: pt.propagate(SYSTEM, (0, 1), STATE),
-        "state must be a State, got tuple. The order is propagate(system, state, times).",
+        "state must be a State or a PairState, got tuple. The order is propagate(system, state, times).",
     ),
     "force_before_body": (
         lambda: pt.System(pt.UniformGravity(1, (1, 0, 0)), BODY),

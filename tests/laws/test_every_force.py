@@ -138,7 +138,7 @@ def test_every_force_of_the_package_is_here():
 
 def potential_energy(system, q, time):
     """The energy on numbers of 40 digits."""
-    exact = system.with_numbers(mpmath.mpf(float(x)) for x in system.numbers)
+    exact = formulas.twin(system, (mpmath.mpf(float(x)) for x in system.dynamics.numbers))
     return formulas.potential(exact, Vector(q), mpmath.mpf(time))
 
 
@@ -158,10 +158,10 @@ def compiled_torque(system):
     """Return the torque as compiled in double-double arithmetic, a function of attitude, angular velocity and time."""
     graph = Graph()
     symbols = [graph.symbol(place) for place in range(8)]
-    symbolic = system.with_numbers(map(graph.input, itertools.count()))
+    symbolic = formulas.twin(system, map(graph.input, itertools.count()))
     torque = formulas.torque(symbolic, symbols[:4], symbols[4:7], symbols[7])
     compiled = WideEvaluator([*torque], symbols)
-    return lambda q, omega, time: np.array(compiled([*q, *omega, time, *system.numbers])[:3])
+    return lambda q, omega, time: np.array(compiled([*q, *omega, time, *system.dynamics.numbers])[:3])
 
 
 TOO_LONG = pt.forces.EllipsoidGravity, pt.forces.AtmosphericDrag, pt.forces.BDot, pt.forces.MeshDrag
@@ -376,7 +376,7 @@ def test_a_system_knows_how_large_a_torque_is_whatever_numbers_its_formulas_were
     here, there = (system.state(q, omega_body=(0, 0, 0), time=time) for q in ATTITUDES)
     change = abs(system.potential_energy(there) - system.potential_energy(here))
     expected = max(np.linalg.norm(system.torque_body(here)), change)
-    assert abs(sample_torque(system) - expected) <= 1e-14 * expected
+    assert abs(sample_torque(system.dynamics) - expected) <= 1e-14 * expected
 
 
 def test_a_formula_runs_for_the_first_system_of_a_structure_alone():
@@ -394,7 +394,10 @@ def test_a_formula_runs_for_the_first_system_of_a_structure_alone():
     others = [pt.System(heavier(BODIES[0]), Spring(k)) for k in (0.6, 1.2)]
     assert len(calls) == count
     assert np.allclose(
-        [sample_torque(other) for other in others], np.array((2, 4)) * sample_torque(first), rtol=1e-14, atol=0
+        [sample_torque(other.dynamics) for other in others],
+        np.array((2, 4)) * sample_torque(first.dynamics),
+        rtol=1e-14,
+        atol=0,
     )
 
 
@@ -464,7 +467,7 @@ def test_numbers_make_the_round_trip(force):
 @each_force
 def test_with_its_own_numbers_a_system_is_the_same(force, body):
     system, omega = pt.System(body, force), np.array([0.4, -0.7, 0.2])
-    twin = system.with_numbers(iter(system.numbers))
+    twin = formulas.twin(system, iter(system.dynamics.numbers))
     for q in random_attitudes():
         here, there = (formulas.torque(each, Vector(q), Vector(omega), TIME) for each in (system, twin))
         assert list(here) == list(there)

@@ -9,6 +9,7 @@ import pytest
 import sympy
 from scipy.spatial.transform import Rotation
 
+import formulas
 import poinsot as pt
 from kinds import concrete_subclasses
 from poinsot.algebra.quaternion import product
@@ -35,18 +36,18 @@ def instant(system, values):
     """Of separation and two quaternions, eleven scalars of any kind."""
     position, first, second = (Vector(values[place]) for place in PLACES)
     bodies = [(pt.Attitude.from_quaternion(q), Vector((0, 0, 0))) for q in (first, second)]
-    return system.instant(bodies, {"orbit": Vector((*position, 0, 0, 0))}, pt.Environment(0))
+    return system.dynamics.instant(bodies, {"orbit": Vector((*position, 0, 0, 0))}, pt.Environment(0))
 
 
 def load(system, values):
     """Force and torques, nine scalars."""
-    found = system.load_at(instant(system, values))
+    found = system.dynamics.load_at(instant(system, values))
     return [*found.force, *found.torques[0], *found.torques[1]]
 
 
 def slopes_of_energy(system):
     """Minus those by the separation and by small turns about the axes of both bodies, by differences of 40 digits."""
-    exact = system.with_numbers(mpmath.mpf(float(x)) for x in system.numbers)
+    exact = formulas.twin(system, (mpmath.mpf(float(x)) for x in system.dynamics.numbers))
     start, step = [mpmath.mpf(float(x)) for x in START], mpmath.mpf(10) ** -10
 
     def moved(coordinate, by):
@@ -58,7 +59,7 @@ def slopes_of_energy(system):
             turn[k + 1] = mpmath.sin(by / 2)
             place = PLACES[coordinate // 3]
             values[place] = product(Vector(start[place]), Vector(turn))
-        return exact.potential_at(instant(exact, values))
+        return exact.dynamics.potential_at(instant(exact, values))
 
     return np.array([float((moved(k, -step) - moved(k, step)) / (2 * step)) for k in range(9)])
 
@@ -80,8 +81,8 @@ def test_force_and_torques_are_the_slopes_of_the_energy_in_all_engines(force):
     assert np.max(np.abs(found - expected)) < bound
     graph = Graph()
     symbols = [graph.symbol(k) for k in range(11)]
-    compiled = WideEvaluator(load(system.with_numbers(map(graph.input, itertools.count())), symbols), symbols)
-    assert np.max(np.abs(np.array(compiled([*START, *system.numbers])[:9]) - expected)) < bound
+    compiled = WideEvaluator(load(formulas.twin(system, map(graph.input, itertools.count())), symbols), symbols)
+    assert np.max(np.abs(np.array(compiled([*START, *system.dynamics.numbers])[:9]) - expected)) < bound
     numbers = [sympy.Float(float(x), 17) for x in START]
     assert np.max(np.abs(np.array(load(system, numbers), dtype=float) - expected)) < bound
 
@@ -90,16 +91,16 @@ def test_force_and_torques_are_the_slopes_of_the_energy_in_all_engines(force):
 def test_derivatives_of_the_load_are_those_of_differences(force):
     """By all variables and numbers: what variational equations and derivatives by parameters take."""
     system, graph = pt.System(PAIR, force), Graph()
-    inputs = [graph.input(k) for k in range(len(system.numbers))]
+    inputs = [graph.input(k) for k in range(len(system.dynamics.numbers))]
     symbols = [graph.symbol(k) for k in range(11)]
-    outputs = load(system.with_numbers(inputs), symbols)
-    values = [*START, *(float(x) for x in system.numbers)]
+    outputs = load(formulas.twin(system, inputs), symbols)
+    values = [*START, *(float(x) for x in system.dynamics.numbers)]
     directions = np.random.default_rng(8).normal(size=(2, len(values)))
     directions[0, 11:], directions[1, :11] = 0, 0
 
     def at(shift):
         moved = np.array(values) + shift
-        return np.array(load(system.with_numbers(moved[11:]), moved[:11]), dtype=float)
+        return np.array(load(formulas.twin(system, moved[11:]), moved[:11]), dtype=float)
 
     for direction in directions:
         seeds = dict(zip([*symbols, *inputs], direction, strict=True))
@@ -122,8 +123,8 @@ def test_reverse_derivatives_cost_fewer_products_than_forward_ones(force):
     """The product of two variables has two in its derivatives, by however many variables there are."""
     system, graph = pt.System(PAIR, force), Graph()
     symbols = [graph.symbol(k) for k in range(11)]
-    twin = system.with_numbers(graph.input(k) for k in range(len(system.numbers)))
-    energy = twin.potential_at(instant(twin, symbols))
+    twin = formulas.twin(system, map(graph.input, range(len(system.dynamics.numbers))))
+    energy = twin.dynamics.potential_at(instant(twin, symbols))
     forward = [tangents([energy], {symbol: 1.0})[0] for symbol in symbols]
     assert products([energy, *gradient(energy, symbols)]) <= 3 * products([energy])
     assert products([energy, *forward]) > 4 * products([energy])
@@ -143,8 +144,8 @@ def test_each_number_that_counts_reaches_the_load(force):
     system = pt.System(PAIR, force)
     here, count = load(system, START), len(force.numbers)
     names = [name for name, _ in force.number_names()]
-    for k, name in enumerate(names, start=len(system.numbers) - count):
-        numbers = [float(x) for x in system.numbers]
+    for k, name in enumerate(names, start=len(system.dynamics.numbers) - count):
+        numbers = [float(x) for x in system.dynamics.numbers]
         numbers[k] += 0.07
-        there = load(system.with_numbers(numbers), START)
+        there = load(formulas.twin(system, numbers), START)
         assert (np.max(np.abs(np.subtract(there, here).astype(float))) > 1e-7) == counts(name), name

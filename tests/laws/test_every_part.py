@@ -1,5 +1,7 @@
 """What holds for every part that is shipped, and for a user's own; a new one joins by one instance in `PARTS`."""
 
+from typing import Any
+
 import mpmath
 import numpy as np
 import pytest
@@ -129,7 +131,7 @@ def test_formulas_give_the_same_on_all_scalars(part):
     state = started(system)
     expected = {name: np.array(list(rate)) for name, rate in system.rates(system.at(state)).items()}
     for number in (lambda x: mpmath.mpf(float(x)), lambda x: sympy.Float(float(x), 30), lambda x: np.array([x, x])):
-        twin = system.with_numbers(map(number, system.numbers))
+        twin: Any = system.dynamics.with_numbers(map(number, system.dynamics.numbers))
         phase = {name: Vector(map(number, values)) for name, values in state.phase.items()}
         attitude = pt.Attitude.from_quaternion(phase.pop("quaternion"))
         g = phase.pop("angular_momentum_body")
@@ -316,7 +318,8 @@ def test_an_action_is_a_new_start(part):
     after = 1.1 * before.omega_body[0]
     own = {name: values[0] * (0.5 if name == part.name else 1.0) for name, values in before.own.items()}
     # Both ends of g = K^-1 omega + h have the variables before: the action makes its state of the body it is given.
-    body = system.with_numbers(system.numbers).body_at({n: Vector(v[0]) for n, v in before.own.items()}, 3.0)
+    twin: Any = system.dynamics.with_numbers(system.dynamics.numbers)
+    body = twin.body_at({n: Vector(v[0]) for n, v in before.own.items()}, 3.0)
     g = np.array(list(body.angular_momentum(Vector(after))))
     state = system.state(before.attitude[0], angular_momentum_body=g, time=3.0, **own)
     again = pt.propagate(system, state, times[1:])

@@ -118,10 +118,12 @@ def test_comoving_axes_give_the_same_or_refuse(name):
     )
     if name.startswith("attitude") or name in ("own", "time", "inverse_distance"):
         with pytest.raises(fn.NotComoving):
-            system.potential_at(there)
+            system.dynamics.potential_at(there)
     else:
-        np.testing.assert_allclose(system.potential_at(there), system.potential_at(here), rtol=1e-14)
-        np.testing.assert_allclose(list(system.torque_at(there)), list(system.torque_at(here)), rtol=0, atol=1e-14)
+        np.testing.assert_allclose(system.dynamics.potential_at(there), system.dynamics.potential_at(here), rtol=1e-14)
+        np.testing.assert_allclose(
+            list(system.dynamics.torque_at(there)), list(system.dynamics.torque_at(here)), rtol=0, atol=1e-14
+        )
 
 
 def test_every_formulation_gives_one_motion():

@@ -145,7 +145,7 @@ def test_one_body(name, formulation, omega):
     # multiplies them.
     floor = 4 * EPS * np.sqrt(own.run.steps)
     if name == "needle":  # the angular velocity about its axis is the momentum over a small moment
-        floor *= max(system.body.moments) / min(system.body.moments)
+        floor *= max(system.of_bodies[""].moments) / min(system.of_bodies[""].moments)
     shaken = [start_of(system, np.multiply(omega, 1 + k * EPS)) for k in (-2, -1, 1, 2)]
     others = [pt.propagate(system, near, TIMES, formulation=formulation, precision="quadruple") for near in shaken]
     assert error(own(TIMES), judge) <= 3 * max(error(motion, judge) for motion in others) + floor

@@ -124,7 +124,9 @@ class World:
         self.who, self.times = who, times
         self.body, self.forces = varied(body, who), tuple(varied(force, who) for force in forces)
         bare = pt.System(body)
-        self.system = bare.with_records((self.body, *self.forces))  # varied numbers need no check
+        self.system = pt.System.of(
+            bare.dynamics.with_records((self.body, *self.forces)), bare.units
+        )  # varied numbers need no check
 
     @property
     def records(self):
@@ -153,10 +155,10 @@ class World:
     @functools.cached_property
     def instant(self):
         momentum = "angular_momentum_body"
-        names = [f"{body}_" if body else "" for body in self.system.body_names]
+        names = [f"{body}_" if body else "" for body in self.system.of_bodies]
         phase = {f"{name}quaternion": self.turns(i) for i, name in enumerate(names)}
         phase |= {f"{name}{momentum}": self.rows(3, seed=i) for i, name in enumerate(names)}
-        phase |= {block.name: self.rows(block.size, seed=4) for block in self.system.inner_blocks}
+        phase |= {block.name: self.rows(block.size, seed=4) for block in self.system.dynamics.inner_blocks}
         return self.system.at(state_of(phase, np.broadcast_to(self.time, self.shape)))
 
     def argument(self, record, parameter):

@@ -168,7 +168,7 @@ def coordinates(system, start, changes):
         theta, gamma = changes[:, 6 * i : 6 * i + 3], changes[:, 6 * i + 3 : 6 * i + 6]
         turned.append((state.attitude * Rotation.from_rotvec(theta)).as_quat(scalar_first=True))
         momenta.append(state.angular_momentum_body + gamma)
-    moved, velocity = start.position + changes[:, 12:15], (start.momentum + changes[:, 15:]) / system.pair.reduced_mass
+    moved, velocity = start.position + changes[:, 12:15], (start.momentum + changes[:, 15:]) / system.body.reduced_mass
     motion: Any = pt.propagate(system, system.state(moved, velocity, turned, angular_momentum_body=momenta), [8.0])
     base: Any = pt.propagate(system, start, [8.0])
     found = []
@@ -222,7 +222,7 @@ def test_an_oblate_attractor_turns_a_body_and_bends_its_orbit():
     for body in (moon, ball):
         system: Any = pt.System(pt.TwoBodies(attractor, body, G=1.0), pt.forces.MutualGravity())
         state = system.state(r, (0, 0.5, 0), [upright, TURNS[1]], omega_body=SPINS)
-        loads.append(system.load_at(system.at(state)))
+        loads.append(system.dynamics.load_at(system.at(state)))
     place = pt.orbits.FixedPosition(3.0, position=r)
     torque = pt.System(moon, pt.GravityGradient(place)).torque_body(moon.state(TURNS[1], omega_body=SPINS[1]))
     assert np.allclose(list(loads[0].torques[1]), torque, rtol=0, atol=1e-15 * np.linalg.norm(torque) * 8)

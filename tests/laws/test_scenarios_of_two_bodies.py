@@ -81,7 +81,7 @@ def test_a_scenario_is_what_python_says():
     second = pt.Body.from_ellipsoid(0.5, (0.9, 0.8, 0.7))
     pair = pt.TwoBodies(pt.Body((2.0, 2.5, 3.0), mass=3.0), second, G=0.9)
     assert found.system.units == {"time": "s", "inertia": "kg m2", "length": "m"}
-    for own, wanted in zip(found.system.pair.numbers, pair.numbers, strict=True):
+    for own, wanted in zip(found.system.body.numbers, pair.numbers, strict=True):
         assert own.tobytes() == wanted.tobytes()
     gravity, damping = found.system.forces
     assert isinstance(gravity, pt.forces.MutualGravity)
@@ -130,7 +130,7 @@ def test_starts_are_those_of_python(start):
     said = "".join(f'{name} = "{value}"\n' for name, value in primary.items())
     found = scenario((STATE, f'[state]\ntime = 5\n[state.{start}]\nperiod = "1 h"\n{said}'))
     rates = {name: np.radians(36) / 3600 for name in primary}
-    wanted = getattr(found.system.pair, start)(period=3600.0, time=5.0, **rates)
+    wanted = getattr(found.system.body, start)(period=3600.0, time=5.0, **rates)
     assert found.state.time == 5
     for name, values in wanted.phase.items():
         assert np.allclose(found.state.phase[name], values, rtol=1e-15, atol=0), name
@@ -187,9 +187,9 @@ def test_attitudes_and_rates_relative_to_a_turntable():
 
 def test_members_have_the_spread_that_is_said():
     found = scenario(text=PAIR + ENSEMBLE)
-    masses, state = found.system.pair.masses, found.state
+    masses, state = found.system.body.masses, found.state
     assert state.shape == (4000,)
-    assert np.array_equal(masses[:, 0], found.system.pair.primary.mass)
+    assert np.array_equal(masses[:, 0], found.system.body.primary.mass)
     assert np.array_equal(masses[:, 1], np.full(4000, 0.5))
     assert 2.9 <= masses[:, 0].min() < 2.901 < 3.099 < masses[:, 0].max() <= 3.1
     velocity = state.momentum / (masses[:, :1] * masses[:, 1:] / masses.sum(axis=1, keepdims=True))
@@ -323,7 +323,7 @@ def test_sentences_about_one_body(sentence):
     with pytest.raises(ValueError) as caught:
         scenario(*WRONG_FOR_ONE[sentence], text=ONE)
     assert str(caught.value).removeprefix("it.toml, ").startswith(sentence)
-    assert parsed_scenario(ONE, "it.toml").system.body.mass == 3.0  # type: ignore[attr-defined]
+    assert parsed_scenario(ONE, "it.toml").system.of_bodies[""].mass == 3.0  # type: ignore[attr-defined]
 
 
 def test_an_ensemble_of_two_bodies_turns_each_by_its_name():

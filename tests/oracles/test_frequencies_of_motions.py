@@ -182,7 +182,7 @@ def test_free_librations_beside_cassini_states(name):
     )
     orbit = pt.orbits.PrecessingOrbit.from_mean_motion(ellipse, mean_motion=world.rate, node_rate=world.node_rate)
     forced = pt.analysis.cassini_state(pt.Body(world.moments), orbit, world.spin).motion
-    state, body = forced.state, forced.system.body
+    state, body = forced.state, forced.system.of_bodies[""]
     g = state.angular_momentum_body + np.multiply.outer(sizes, (0.5, -0.5, 0)) * body.moments[2] * world.rate
     turned = state.attitude * Rotation.from_rotvec(np.multiply.outer(sizes, np.ones(3)))
     start = body.state(turned, angular_momentum_body=g, time=state.time)

@@ -62,7 +62,7 @@ def test_loads_are_those_of_the_points(name, rng):
 def test_forces_are_opposite_and_torques_balance(name, rng):
     """F1 + F2 = 0 and r x F2 + tau1 + tau2 = 0 for forces between the two bodies, at a state and along a motion."""
     shape = MEMBERS[name]
-    system: Any = pt.System(pair().pair, pair().forces[0])
+    system: Any = pt.System(pair().body, pair().forces[0])
     attitudes = [Rotation.random(*shape, rng=rng).as_quat(scalar_first=True) for _ in range(2)]
     r = np.array([4.0, -1.0, 2.0]) + rng.uniform(-0.5, 0.5, (*shape, 3))
     state: Any = system.state(r, np.zeros(r.shape), attitudes, omega_body=[(0.1, 0.2, 0.3), (0.3, -0.2, 0.1)])
@@ -111,7 +111,7 @@ class Drag(pt.PairLoad):
 
 @pytest.mark.parametrize("known", [True, False])
 def test_a_file_gives_the_loads_of_forces_that_it_contains(tmp_path, known):
-    system = pair() if known else pt.System(pair().pair, *pair().forces, Drag(0.1))
+    system = pair() if known else pt.System(pair().body, *pair().forces, Drag(0.1))
     start = system.state((4.0, -1, 2), (0, 0, 0.1), ((1, 0, 0, 0),) * 2, omega_body=[(0, 0, 1)] * 2)
     motion: Any = pt.propagate(system, start, [0.0, 1.0])
     pt.save(motion, tmp_path / "pair.nc")

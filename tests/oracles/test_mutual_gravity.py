@@ -30,7 +30,7 @@ def gravity(pair, force, separation, attitudes):
     system: Any = pt.System(pair, force)
     still = np.zeros((2, 3))
     state = pair.state(separation, np.zeros(3), attitudes, omega_body=still)
-    load = system.load_at(system.at(state))
+    load = system.dynamics.load_at(system.at(state))
     pull, *torques = (np.stack(list(v), axis=-1).astype(float) for v in (load.force, *load.torques))
     return system.potential_energy(state), pull, *(a.apply(t) for a, t in zip(attitudes, torques, strict=True))
 

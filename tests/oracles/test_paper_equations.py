@@ -11,7 +11,7 @@ import poinsot as pt
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross, dot, norm
 from poinsot.mechanics import attitude, euler
-from poinsot.mechanics.state import computed_state
+from poinsot.mechanics.state import State
 
 
 def real(names):
@@ -78,11 +78,12 @@ FIRST, SECOND, THIRD = Vector((1, 0, 0)), Vector((0, 1, 0)), Vector((0, 0, 1))
 UNIT_Q, UNIT_P, UNIT_AXIS = quat.dot(q, q) - 1, quat.dot(p, p) - 1, dot(axis, axis) - 1
 TANGENT_P = quat.dot(p, P)
 
-FREE = pt.System(pt.Body((1, 1, 1))).with_numbers(iter(MOMENTS))
-TOP = pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))).with_numbers(iter((*MOMENTS, weight, *centre)))
-SATELLITE = pt.System(
-    pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))
-).with_numbers(iter((*MOMENTS, mu, *x)))
+FREE = formulas.twin(pt.System(pt.Body((1, 1, 1))), MOMENTS)
+TOP = formulas.twin(pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))), (*MOMENTS, weight, *centre))
+SATELLITE = formulas.twin(
+    pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))),
+    (*MOMENTS, mu, *x),
+)
 BODY = FREE.body
 SYSTEMS = pytest.mark.parametrize("system", [FREE, TOP, SATELLITE], ids=["free", "top", "satellite"])
 
@@ -107,7 +108,7 @@ def q_dot():
 
 def shipped(name, quaternion, momenta):
     """Return a property of `State`, run on symbols."""
-    return getattr(computed_state(quaternion, momenta, 0.0), name)
+    return getattr(State.computed({"quaternion": quaternion, "conjugate_momenta": momenta}, 0.0), name)
 
 
 def rotation_of_equation_2(sine, cosine):
@@ -470,7 +471,7 @@ def test_equation_10_has_the_shipped_equations_of_motion():
 @pytest.mark.parametrize("system", [TOP, SATELLITE], ids=["top", "satellite"])
 def test_potential_of_equation_10_adds_its_gradient_to_the_shipped_equations(system):
     orientation = pt.Attitude(euler.rotation_matrix_from_angles(ANGLES))
-    potential = system.potential_at(pt.Instant(system.body, orientation, pt.Environment(0)))
+    potential = system.dynamics.potential_at(pt.Instant(system.body, orientation, pt.Environment(0)))
     rates, free = (formulas.rates(s, "euler_angles", [*ANGLES, *MOMENTA], 0) for s in (system, FREE))
     assert_trigonometric([a - b for a, b in zip(rates, free, strict=True)], [0, 0, 0, *(-gradient(potential, ANGLES))])
 
@@ -713,7 +714,9 @@ def test_equation_19_is_the_limit_of_point_masses_far_away():
         return -sum(1 / norm(Vector(place) + quat.rotate(quaternion, Vector(corner))) for corner in corners)
 
     with mpmath.workdps(50):
-        exact_symbolic = gradient_of_gravity.with_numbers(map(mpmath.mpf, map(float, gradient_of_gravity.numbers)))
+        exact_symbolic = formulas.twin(
+            gradient_of_gravity, map(mpmath.mpf, map(float, gradient_of_gravity.dynamics.numbers))
+        )
         shipped_difference, exact_difference = (
             energy(quaternions[0]) - energy(quaternions[1])
             for energy in (lambda quaternion: formulas.potential(exact_symbolic, quaternion, 0), point_masses)

@@ -18,7 +18,7 @@ import poinsot as pt
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross, dot
 from poinsot.mechanics import attitude, euler
-from poinsot.mechanics.state import computed_state
+from poinsot.mechanics.state import State
 
 REFERENCE = json.loads((Path(__file__).parent / "paper_cases.json").read_text())
 
@@ -47,7 +47,7 @@ def are_equal(left, right, *constraints):
 
 def shipped_momentum(quaternion, momenta):
     """Return g of a `State`, run on symbols."""
-    return computed_state(quaternion, momenta, 0.0).angular_momentum_body
+    return State.computed({"quaternion": quaternion, "conjugate_momenta": momenta}, 0.0).angular_momentum_body
 
 
 def printed_dot(a, b):
@@ -60,11 +60,12 @@ ANGLES, MOMENTA = real("phi theta psi"), real("Phi Theta Psi")
 x, omega, centre = real("x1:4"), real("omega1:4"), real("c1:4")
 I0, weight, mu = sp.symbols("I0 weight mu", positive=True)
 MOMENTS = Vector(sp.symbols("I1:4", positive=True))
-FREE = pt.System(pt.Body((1, 1, 1))).with_numbers(iter(MOMENTS))
-TOP = pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))).with_numbers(iter((*MOMENTS, weight, *centre)))
-SATELLITE = pt.System(
-    pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))
-).with_numbers(iter((*MOMENTS, *x, mu)))
+FREE = formulas.twin(pt.System(pt.Body((1, 1, 1))), MOMENTS)
+TOP = formulas.twin(pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))), (*MOMENTS, weight, *centre))
+SATELLITE = formulas.twin(
+    pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))),
+    (*MOMENTS, *x, mu),
+)
 
 ROOT = np.sqrt(2.0)
 PAPER_MOMENTS = (1.25, 1.0, 0.75)

@@ -24,7 +24,7 @@ from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
 from poinsot.integration.scaling import fastest_rates
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
@@ -160,7 +160,7 @@ class ChaosIndicators(Summarized):
 @checked
 def chaos_indicators(
     system: System,
-    state: State,
+    state: AnyState,
     times: Times,
     *,
     vectors: int = 1,
@@ -354,7 +354,7 @@ class LyapunovSpectrum(Summarized):
 @checked
 def lyapunov_spectrum(
     system: System,
-    state: State,
+    state: AnyState,
     times: Times,
     *,
     formulation: str | None = None,
@@ -397,11 +397,10 @@ def lyapunov_spectrum(
     >>> np.allclose(np.sum(found.exponents), -0.01 * np.sum(1 / body.moments))  # the divergence
     True
     """
-    if system.jumping:
+    if system.dynamics.jumping:
         raise ValueError(
-            f"system must have no digital controller, got {quoted(system.jumping[0].name)}: a spectrum begins anew on "
-            "the "
-            "way, and so would its memory. Take chaos_indicators."
+            f"system must have no digital controller, got {quoted(system.dynamics.jumping[0].name)}: a spectrum "
+            "begins anew on the way, and so would its memory. Take chaos_indicators."
         )
     run, plan = _spectral_run(system, state, times, formulation, tolerance, threads), plan_of(**chunking)
     step = float(np.min(APART / fastest_rates(system, run.state)))  # one for all members, also in chunks
@@ -414,7 +413,7 @@ def lyapunov_spectrum(
 
 def _spectrum(
     system: System,
-    state: State,
+    state: AnyState,
     times: Array,
     *,
     step: float,
@@ -428,7 +427,7 @@ def _spectrum(
 
 
 def _spectral_run(
-    system: System, state: State, times: Times, formulation: str | None, tolerance: float | None, threads: int | None
+    system: System, state: AnyState, times: Times, formulation: str | None, tolerance: float | None, threads: int | None
 ) -> VariationalRun:
     """Return the run of a spectrum; raise a ValueError for several starts and for times that do not rise from one."""
     run = VariationalRun.of(system, state, times, RunSettings.of(formulation, tolerance, threads, False))
@@ -528,7 +527,7 @@ class _OrthonormalVectors:
         bits = end.rows["exponents"].reshape(self.growth.shape)
         self.growth = self.growth + np.log(sizes) + bits * np.log(2)
         each = changed(end.phase, lambda x: np.repeat(x[:: self._copies, 0], self._copies, 0))
-        self._state = state_of(each, end.times[0] + 0 * self._state.time)
+        self._state = type(self._state).computed(each, end.times[0] + 0 * self._state.time)
 
     @property
     def _scaled(self) -> Array:

@@ -26,9 +26,8 @@ from poinsot.display.progress import Report, bar
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.named_parameters import NamedNumber
-from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.state import State, state_of
-from poinsot.mechanics.system import System
+from poinsot.mechanics.state import AnyState
+from poinsot.mechanics.system import System, is_of_two_bodies
 
 __all__ = ["Bifurcation", "Branch", "continue_motion"]
 
@@ -85,11 +84,11 @@ class Branch(Summarized):
     ending: str
 
     @property
-    def state(self) -> State:
+    def state(self) -> AnyState:
         """Initial states of the motions, as one State of n members."""
         states = [motion.state for motion in self.motions]
         phase = {name: np.array([state.phase[name] for state in states]) for name in states[0].phase}
-        return state_of(phase, np.array([state.time for state in states]))
+        return type(states[0]).computed(phase, np.array([state.time for state in states]))
 
     @property
     def periods(self) -> Array:
@@ -177,7 +176,7 @@ def continue_motion(
     'forces[0].orbit.eccentricity = 0.03'
     """
     origin = motion.motion if isinstance(motion, Bifurcation) else motion
-    if isinstance(origin.system, PairSystem):
+    if is_of_two_bodies(origin.system):
         raise ValueError(
             "motion must be of one body, got one of two bodies. Take their values one after another: "
             "motion = periodic_motion(system, motion.state, motion.period)."
@@ -216,7 +215,7 @@ def _first(family: Family, motion: PeriodicMotion, firm: float = FIRM) -> Place:
     once = family.once(0.0)
     once.check()
     try:
-        return family.corrected(once.point(motion.state), 0.0, family.by_parameter, SMALLEST_STEP, firm)
+        return family.corrected(once.point(motion.state.of_bodies[""]), 0.0, family.by_parameter, SMALLEST_STEP, firm)
     except LostError:
         raise ValueError(
             f"motion must repeat itself after the period and in the frame of {family.name} = "

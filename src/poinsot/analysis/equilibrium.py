@@ -24,14 +24,15 @@ from poinsot.integration.scaling import momentum_scale
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.body_dynamics import BodyDynamics
+from poinsot.mechanics.dynamics import Turning
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.pair_system import OfOneBody
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
-from poinsot.mechanics.system import System
+from poinsot.mechanics.system import OfOneBody, System
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_time
@@ -180,14 +181,15 @@ class _Balance:
     Attitudes p are unit quaternions body -> frame, shape (n, 4).
     """
 
-    def __init__(self, system: System, frame: Frame, time: Time) -> None:
+    def __init__(self, system: System[Body], frame: Frame, time: Time) -> None:
         self.system, self.time = system, time
         self.to_space, self.omega_space = frame.quaternion(time), np.asarray(frame.omega_space(time))
-        self.body = system.body_at({}, time)
+        self.dynamics = BodyDynamics(system.body, system.forces)
+        self.body = self.dynamics.body_at({}, time)
         largest, rate = float(np.max(system.body.moments)), float(np.linalg.norm(self.omega_space))
         at_rest = system.body.state((1, 0, 0, 0), angular_momentum_body=(0, 0, largest * rate))
         rotors = float(np.linalg.norm(self.body.angular_momentum(np.zeros(3))))
-        rigid = float(momentum_scale(system, at_rest))
+        rigid = float(momentum_scale(self.dynamics, at_rest))
         self.momentum, self.stiffness = rigid + rotors, rigid**2 / largest + rotors * rate
         self.slenderness = _slenderness(system.body)
         self.slow = min(SLOW * self.slenderness, 0.01)
@@ -212,7 +214,7 @@ class _Balance:
         symbols = [graph.symbol(i) for i in range(7)]
         attitude, momentum = Attitude.from_quaternion(symbols[:4]), Vector(symbols[4:])
         instant = Instant(self.body, attitude, Environment(self.time), angular_momentum_body=momentum)
-        change = self.system.turning(instant, self.system.torque_at(instant)).momentum_rate
+        change = Turning.of(instant, self.dynamics.torque_at(instant)).momentum_rate
         rates = (*(instant.omega_body - attitude.to_body(self.omega_space)), *change)
         return symbols, [x for rate in rates for x in (rate, *gradient(rate, symbols))]
 
@@ -417,7 +419,7 @@ def _check_same_at_all_times(balance: _Balance, frame: Frame) -> None:
 def _other_times(balance: _Balance) -> list[float]:
     """Return times a fraction of a turn away, and several turns."""
     rate = np.linalg.norm(balance.omega_space)
-    unit = 1 / rate if rate > 0 else time_scale(balance.system)
+    unit = 1 / rate if rate > 0 else time_scale(balance.system.dynamics)
     return [float(balance.time) + float(unit) * step for step in (0.7, 2.3, -37.0)]
 
 

@@ -113,7 +113,7 @@ class Family:
         self.start, self.span = parameter.value, to - parameter.value
         if not self.span:
             raise ValueError(f"to must be another value than that of {self.name}, got {quoted(to)}.")
-        self._origin = motion.state
+        self._origin = motion.state.of_bodies[""]
         self._period = period or (lambda _: motion.period)
         self._frame = frame or (lambda _: motion.frame)
         self._fixed = period is None and frame is None
@@ -145,8 +145,8 @@ class Family:
         if isinstance(self._parameter, NamedNumber):
             return [self.name], np.array([self.span])
         around = [self._parameter.system(self.value(u)) for u in ends]
-        first, last = (np.array(system.between_knots().numbers, dtype=float) for system in around)
-        if first.shape != last.shape or first.shape != np.shape(here.between_knots().numbers):
+        first, last = (np.array(system.dynamics.between_knots().numbers, dtype=float) for system in around)
+        if first.shape != last.shape or first.shape != np.shape(here.dynamics.between_knots().numbers):
             raise ValueError("parameter must return systems that differ in numbers alone, got other forces or orbits.")
         rates = (last - first) / (ends[1] - ends[0])
         names = {name: rates[numbers[0]] for name, numbers in named_numbers(here).items() if rates[numbers[0]]}

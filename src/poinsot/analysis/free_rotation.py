@@ -16,7 +16,7 @@ from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State, state_of
+from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, common_members
 from poinsot.propagation.free_motion.elements import Elements, elements_of
@@ -238,7 +238,7 @@ def _with_axes(state: State, e: Elements) -> State:
     axes = quaternion_from_matrix(e.axes)
     size = np.where(e.scale > 0, e.scale, 1.0)
     g = np.stack(np.broadcast_arrays(*(component.hi * size for component in e.momentum)), axis=-1)
-    return state_of({"quaternion": quat.product(state.quaternion, axes), "angular_momentum_body": g}, state.time)
+    return State.computed({"quaternion": quat.product(state.quaternion, axes), "angular_momentum_body": g}, state.time)
 
 
 def _is_about_middle_axis(e: Elements) -> Any:

@@ -27,8 +27,9 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation_matrix
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.pair_instant import PairInstant
-from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState
+from poinsot.mechanics.system import OfTwoBodies, System
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.taylor.graph import Graph, Node, gradient
@@ -57,7 +58,7 @@ class PairEquilibrium(Summarized):
 
     Attributes
     ----------
-    system : PairSystem
+    system : System
         The two bodies with their forces.
     state : PairState
         State at rest in the rotating axes.
@@ -88,7 +89,7 @@ class PairEquilibrium(Summarized):
     ('lyapunov', 'unstable', 7)
     """
 
-    system: PairSystem
+    system: System[TwoBodies]
     state: PairState
     rate: Array
     matrix: Array
@@ -138,7 +139,7 @@ class PairEquilibrium(Summarized):
             )
         point, pace = PairPoint.of(self.state), float(np.linalg.norm(self.rate))
         units = units_of_pair(self.system, self.distance, pace)
-        axes = [symmetry_axis(body) for body in self.system.rigid_bodies]
+        axes = [symmetry_axis(body) for body in self.system.of_bodies.values()]
         basis = point.free(self.rate / pace, axes, units)
         eigenvalues, modes = np.linalg.eig(basis.T @ (self.matrix * units / units[:, None]) @ basis)
         mode = basis @ modes[:, np.argmin(np.abs(eigenvalues - 1j * self.frequencies[number]))]
@@ -164,7 +165,7 @@ class PairEquilibrium(Summarized):
 
 @checked
 def pair_equilibria(
-    system: PairSystem, guess: PairState, *, distances: ArrayLike | None = None
+    system: OfTwoBodies, guess: PairState, *, distances: ArrayLike | None = None
 ) -> list[PairEquilibrium]:
     """Return the relative equilibria of two bodies near a guess, at given distances of the centres of mass.
 
@@ -174,7 +175,7 @@ def pair_equilibria(
 
     Parameters
     ----------
-    system : PairSystem
+    system : System
         System of two bodies, not an ensemble, with potentials that conserve energy and angular momentum.
     guess : PairState
         Initial guess, such as `pair.doubly_synchronous(distance=...)`, or `pair.synchronous(...)` with a symmetric
@@ -212,7 +213,7 @@ def pair_equilibria(
     return found
 
 
-def refuse_open(system: PairSystem, guess: PairState) -> None:
+def refuse_open(system: System[TwoBodies], guess: PairState) -> None:
     """Refuse an ensemble, and two bodies that do not conserve energy and angular momentum."""
     if system.members or guess.shape:
         raise ValueError("system and guess must be single ones, got an ensemble. Take the members one by one.")
@@ -247,10 +248,10 @@ class _Balance:
     spins: tuple[float, ...]
 
     @classmethod
-    def of(cls, system: PairSystem, guess: PairState) -> _Balance:
+    def of(cls, system: System[TwoBodies], guess: PairState) -> _Balance:
         flow, states = _Flow(system), list(guess.of_bodies.values())
         attitudes = np.array([state.quaternion for state in states])
-        position, velocity = guess.position, guess.momentum / float(system.pair.reduced_mass)
+        position, velocity = guess.position, guess.momentum / float(system.body.reduced_mass)
         rate = np.cross(position, velocity) / (position @ position)
         axes = tuple(map(symmetry_axis, flow.bodies))
         omegas = [body.omega(s.angular_momentum_body) for body, s in zip(flow.bodies, states, strict=True)]
@@ -373,7 +374,7 @@ class _Balance:
         stability = "unstable" if growth.size else self._stability(scaled, left)
         omegas = [np.asarray(omega) for omega in self.omegas]
         velocity = np.cross(self.rate, self.position)
-        state = self.flow.system.pair.state(self.position, velocity, list(self.attitudes), omega_body=omegas, time=time)
+        state = self.flow.system.body.state(self.position, velocity, list(self.attitudes), omega_body=omegas, time=time)
         return PairEquilibrium(
             self.flow.system, state, self.rate, matrix, pace * eigenvalues, frequencies, growth, stability
         )
@@ -401,9 +402,9 @@ class _Balance:
 class _Flow:
     """The equations of motion of two bodies in turning axes, with their derivatives, as a graph."""
 
-    def __init__(self, system: PairSystem) -> None:
-        self.system, self.bodies = system, system.rigid_bodies
-        self.mass = float(system.pair.reduced_mass)
+    def __init__(self, system: System[TwoBodies]) -> None:
+        self.system, self.bodies = system, system.of_bodies.values()
+        self.mass = float(system.body.reduced_mass)
 
     def evaluated(self, values: Sequence[float]) -> tuple[Array, Array]:
         """Return the rates of the 18 coordinates, and their derivatives by these, (18, 18).
@@ -429,8 +430,8 @@ class _Flow:
         attitudes = [Attitude.from_quaternion(symbols[i : i + 4]) for i in (0, 7)]
         momenta = [Vector(symbols[i : i + 3]) for i in (4, 11)]
         position, momentum, rate = (Vector(symbols[i : i + 3]) for i in (14, 17, 20))
-        instant = PairInstant(self.system.pair, attitudes, position, Environment(0.0), momentum, momenta)
-        turnings, own = self.system.changes(instant)
+        instant = PairInstant(self.system.body, attitudes, position, Environment(0.0), momentum, momenta)
+        turnings, own = self.system.dynamics.changes(instant)
         rates: list[Any] = []
         for each in turnings:
             rates += [*(each.omega - each.attitude.to_body(rate)), *each.momentum_rate]

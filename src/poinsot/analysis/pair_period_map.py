@@ -17,8 +17,9 @@ from poinsot.algebra import quaternion as quat
 from poinsot.analysis.pair_point import PairPoint, symmetry_axis, units_of_pair
 from poinsot.analysis.period_map import FIRM, LARGEST_STEP, ROUNDS, SETTLED, carried
 from poinsot.integration.scaling import orbital_rate
-from poinsot.mechanics.pair_system import PairSystem
 from poinsot.mechanics.state import PairState
+from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
 
 __all__ = ["PairPassage", "PairPeriodMap"]
 
@@ -53,10 +54,12 @@ class PairPassage:
 class PairPeriodMap:
     """The motion of two bodies over a period."""
 
-    def __init__(self, system: PairSystem, guess: PairState) -> None:
+    def __init__(self, system: System[TwoBodies], guess: PairState) -> None:
         self.system, self.time, self.start = system, float(guess.time), PairPoint.of(guess)
-        self.units = units_of_pair(system, float(np.linalg.norm(guess.position)), float(orbital_rate(system, guess)))
-        self.axes = tuple(map(symmetry_axis, system.rigid_bodies))
+        self.units = units_of_pair(
+            system, float(np.linalg.norm(guess.position)), float(orbital_rate(system.dynamics, guess))
+        )
+        self.axes = tuple(map(symmetry_axis, system.of_bodies.values()))
 
     def about(self, point: PairPoint) -> Array:
         """Return the direction of the total angular momentum."""
@@ -90,7 +93,7 @@ class PairPeriodMap:
 
     def _flow(self, point: PairPoint) -> Array:
         """Return the displacement per time."""
-        turnings, own = self.system.changes(self.system.at(point.state(self.time)))
+        turnings, own = self.system.dynamics.changes(self.system.dynamics.at(point.state(self.time)))
         values = [x for each in turnings for x in (*each.omega, *each.momentum_rate)]
         return np.array([*values, *own["orbit"]], dtype=float)
 

@@ -129,8 +129,8 @@ class PairPoint:
 
 def units_of_pair(system: Any, distance: float, pace: float) -> Array:
     """Return the sizes of displacements at a distance and an angular velocity of the orbit."""
-    own = [[1.0] * 3 + [float(np.max(body.moments)) * pace] * 3 for body in system.rigid_bodies]
-    momentum = float(system.pair.reduced_mass) * distance * pace
+    own = [[1.0] * 3 + [float(np.max(body.moments)) * pace] * 3 for body in system.of_bodies.values()]
+    momentum = float(system.body.reduced_mass) * distance * pace
     return np.array([*own[0], *own[1], *[distance] * 3, *[momentum] * 3])
 
 

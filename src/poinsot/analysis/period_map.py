@@ -17,7 +17,7 @@ from poinsot.integration.state_vector import factors_of_parts
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.part import jumps_at
-from poinsot.mechanics.state import State, changed, state_of, state_with
+from poinsot.mechanics.state import AnyState, State, changed, state_with
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 
@@ -77,8 +77,8 @@ class PeriodMap:
     def __init__(self, system: System, frame: Frame, start: State, period: float) -> None:
         self.system, self.frame, self.start, self.period = system, frame, start, period
         self.time = float(start.time)
-        momentum = float(np.max(system.body.moments)) / period
-        factors = itertools.chain.from_iterable(factors_of_parts(system, start).values())
+        momentum = float(np.max(system.of_bodies[""].moments)) / period
+        factors = itertools.chain.from_iterable(factors_of_parts(system.dynamics, start).values())
         own = (momentum if factor is None else 1 / factor for factor in factors)
         self.units = np.array([1.0] * 3 + [momentum] * 3 + [*own])
 
@@ -111,7 +111,8 @@ class PeriodMap:
         sizes = {part.name: part.size for part in self.system.parts if part.size}
         g, *values = np.split(rest, list(itertools.accumulate(sizes.values(), initial=3)), axis=-1)
         state = state_with(q, g, time, dict(zip(sizes, values, strict=False)))
-        return state_of(state.phase, state.time, jumps_at(self.system.jumping, time))  # the end of a period is a row
+        jumped = jumps_at(self.system.dynamics.jumping, time)  # the end of a period is a row
+        return State.computed(state.phase, state.time, jumped)
 
     def _rest(self, state: State) -> Array:
         own = [state.own[part.name] for part in self.system.parts if part.size]
@@ -119,8 +120,8 @@ class PeriodMap:
 
     def flow(self, end: Point) -> Array:
         """Return the displacement per time at the end of the period, seen from the axes that the frame has there."""
-        instant = self.system.at(self.state(end, self.time + self.period))
-        rates = self.system.rates(instant) | {"quaternion": instant.omega_body}
+        instant = self.system.dynamics.at(self.state(end, self.time + self.period))
+        rates = self.system.dynamics.rates(instant) | {"quaternion": instant.omega_body}
         return np.asarray(np.concatenate([list(map(float, values)) for values in rates.values()]) / self.units)
 
     def passage(self, point: Point, names: Sequence[str] = ()) -> Passage:
@@ -197,13 +198,13 @@ class PeriodMap:
         vectors = {"torque": np.asarray(self.system.torque_body(state))}
         if self.system.parts:
             vectors["angular velocity"] = np.asarray(self.system.omega_body(state))
-            rates = self.system.block_rates(self.system.at(state))
+            _, rates = self.system.dynamics.changes(self.system.dynamics.at(state))
             vectors |= {name: np.stack(np.broadcast_arrays(*values)) for name, values in rates.items()}
         return vectors
 
 
 def carried(
-    system: System, start: State, period: float, names: Sequence[str], units: Array
+    system: System, start: AnyState, period: float, names: Sequence[str], units: Array
 ) -> tuple[Any, Array, Array]:
     """Return the state a period after another, and its derivatives by that one and by named numbers, over units."""
     end = float(start.time) + period
@@ -218,7 +219,11 @@ def carried(
             "guess must lead to a motion that depends smoothly on its start, but over the period "
             f"{period:.6g} small displacements grow {growth:.1g} times. Choose a shorter period."
         )
-    return state_of(changed(found.motion.phase, lambda x: x[0]), end), matrix, found.sensitivity[0] / units[:, None]
+    return (
+        type(start).computed(changed(found.motion.phase, lambda x: x[0]), end),
+        matrix,
+        found.sensitivity[0] / units[:, None],
+    )
 
 
 def largest_part(x: Array) -> float:

@@ -25,9 +25,9 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
-from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.state import PairState, State
-from poinsot.mechanics.system import System
+from poinsot.mechanics.state import AnyState, PairState, State
+from poinsot.mechanics.system import System, is_of_two_bodies
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.printable import described, kind_of
@@ -55,7 +55,7 @@ class PeriodicMotion(Summarized):
     ----------
     system : System
         System that was integrated.
-    state : State
+    state : State or PairState
         Initial state of the period.
     period : float
         Period in the user's unit of time.
@@ -87,7 +87,7 @@ class PeriodicMotion(Summarized):
     """
 
     system: System
-    state: State
+    state: AnyState
     period: float
     frame: Frame
     matrix: Array
@@ -145,7 +145,7 @@ class PeriodicMotion(Summarized):
 
 
 @checked
-def periodic_motion(system: System, guess: State, period: float, frame: Frame | None = None) -> PeriodicMotion:
+def periodic_motion(system: System, guess: AnyState, period: float, frame: Frame | None = None) -> PeriodicMotion:
     """Return the motion near a guess that is periodic in a frame.
 
     Newton's method uses the state-transition matrix over a period. From a distant guess it may converge to another
@@ -156,7 +156,7 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     system : System
         System, not an ensemble. Its torques and parts must be periodic in the frame. A system of two bodies must
         conserve energy and angular momentum.
-    guess : State
+    guess : State or PairState
         Guess at the time at which the period begins. The motion of two bodies has its energy and angular momentum.
     period : float
         Period in the unit of time, positive. For two bodies, a guess of the period.
@@ -188,13 +188,13 @@ def periodic_motion(system: System, guess: State, period: float, frame: Frame | 
     _refuse_members("system and guess", common_members(system, guess))
     period = float(real_array("period", period, (), system.units["time"]))
     refuse_nonpositive("period", period)
-    if isinstance(system, PairSystem) != isinstance(guess, PairState):
-        wanted = "PairState of two bodies" if isinstance(system, PairSystem) else "State of one body"
-        raise TypeError(f"guess must be a {wanted}, got a {kind_of(guess)}. system.state makes it.")
-    if isinstance(system, PairSystem):
+    if is_of_two_bodies(system) and isinstance(guess, PairState):
         if frame is not None:
             raise ValueError(f"frame must be left out of two bodies, got {described(frame)}. The motion has its own.")
         return _of_pair(system, guess, period)
+    if is_of_two_bodies(system) or not isinstance(guess, State):
+        wanted = "PairState of two bodies" if len(system.of_bodies) > 1 else "State of one body"
+        raise TypeError(f"guess must be a {wanted}, got a {kind_of(guess)}. system.state makes it.")
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
     once = PeriodMap(system, frame, guess, period)
     once.check()
@@ -207,7 +207,7 @@ def recognised(once: PeriodMap, point: Point, matrix: Array) -> PeriodicMotion:
     return _motion(once.system, once.state(point), once.period, once.frame, matrix_of_user, matrix)
 
 
-def _motion(system: System, state: State, period: float, frame: Frame, matrix: Array, free: Array) -> PeriodicMotion:
+def _motion(system: System, state: AnyState, period: float, frame: Frame, matrix: Array, free: Array) -> PeriodicMotion:
     """Return a motion with the multipliers of a matrix of displacements that no symmetry leaves alone."""
     multipliers = Multipliers(free).values
     with np.errstate(divide="ignore"):  # what a sample sets anew has the multiplier 0
@@ -216,7 +216,7 @@ def _motion(system: System, state: State, period: float, frame: Frame, matrix: A
     return PeriodicMotion(system, state, period, frame, matrix, multipliers, frequencies, growth)
 
 
-def _of_pair(system: PairSystem, guess: Any, period: float) -> PeriodicMotion:
+def _of_pair(system: System[TwoBodies], guess: Any, period: float) -> PeriodicMotion:
     """Return the motion of two bodies that repeats itself in axes that turn about their angular momentum."""
     refuse_open(system, guess)
     once = PairPeriodMap(system, guess)
@@ -228,7 +228,7 @@ def _of_pair(system: PairSystem, guess: Any, period: float) -> PeriodicMotion:
     return _motion(system, state, period, frame, matrix, once.reduced(point, passage.matrix))
 
 
-def _revolutions(system: PairSystem, state: PairState, period: float, about: Array, turn: float) -> float:
+def _revolutions(system: System[TwoBodies], state: PairState, period: float, about: Array, turn: float) -> float:
     """Return how often the line of centres turns in a period beyond a turn in (-pi, pi]."""
     motion: Any = propagate(system, state, state.time + period * np.arange(SAMPLES + 1) / SAMPLES)
     first = state.position - (state.position @ about) * about

@@ -13,7 +13,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told_times
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, common_members
 from poinsot.propagation.chunk_plan import Chunking
@@ -99,7 +99,7 @@ class RunEstimate(Summarized):
 
 @checked
 def estimate_run(
-    system: System, state: State, times: Times, *, threads: int | None = None, **options: Any
+    system: System, state: AnyState, times: Times, *, threads: int | None = None, **options: Any
 ) -> RunEstimate:
     """Estimate time and memory of `propagate` with the same arguments from a timed sample of members and times.
 

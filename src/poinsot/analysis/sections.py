@@ -19,11 +19,11 @@ from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
 from poinsot.mechanics.andoyer import Andoyer
+from poinsot.mechanics.body import Body
 from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.pair_system import OfOneBody
 from poinsot.mechanics.parameters import same
 from poinsot.mechanics.state import State, changed, state_of
-from poinsot.mechanics.system import System
+from poinsot.mechanics.system import OfOneBody, System
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import described, quoted
 from poinsot.propagation.arguments import checked_time
@@ -241,7 +241,7 @@ def spin_orbit_section(
     motion = propagate(system, start, times, **{"formulation": "planar", **options})
 
     def coordinates(points: EventRecord) -> tuple[Array, Array]:
-        first_axis = points.states.attitude.apply([1.0, 0.0, 0.0])
+        first_axis = points.states.of_bodies[""].attitude.apply([1.0, 0.0, 0.0])
         ahead, aside = (first_axis @ np.array([float(x) for x in direction]) for direction in orbit.plane[:2])
         return np.mod(np.arctan2(aside, ahead), np.pi), points.omega_body[:, 2]
 
@@ -251,7 +251,7 @@ def spin_orbit_section(
 
 
 def _spin_orbit_in_chunks(
-    plan: Plan, system: System, starts: dict[str, Any], revolutions: int, options: dict[str, Any]
+    plan: Plan, system: System[Body], starts: dict[str, Any], revolutions: int, options: dict[str, Any]
 ) -> xarray.Dataset:
     """Return the section of motions in chunks: a dataset."""
     progress, given = options.pop("progress", None), options | {"threads": plan.threads(options.get("threads"))}
@@ -307,7 +307,7 @@ def andoyer_section(system: OfOneBody, state: State, time: Time, *, angle: Angle
     def coordinates(points: EventRecord) -> tuple[Array, Array]:
         if not len(points):
             return np.empty(0), np.empty(0)
-        variables = Andoyer.from_state(points.states)
+        variables = Andoyer.from_state(points.states.of_bodies[""])
         return variables.l, variables.L / variables.G
 
     if plan := taken_out(options):

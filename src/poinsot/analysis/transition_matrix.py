@@ -23,7 +23,7 @@ from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
 from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
-from poinsot.mechanics.state import State, changed
+from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import RunSettings, checked_times
@@ -166,7 +166,7 @@ class StateTransition(Summarized):
 @checked
 def state_transition(
     system: System,
-    state: State,
+    state: AnyState,
     times: Times,
     parameters: Sequence[str] = (),
     *,

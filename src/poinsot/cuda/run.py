@@ -58,7 +58,7 @@ def check_device(problem: Problem, variables: StateVector, members: bool, precis
         "precision='quadruple'": precision != "double",
         "events": bool(problem.events),
         "a table": bool(problem.knots.size),
-        "a sampled law": bool(problem.system.jumping),
+        "a sampled law": bool(problem.dynamics.jumping),
         "a formulation with singularities": type(variables.formulation).nearness is not Formulation.nearness,
         f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants.switches
         or equations.program(smooth, variables).decomposition.size > MAX_OPERATIONS,

@@ -6,7 +6,7 @@ import contextlib
 import hashlib
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -19,10 +19,11 @@ from poinsot.files.netcdf_writer import write_netcdf
 from poinsot.files.reader_process import ReaderProcess
 from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.mechanics.body import Body, ObliqueBody
+from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.state import Phase, State, named, state_of
-from poinsot.mechanics.system import System
+from poinsot.mechanics.pair_dynamics import PairDynamics
+from poinsot.mechanics.state import AnyState, Phase, named, state_of
+from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.printable import described, quoted, shortened
 from poinsot.propagation.columns import RENAMED, Requirement, names_with, static_columns
@@ -340,7 +341,7 @@ class _Reading:
         own = {f"{kind}_{name}": size for kind in ("own", "initial_own") for name, size in self.own.items()}
         self.jumped = [part.name for part in self.parts if f"initial_jumped_{part.name}" in data.variables]
         self._check_variables(own)
-        self.measures = (System if self.bodies == ONE else PairSystem).measures
+        self.measures = (BodyDynamics if self.bodies == ONE else PairDynamics).measures
         for key in (*RUN, *(f"units_{measure}" for measure in self.measures), "state_variables"):
             if key not in data.attrs:
                 raise ValueError(f"{name} must have the attribute {key}, got none.")
@@ -395,7 +396,7 @@ class _Reading:
         except (ValueError, TypeError, ImportError) as error:
             system, recorded = self._recorded_system(str(error)), self._recorded_columns()
         else:
-            for body, one in zip(self.bodies, system.rigid_bodies, strict=True):
+            for body, one in zip(self.bodies, system.of_bodies.values(), strict=True):
                 one._complete(shape=self._shape(body) or one.shape)
         columns, whole = recorded | self._orbit_variables(), isinstance(system, System)
         phase, initial, run = self._phase(), self._initial(), self._run()
@@ -454,7 +455,9 @@ class _Reading:
         if name not in self.data.attrs:
             return None
         text = str(self.data.attrs[name])
-        return rebuilt_system(text, f"the {name} in {self.name}", data=self._named_arrays(f"{name}_")).body.shape
+        return (
+            rebuilt_system(text, f"the {name} in {self.name}", data=self._named_arrays(f"{name}_")).of_bodies[""].shape
+        )
 
     def _system(self) -> System:
         """Return body and forces, made again from the text in the file."""
@@ -469,14 +472,16 @@ class _Reading:
             text = attributes["scenario_read"]
         data = self._named_arrays("system_")
         system = rebuilt_system(str(text), f"the scenario in {self.name}", data=data)
-        same = self._are_there(system.rigid_bodies) and text_of_parts(system.parts) == text_of_parts(self.parts)
-        if isinstance(system, PairSystem):
-            same = same and all(np.array_equal(getattr(system.pair, x), self._array(x)) for x in ("masses", "G"))
+        same = self._are_there([*system.of_bodies.values()]) and text_of_parts(system.parts) == text_of_parts(
+            self.parts
+        )
+        if is_of_two_bodies(system):
+            same = same and all(np.array_equal(getattr(system.body, x), self._array(x)) for x in ("masses", "G"))
         if not same or dict(system.units) != self._units():
             raise ValueError(f"the scenario in {self.name} must describe the saved body, got another body.")
         return system
 
-    def _are_there(self, bodies: tuple[Body, ...]) -> bool:
+    def _are_there(self, bodies: Sequence[Body]) -> bool:
         """Whether some bodies are those whose moments are in the file."""
         moments = [self._array(named(body, "moments")) for body in self.bodies]
         return len(bodies) == len(moments) and all(map(np.array_equal, (one.moments for one in bodies), moments))
@@ -530,7 +535,7 @@ class _Reading:
     def _units(self) -> dict[str, str]:
         return {name: str(self.data.attrs[f"units_{name}"]) for name in self.measures}
 
-    def _initial(self) -> State:
+    def _initial(self) -> AnyState:
         phase = {name: self._array(f"initial_{name}") for name in self.initial}
         phase |= {name: self._array(f"initial_own_{name}") for name in self.own}
         jumped = {name: self._array(f"initial_jumped_{name}") == 1 for name in self.jumped}

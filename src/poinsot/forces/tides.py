@@ -215,7 +215,7 @@ class LibrationDamping(Friction):
     >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
     >>> system = pt.System(pt.TwoBodies(ball, ball, G=1.0), pt.forces.LibrationDamping("secondary", 0.1))
     >>> start = system.state((2, 0, 0), (0, 1, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 0), (0.5, 0, 2.5)])
-    >>> float(system.load_at(system.at(start)).torques[1][2])
+    >>> float(system.torque_body(start, body="secondary")[2])
     -0.2
     """
 

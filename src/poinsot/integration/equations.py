@@ -31,7 +31,7 @@ from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.printable import quoted
 from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.draws import normals
@@ -78,12 +78,12 @@ class Cache:
 known = Cache()
 
 
-def state_vector(problem: Problem, state: State, formulation: Formulation, precision: str) -> StateVector:
+def state_vector(problem: Problem, state: AnyState, formulation: Formulation, precision: str) -> StateVector:
     """Return the variables in which a system is integrated: in comoving axes where all its forces allow.
 
     Quadruple precision stays in the space axes, as an independent check of the comoving ones.
     """
-    smooth, system = between_first_knots(problem), problem.system
+    smooth, system = between_first_knots(problem), problem.dynamics
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
@@ -219,7 +219,7 @@ def _traced(problem: Problem, variables: StateVector) -> Equations:
     numbers = map(graph.input, itertools.count())
     scale, variables, symbolic = next(numbers), variables.with_factors(numbers), problem.with_numbers(numbers)
     own, time = [graph.symbol(place) for place in range(variables.size)], graph.symbol(TIME)
-    chart, system, variations = variables.formulation, symbolic.system, variables.variations
+    chart, system, variations = variables.formulation, symbolic.dynamics, variables.variations
     environment = _environment(symbolic, variables, own, time)
     turning = None
     if variables.comoving:
@@ -286,7 +286,7 @@ def _update(graph: Graph, part: Part, instant: Instant | PairInstant, variables:
     """Return the formulas of the new values that a part gets at a sample."""
     count = part.jump.draws if part.jump else 0
     draws = [graph.symbol((part.name, i)) for i in range(count + count % 2)]
-    slot, values = variables.slots[part.name], part.update(instant, Vector(normals(draws)[:count]))
+    slot, values = variables.slots[part.name], part.update(instant, Vector(normals(draws)[:count]))  # type: ignore[arg-type]
     return Update([*range(slot.place.start, slot.place.stop)], slot.scaled(values, scale), draws)
 
 

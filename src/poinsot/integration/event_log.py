@@ -15,7 +15,7 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.integration.termination import REASONS
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.state import AnyState, State, changed, state_of
 from poinsot.printable import described, message_of, quoted
 from poinsot.taylor.detection import bit_of
 from poinsot.taylor.queue import Queue
@@ -184,9 +184,10 @@ def _acted(problem: Problem, variables: StateVector, number: int, member: int, t
     """Return the variables of the state that an event of a member returns; omitted variables of parts stay."""
     variables = members_of(variables, member)
     phase = variables.to_phase(np.array([time]), row[None])
-    state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.system
+    state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.dynamics
     body = system.with_records(members_of(record, member) for record in system.records).at(state).acted_on
-    after = members_of(problem.events[number], member).act(body, state)
+    event: Event = members_of(problem.events[number], member)
+    after: AnyState = event.act(body, state)  # type: ignore[arg-type]
     if type(after) is not type(state) or after.shape:
         what = described(after) if type(after) is not type(state) else "one of several members"
         kind = "State of one body" if type(state) is State else "PairState"

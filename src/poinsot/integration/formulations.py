@@ -20,9 +20,10 @@ from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body_dynamics import BodyDynamics
+from poinsot.mechanics.dynamics import AnyDynamics, stacked
 from poinsot.mechanics.probing import time_scale
-from poinsot.mechanics.state import Phase, State, computed_state
-from poinsot.mechanics.system import System
+from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.subclasses import concrete, is_own
 
 __all__ = [
@@ -179,10 +180,11 @@ def _planar(variables: Sequence[Scalar]) -> list[Scalar]:
     return [q0, 0.0, 0.0, q3, 0.0, 0.0, g3]
 
 
-def refuse_spatial_motion(system: System, state: State) -> None:
+def refuse_spatial_motion(system: AnyDynamics, state: AnyState) -> None:
     """Raise a ValueError if the motion of a system from a state does not turn about the third body axis alone."""
-    if len(system.rigid_bodies) > 1:
+    if not isinstance(system, BodyDynamics):
         raise ValueError("formulation 'planar' must be for one body, got two. Use the default formulation.")
+    state = state.of_bodies[""]
     if system.parts:
         raise ValueError(
             f"formulation 'planar' must be for a body without parts, got {type(system.parts[0]).__name__}. "
@@ -198,14 +200,16 @@ def refuse_spatial_motion(system: System, state: State) -> None:
             )
 
 
-def _torques(system: System, state: State) -> NDArray[np.float64]:
+def _torques(system: BodyDynamics, state: State) -> NDArray[np.float64]:
     """Return torques, body axes, at attitudes rotated about the third axis and at other times; shape (n, 3)."""
     first, last = system.span
     torques = []
     for angle in np.arange(5) * 1.3:
         turned = quat.product(state.quaternion, (np.cos(angle), 0, 0, np.sin(angle)))
         time = np.clip(state.time + angle**3 * time_scale(system), first, last)
-        torques.append(system.torque_body(computed_state(turned, np.zeros_like(turned), time)))
+        here = State.computed({"quaternion": turned, "conjugate_momenta": np.zeros_like(turned)}, time)
+        twin = system.beside(here.shape)
+        torques.append(stacked(twin.torque_at(twin.at(here)), here.shape))
     return np.reshape(torques, (-1, 3))
 
 

@@ -10,7 +10,9 @@ from typing_extensions import override
 
 from poinsot.lazy import cached_property
 from poinsot.mechanics.collection import Collection
+from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.event import Event
+from poinsot.mechanics.formula_trials import try_event
 from poinsot.mechanics.system import System
 
 __all__ = ["Problem"]
@@ -28,20 +30,26 @@ class Problem(Collection):
     ----------
     system : System
     events : sequence of Event
+
+    Attributes
+    ----------
+    dynamics : Dynamics
+        Equations of motion of the system. A twin on other scalars has them, and no system.
     """
 
     system: System
+    dynamics: AnyDynamics
     events: tuple[Event, ...]
     _seals: ClassVar[bool] = False
 
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
-        vars(self).update(system=system, events=tuple(events))
+        vars(self).update(system=system, dynamics=system.dynamics, events=tuple(events))
         if not events:
-            vars(self).update(zip(SHARED, SHARED_OF(system), strict=True))
+            vars(self).update(zip(SHARED, SHARED_OF(self.dynamics), strict=True))
             return
         self.refuse_other_axes()
         for event in events:
-            system.try_event(event)
+            try_event(self.dynamics, event)
 
     _member_axes: ClassVar[Mapping[str, int]] = {"system": 0, "events": 0}
 
@@ -56,11 +64,11 @@ class Problem(Collection):
     @property
     @override
     def records(self) -> tuple[Any, ...]:
-        return (self.system, *self.events)
+        return (self.dynamics, *self.events)
 
     @override
     def with_records(self, records: Iterable[Any]) -> Problem:
         twin = object.__new__(Problem)
-        system, *events = records
-        vars(twin).update(system=system, events=tuple(events))
+        dynamics, *events = records
+        vars(twin).update(dynamics=dynamics, events=tuple(events))
         return twin

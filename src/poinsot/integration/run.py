@@ -31,7 +31,7 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
 from poinsot.integration.termination import INTERRUPTED, REASONS, HeldInterrupts, reason, reason_of_speed
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.printable import quoted
 from poinsot.taylor import kernels
 from poinsot.taylor.dense_output import StoredSteps
@@ -128,7 +128,7 @@ class Run:
         self,
         problem: Problem,
         variables: StateVector,
-        state: State,
+        state: AnyState,
         times: Array,
         sink: Sink,
         *,
@@ -146,8 +146,8 @@ class Run:
         self.one, self.lock = not state.time.ndim, Lock()
         start = variables.from_state(state)
         self.starts = start.reshape(-1, start.shape[-1])
-        jumping = problem.system.jumping
-        self.clock = Clock(jumping, problem.system.numbered(self.origins.size), state.jumped) if jumping else None
+        jumping = problem.dynamics.jumping
+        self.clock = Clock(jumping, problem.dynamics.numbered(self.origins.size), state.jumped) if jumping else None
         if jumping and self.rising[0] < self.origins.max() and False in ways:
             raise ValueError(
                 f"times must not be before the state's where {quoted(jumping[0].name)} is sampled, got "
@@ -161,7 +161,7 @@ class Run:
         kind = KernelKind(order, *layout, self.wide, self.compiled)
         self.parameters = KernelParameters(problem, variables, self.starts, self.origins, kind)
         self.code = self.parameters.code
-        self.torque_scale = np.asarray(torque_scale(problem.system) * variables.scale)
+        self.torque_scale = np.asarray(torque_scale(problem.dynamics) * variables.scale)
         self.report = Report(
             np.zeros(self.origins.size, dtype=int),
             order=self.code.order,
@@ -193,7 +193,7 @@ class Run:
     def speeds(self) -> Array:
         """Angular velocities of the members at their starts."""
         with np.errstate(over="ignore"):
-            return np.broadcast_to(self.problem.system.speed(self.state), self.origins.shape)
+            return np.broadcast_to(self.problem.dynamics.speed(self.state), self.origins.shape)
 
     def integrate(self) -> Report:
         """Integrate, hand the rows to the sink, and return the report."""

@@ -13,16 +13,19 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
 from poinsot.mechanics.circular_pair import mean_motion
+from poinsot.mechanics.dynamics import AnyDynamics, Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.formula_trials import ATTITUDES, RATES, body_in_rotation
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.pair_system import ORBIT, PairSystem
+from poinsot.mechanics.pair_dynamics import ORBIT
 from poinsot.mechanics.probing import sample_times, samples, time_scales
-from poinsot.mechanics.state import PairState, State, changed, state_of
+from poinsot.mechanics.state import AnyState, State, changed
 from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.taylor.graph import Evaluator, Graph
 
 __all__ = [
@@ -47,7 +50,7 @@ AT_REST = 1e-9
 """Part of the rate of a variable with a momentum below which the part counts as resting: the rate is then rounding."""
 
 
-def momentum_scale(system: System, state: State) -> Any:
+def momentum_scale(system: AnyDynamics, state: AnyState) -> Any:
     """Return the approximate size of the angular momentum along the motion from a state; shape (...).
 
     The size for one body is the larger of |g| and the momentum that the forces would give a body at rest, or 1 if both
@@ -56,41 +59,43 @@ def momentum_scale(system: System, state: State) -> Any:
     return next(iter(momentum_scales(system, state).values()))
 
 
-def momentum_scale_of_members(system: System, state: State) -> Any:
+def momentum_scale_of_members(system: BodyDynamics, state: State) -> Any:
     """Return the momentum scale of a single body, with torques at the same samples as for members of an ensemble."""
     return _momentum_scale(system, state, system.once(_momentum_at_samples))
 
 
-def _momentum_at_samples(system: System) -> Any:
+def _momentum_at_samples(system: BodyDynamics) -> Any:
     return _momentum_of(system, _strongest_at_samples(system, system.known(_has_branches)))
 
 
-def fastest_rates(system: System, state: State) -> Array:
+def fastest_rates(system: System, state: AnyState) -> Array:
     """Return the rate of the fastest angle along the motion from a state: of the orbit, or else of the body."""
-    if isinstance(system, PairSystem):
-        return np.asarray(orbital_rate(system, state))
-    own = np.asarray(momentum_scale_of_members(system, state) / np.min(system.body.moments, axis=-1))
+    dynamics: AnyDynamics = system.dynamics
+    if not isinstance(dynamics, BodyDynamics):
+        return np.asarray(orbital_rate(dynamics, state))
+    scale = momentum_scale_of_members(dynamics, state.of_bodies[""])
+    own = np.asarray(scale / np.min(dynamics.body.moments, axis=-1))
     if not system.orbits:
         return own
     paths = [orbit.with_axes(1) for orbit in system.orbits]
     each = [functions.norm(path.velocity_at(path.sample_time)) > 0 for path in paths]
-    moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(system)
+    moving, rates = np.asarray(functools.reduce(np.logical_or, each, False)), 1 / time_scales(dynamics)
     return np.where(moving, rates, own) if moving.ndim or not moving else rates
 
 
-def momentum_scales(system: System, state: State) -> dict[str, Any]:
+def momentum_scales(system: AnyDynamics, state: AnyState) -> dict[str, Any]:
     """Return the approximate sizes of the angular momenta along the motion from a state, by the name of the body.
 
     The size for one of two bodies is the larger of |g| and the momentum of a body that rotates with the orbit.
     """
-    if isinstance(system, PairSystem):
-        rate = orbital_rate(system, state)
-        moments = [np.max(np.asarray(body.moments), axis=-1) for body in system.rigid_bodies]
-        return {
-            name: np.maximum(np.linalg.norm(each.angular_momentum_body, axis=-1), largest * rate)
-            for (name, each), largest in zip(state.of_bodies.items(), moments, strict=True)
-        }
-    return {"": _momentum_scale(system, state, torque_scale(system))}
+    if isinstance(system, BodyDynamics):
+        return {"": _momentum_scale(system, state.of_bodies[""], torque_scale(system))}
+    rate = orbital_rate(system, state)
+    moments = [np.max(np.asarray(body.moments), axis=-1) for body in system.of_bodies.values()]
+    return {
+        name: np.maximum(np.linalg.norm(each.angular_momentum_body, axis=-1), largest * rate)
+        for (name, each), largest in zip(state.of_bodies.items(), moments, strict=True)
+    }
 
 
 def momentum_ratios(sizes: Mapping[str, Any]) -> dict[str, Any]:
@@ -99,7 +104,7 @@ def momentum_ratios(sizes: Mapping[str, Any]) -> dict[str, Any]:
     return {first: 1.0, **{name: np.exp2(np.rint(np.log2(sizes[first] / sizes[name])))[()] for name in others}}
 
 
-def _momentum_scale(system: System, state: State, largest: Any) -> Any:
+def _momentum_scale(system: BodyDynamics, state: State, largest: Any) -> Any:
     each = [state.angular_momentum_body]
     for part in system.parts:
         each += [state.own[part.name][..., place] for place in part.momentum_places]
@@ -107,15 +112,15 @@ def _momentum_scale(system: System, state: State, largest: Any) -> Any:
     return _smallest(largest + (largest < MIN_SCALE), MAX_SCALE)
 
 
-def orbital_rate(system: PairSystem, state: Any) -> Any:
+def orbital_rate(system: Dynamics[TwoBodies, Any], state: AnyState) -> Any:
     """Return the mean motion of a circular orbit of two bodies at the distance of a state; shape (...)."""
-    return mean_motion(system.pair, np.linalg.norm(state.position, axis=-1))
+    return mean_motion(system.body, np.linalg.norm(state.own[ORBIT.name][..., :3], axis=-1))
 
 
 # ---------------------------------------------------------------------- torques
 
 
-def torque_scale(system: System) -> Any:
+def torque_scale(system: AnyDynamics) -> Any:
     """Return the angular momentum that corresponds to the torques at samples; shape () or (members,).
 
     The momentum is sqrt(I N) with the largest moment of inertia I and the torque N on a body at rest. Zero for two
@@ -124,19 +129,19 @@ def torque_scale(system: System) -> Any:
     return system.once(_torque_scale)
 
 
-def _torque_scale(system: System) -> Any:
-    if isinstance(system, PairSystem):
+def _torque_scale(system: AnyDynamics) -> Any:
+    if not isinstance(system, BodyDynamics):
         return np.zeros(system.members)[()]
     branching = system.known(_has_branches)
     one = not branching and not system.members
     return _momentum_of(system, sample_torque(system) if one else _strongest_at_samples(system, branching))
 
 
-def _momentum_of(system: System, torque: Any) -> Any:
+def _momentum_of(system: BodyDynamics, torque: Any) -> Any:
     return np.sqrt(_largest(*_columns(system.body.moments)) * torque)
 
 
-def _strongest_at_samples(system: System, branching: bool) -> Any:
+def _strongest_at_samples(system: BodyDynamics, branching: bool) -> Any:
     with np.errstate(all="ignore"):
         graph, sizes = traced_sizes(system)
         found = [graph.evaluated(sizes), *[on_branches(graph, sizes)] * branching]
@@ -152,7 +157,7 @@ def _summed(forces: Sequence[Force], sizes: Sequence[Any]) -> Any:
     return sum(np.nan_to_num(each, posinf=0.0) for each in ranges)
 
 
-def traced_sizes(system: System) -> tuple[Graph, list[Any]]:
+def traced_sizes(system: BodyDynamics) -> tuple[Graph, list[Any]]:
     """Return the graph and the sizes of energies or torques on a body at rest at samples, one for each force."""
     (q, _, _), t = samples(system, BRANCHES), sample_times(system, BRANCHES)
     graph, twin, at_rest = Graph(), system.beside((*system.members, BRANCHES)), Vector((0.0, 0.0, 0.0))
@@ -169,12 +174,12 @@ def _size(force: Force, instant: Instant) -> Any:
     return functions.norm(force.torque(instant)) if isinstance(force, Torque) else 0.0
 
 
-def _has_branches(system: System) -> bool:
+def _has_branches(system: BodyDynamics) -> bool:
     """Return True if the formula of a force has a condition on the time or on an orbit."""
     return bool(conditions(traced_sizes(system)[1]))
 
 
-def sample_torque(system: System) -> float:
+def sample_torque(system: BodyDynamics) -> float:
     """Return the sum of the torques of the forces on the first member's body at rest at a sample.
 
     The difference of the energies at two samples replaces the torque of a potential if the difference is larger.
@@ -193,7 +198,7 @@ def _larger(*sample: float) -> float:
     return max(filter(math.isfinite, (math.hypot(*torque), abs(there - here))), default=0.0)
 
 
-def _traced_samples(system: System) -> Evaluator | None:
+def _traced_samples(system: BodyDynamics) -> Evaluator | None:
     """Return the evaluator of the samples for all numbers of a structure, or None if formulas reject symbols."""
     graph = Graph()
     inputs = [graph.input(place) for place in range(len(system.numbers) + len(system.forces))]
@@ -204,7 +209,7 @@ def _traced_samples(system: System) -> Evaluator | None:
         return None
 
 
-def _samples(system: System, times: Sequence[Scalar]) -> Iterator[Scalar]:
+def _samples(system: BodyDynamics, times: Sequence[Scalar]) -> Iterator[Scalar]:
     """Yield the torque of each force on the body at rest, and its energies at two samples."""
     bodies = [body_in_rotation(system, 0.25, Vector(omega)) for omega in RATES.T.tolist()]
     attitudes = [Attitude.from_quaternion(q) for q in ATTITUDES.tolist()]
@@ -222,21 +227,24 @@ def _samples(system: System, times: Sequence[Scalar]) -> Iterator[Scalar]:
 # ---------------------------------------------------------------------- variables of parts and of the relative orbit
 
 
-def sizes_of_blocks(system: System, state: State) -> dict[str, NDArray[np.float64]]:
+def sizes_of_blocks(system: AnyDynamics, state: AnyState) -> dict[str, NDArray[np.float64]]:
     """Return the sizes of the variables of parts or of the relative orbit, by the name of the block; each (..., k).
 
     The size of a variable of a part is the larger of its value and its change while the body rotates by a radian. The
     size for a part at rest is the change of a part without momentum in a body that rotates as fast about any axis. The
     result omits parts whose variables are all angular momenta.
     """
-    if isinstance(state, PairState):
+    if not isinstance(system, BodyDynamics):
         return {ORBIT.name: _sizes_of_orbit(system, state)}
+    state = state.of_bodies[""]
     names = [part.name for part in system.parts if part.momenta < set(part.variables)]
     if not names:
         return {}
     twin, g = system.beside(state.shape), np.linalg.norm(state.angular_momentum_body, axis=-1)
     without = {"quaternion": state.quaternion, **changed(state.own, np.zeros_like)}
-    turning = [state_of(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)]
+    turning = [
+        State.computed(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)
+    ]
     with np.errstate(all="ignore"):
         speed = np.asarray(system.speed(state))[..., None]
         fastest = np.where(speed > 0, speed, 1.0)
@@ -250,9 +258,10 @@ def sizes_of_blocks(system: System, state: State) -> dict[str, NDArray[np.float6
     return sizes
 
 
-def _sizes_of_orbit(system: Any, state: PairState) -> NDArray[np.float64]:
-    distance, mass = np.linalg.norm(state.position, axis=-1), system.pair.reduced_mass
-    momentum = np.maximum(np.linalg.norm(state.momentum, axis=-1), mass * distance * orbital_rate(system, state))
+def _sizes_of_orbit(system: Dynamics[TwoBodies, Any], state: AnyState) -> NDArray[np.float64]:
+    position, momentum = np.split(state.own[ORBIT.name], 2, axis=-1)
+    distance, mass = np.linalg.norm(position, axis=-1), system.body.reduced_mass
+    momentum = np.maximum(np.linalg.norm(momentum, axis=-1), mass * distance * orbital_rate(system, state))
     return np.stack([distance] * 3 + [np.broadcast_to(momentum, distance.shape)] * 3, axis=-1)
 
 

@@ -14,7 +14,7 @@ from poinsot.functions import Vector
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState, State
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, tangents
 
@@ -27,7 +27,7 @@ def unit_of_time(speeds: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.exp2(-np.clip(np.rint(np.log2(np.where(turning, speeds, 1.0))), -500, 500)))
 
 
-def low_parts(variables: StateVector, state: State, starts: NDArray[np.float64]) -> NDArray[np.float64]:
+def low_parts(variables: StateVector, state: AnyState, starts: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the low parts of the variables at the start, given the high parts; shape (members, size).
 
     The variables of a chart are rounded functions of attitude and momentum, and the norm of a quaternion of doubles is

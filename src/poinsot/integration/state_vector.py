@@ -18,10 +18,10 @@ from poinsot.integration.scaling import sizes_of_blocks
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.integration.turned_rows import turn_rows
 from poinsot.lazy import cached_property
+from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.members import expanded
-from poinsot.mechanics.state import Phase, State, named
-from poinsot.mechanics.system import System
+from poinsot.mechanics.state import AnyState, Phase, named
 from poinsot.taylor.rescaling import MOMENTUM_SCALE
 
 __all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]
@@ -236,7 +236,7 @@ class StateVector:
 
     # ------------------------------------------------------------------ numbers
 
-    def from_state(self, state: State) -> Array:
+    def from_state(self, state: AnyState) -> Array:
         """Return the variables of a state; shape (..., size)."""
         if not self.orbits and not self.variations:
             return self._packed(state)
@@ -250,7 +250,7 @@ class StateVector:
             out[..., first:place] = each
         return out
 
-    def with_state(self, row: Array, state: State, time: Array) -> Array:
+    def with_state(self, row: Array, state: AnyState, time: Array) -> Array:
         """Return the variables of attitude, momentum and parts of a state, given a row with the orbits."""
         turn = None
         if self.comoving:
@@ -258,7 +258,7 @@ class StateVector:
             turn = quat.conjugate(self.orbits[0].quaternion(time, own))
         return self._packed(state, turn)
 
-    def _packed(self, state: State, turn: Array | None = None) -> Array:
+    def _packed(self, state: AnyState, turn: Array | None = None) -> Array:
         """Return the variables of attitude, momentum and parts."""
         chart, bodies = self.formulation, []
         for each, scale in zip(state.of_bodies.values(), self.scales(self.scale), strict=True):
@@ -355,7 +355,7 @@ def _chart_of(body: str) -> str:
     return f"{CHART} of the {body}" if body else CHART
 
 
-def factors_of_parts(system: System, state: State) -> dict[str, Factors]:
+def factors_of_parts(system: AnyDynamics, state: AnyState) -> dict[str, Factors]:
     """Return factors that scale the variables of parts to about a tenth along the motion from a state."""
     parts = system.inner_blocks
     if not parts:

@@ -390,7 +390,7 @@ class ObliqueBody(Body):
 
 
 def started(
-    attitude: Rotation | ArrayLike, given: dict[str, ArrayLike | None], time: ArrayLike, frame: Frame | None
+    attitude: Rotation | ArrayLike, given: dict[str, Any], time: ArrayLike, frame: Frame | str | None
 ) -> tuple[NDArray[np.float64], str, NDArray[np.float64]]:
     """Return the quaternion of a start, and the name and the body components of the one vector that is given."""
     from poinsot.mechanics.frame import axes_at, checked_frame

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable
 from poinsot.lazy import cached_property
+from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.members import common_axis, expanded
 from poinsot.mechanics.parameters import Parametric, union_of_knots
@@ -98,8 +99,8 @@ class Collection(Immutable):
         return first, last
 
     @cached_property
-    def calendar(self) -> Any:
-        """What its times mean as dates; None where no orbit and no rotation model has a calendar."""
+    def calendar(self) -> Calendar | None:
+        """Calendar of the times; None if no orbit and no rotation model has a calendar."""
         return next((calendar for calendar in self._said("calendar") if calendar is not None), None)
 
     @cached_property

@@ -18,7 +18,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric, kinds_of, listed
 from poinsot.mechanics.state import PairState, State
-from poinsot.mechanics.two_bodies import check_name_of_body
+from poinsot.mechanics.two_bodies import TwoBodies, check_name_of_body
 
 __all__ = ["Event"]
 
@@ -134,7 +134,7 @@ class EventOn(Event):
         self.event.check_start(getattr(instant, self.body))
 
     @override
-    def act(self, body: Any, state: Any) -> State:
+    def act(self, body: TwoBodies, state: PairState) -> PairState:  # type: ignore[override]
         each = dict(state.of_bodies)
         each[self.body] = self.event.act(body.bodies[self.body], each[self.body])
         return PairState(state.position, state.momentum, **each)

@@ -20,6 +20,7 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_matrix
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.members import of_scalars
+from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.printable import quoted
@@ -168,8 +169,8 @@ class PairLoad(Force):
 
     @of_scalars
     @abstractmethod
-    def load(self, instant: Any) -> Load:
-        """Return the `Load` at a `PairInstant`."""
+    def load(self, instant: PairInstant) -> Load:
+        """Return the load of the force at an instant of two bodies."""
 
 
 class _On(Force):

@@ -10,54 +10,68 @@ import numpy as np
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.dynamics import Dynamics
+from poinsot.mechanics.body_dynamics import BodyDynamics
+from poinsot.mechanics.circular_pair import mean_motion
+from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Load, Potential, derived_torque
 from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
-from poinsot.mechanics.pair_instant import PairInstant
+from poinsot.mechanics.pair_dynamics import PairDynamics
+from poinsot.mechanics.pair_instant import AnyInstant, PairInstant
+from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import described, message_of
 
-__all__ = [
-    "ATTITUDES",
-    "PAIR",
-    "RATES",
-    "body_in_rotation",
-    "on_pairs",
-    "trial",
-    "try_event",
-    "try_formulas",
-    "try_pair_force",
-]
+__all__ = ["ATTITUDES", "RATES", "body_in_rotation", "try_event", "try_formulas"]
 
 PAIR = np.array([1.0, 1.0])
 RATES = np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]])
 ATTITUDES = np.array([[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]])
+ATTITUDES_OF_PAIR = np.array(
+    [[[0.5, -0.5, 0.5, 0.5], [0.1, 0.7, -0.1, 0.7]], [[0.1, 0.7, -0.1, 0.7], [0.5, 0.5, 0.5, -0.5]]]
+)
 
 
-def try_formulas(system: Dynamics) -> None:
-    """Run the formula of each force once on arrays of two values.
+def try_formulas(dynamics: AnyDynamics) -> None:
+    """Run the formula of each force on arrays of two values: of one body, once for all systems of a structure.
 
     Raises
     ------
     TypeError
         If a formula does not return what it must.
     """
-    body = on_pairs(system)
-    for force in system.forces:
+    if isinstance(dynamics, PairDynamics):
+        for force in dynamics.forces:
+            _try_pair_force(force, _trial_of_pair(dynamics, force))
+    elif isinstance(dynamics, BodyDynamics):
+        dynamics.known(_try_forces)
+
+
+def try_event(dynamics: AnyDynamics, event: Event) -> None:
+    """Run the formulas of an event on arrays of two values, or raise a TypeError."""
+    if isinstance(dynamics, PairDynamics):
+        _try(type(event).__name__, _of_event, event, _trial_of_pair(dynamics, event))
+    elif isinstance(dynamics, BodyDynamics):
+        _try(type(event).__name__, _of_event, event, _trial(event, dynamics.once(_on_pairs)))
+
+
+def _try_forces(dynamics: BodyDynamics) -> bool:
+    body = _on_pairs(dynamics)
+    for force in dynamics.forces:
         _try_force(force, body)
+    return True
 
 
-def on_pairs(system: Dynamics) -> Body:
+def _on_pairs(system: BodyDynamics) -> Body:
     """Return the first member's body with its parts, on arrays of two values for trials of formulas."""
     twin = system.with_numbers(number.item(0) * PAIR for number in system.numbers)
     return body_in_rotation(twin, 0.25 * PAIR, Vector(RATES))
 
 
-def body_in_rotation(system: Dynamics, time: Scalar, omega: Vector) -> Body:
+def body_in_rotation(system: BodyDynamics, time: Scalar, omega: Vector) -> Body:
     """Return the body with its parts at their initial values for an angular velocity."""
     own = {part.name: Vector(x + 0.0 * time for x in part.start(time, omega)) for part in system.parts}
     return system.body_at(own, time)
@@ -66,16 +80,16 @@ def body_in_rotation(system: Dynamics, time: Scalar, omega: Vector) -> Body:
 def _try_force(force: Force, body: Body) -> None:
     """Run the formula of a force once on arrays of two values, which the body is made of."""
     formula = _of_part if isinstance(force, Part) else _of_potential if isinstance(force, Potential) else _of_torque
-    _try(type(force).__name__, formula, force, trial(force, body))
+    _try(type(force).__name__, formula, force, _trial(force, body))
 
 
-def try_pair_force(force: Force, instant: Instant, derived: Callable[[Any, Any], Any]) -> None:
+def _try_pair_force(force: Force, instant: PairInstant) -> None:
     """Run the formula of a force on two bodies once, at an instant of arrays of two values."""
 
     def load(twin: Any, at: Any) -> Any:
         if isinstance(twin, Potential):
             _one("energy", twin, twin.energy(at.without_rates))
-            return derived(twin.energy, at)
+            return PairDynamics.derived_load(twin.energy, at)  # type: ignore[arg-type]
         load = twin.load(at)
         if not isinstance(load, Load):
             raise WrongSizeError(f"the load of {type(twin).__name__} must be a poinsot.Load, got {described(load)}.")
@@ -86,19 +100,26 @@ def try_pair_force(force: Force, instant: Instant, derived: Callable[[Any, Any],
     _try(type(force).__name__, load, force, instant)
 
 
-def try_event(event: Event, instant: Instant) -> None:
-    """Run the formulas of an event once, at an instant of arrays of two values."""
-    _try(type(event).__name__, _of_event, event, instant)
-
-
-def trial(record: Any, body: Body) -> Instant:
+def _trial(record: Parametric, body: Body) -> Instant:
     """Return an instant for the trial of a formula, of a body that is made of arrays of two values."""
     environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
     return Instant(body, Attitude.from_quaternion(Vector(ATTITUDES.T)), environment, RATES)
 
 
-def _try(name: str, formula: Callable[[Any, Any], Any], record: Any, instant: Instant) -> None:
-    """Run a formula at an instant, and raise the sentence about what it does not allow."""
+def _trial_of_pair(dynamics: PairDynamics, record: Parametric) -> PairInstant:
+    """Return an instant for the trial of a formula, of the first member's bodies on arrays of two values."""
+    twin = dynamics.with_numbers(np.ravel(number)[0] * PAIR for number in dynamics.numbers).body
+    attitudes = [Attitude.from_quaternion(Vector(q.T)) for q in ATTITUDES_OF_PAIR]
+    n = mean_motion(twin, dynamics.sample_distance)
+    position = Vector(dynamics.sample_distance * x for x in np.array([[0.6, 0.0], [0.8, -0.6], [0.0, 0.8]]))
+    momentum = Vector(0.5 * twin.reduced_mass * dynamics.sample_distance * n * x for x in (-0.8, 0.6, 0.1))
+    own = [Vector(body.angular_momentum(Vector(n * x for x in (0.1, 0.2, 0.9)))) for body in twin.bodies.values()]
+    environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
+    return PairInstant(twin, attitudes, position, environment, momentum, own)
+
+
+def _try(name: str, formula: Callable[[Any, Any], Any], record: Parametric, instant: AnyInstant) -> None:
+    """Run a formula at an instant, or raise an error that explains a forbidden operation."""
     twin = record.with_numbers(number.item(0) * PAIR for number in record.numbers)
     try:
         with np.errstate(all="ignore"):

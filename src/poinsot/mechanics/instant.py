@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from abc import abstractmethod
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
+from typing_extensions import override
 
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
@@ -16,11 +19,53 @@ from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
 
 if TYPE_CHECKING:
     from poinsot.mechanics.block import Block
+    from poinsot.mechanics.kinetics import CompositeKinetics, Kinetics
 
-__all__ = ["Instant"]
+__all__ = ["Instant", "InstantOfBodies"]
 
 
-class Instant(Immutable):
+class InstantOfBodies(Immutable):
+    """Base of the instants of one and of two bodies: the time, and positions on orbits at this time."""
+
+    environment: Environment
+
+    @property
+    @abstractmethod
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the scalars: () of one state, (members, ...) of states of members."""
+
+    @property
+    @abstractmethod
+    def of_bodies(self) -> dict[str, Instant]:
+        """Instants of the rigid bodies by name; the name of a single body is empty."""
+
+    @property
+    def time(self) -> Scalar:
+        """Time of the instant."""
+        return self.environment.time
+
+    def position(self, orbit: Orbit) -> Vector:
+        """Return the position of the body relative to the attractor of an orbit, space axes."""
+        return self.environment.position(self._of_members(orbit))
+
+    def velocity(self, orbit: Orbit) -> Vector:
+        """Return the velocity of the body relative to the attractor of an orbit, space axes."""
+        return self.environment.velocity(self._of_members(orbit))
+
+    def direction(self, orbit: Orbit) -> Vector:
+        """Return the unit vector from the attractor of an orbit to the body, space axes."""
+        return self.environment.direction(self._of_members(orbit))
+
+    def inverse_distance(self, orbit: Orbit) -> Scalar:
+        """Return 1 / r, with the distance r of the body from the attractor of an orbit."""
+        return self.environment.inverse_distance(self._of_members(orbit))
+
+    def _of_members(self, orbit: Orbit) -> Orbit:
+        """Return an orbit whose numbers broadcast against the scalars of the instant."""
+        return orbit.with_axes(len(self.shape)) if orbit.member_axis else orbit
+
+
+class Instant(InstantOfBodies):
     """Instant of a rotating body: the attitude, rates and environment that a formula of a force, part or event may use.
 
     Parameters
@@ -51,16 +96,16 @@ class Instant(Immutable):
         body: Body,
         attitude: Attitude,
         environment: Environment,
-        omega_body: Any = None,
-        angular_momentum_body: Any = None,
+        omega_body: Iterable[Scalar] | None = None,
+        angular_momentum_body: Iterable[Scalar] | None = None,
         scale: Scalar = 1,
     ) -> None:
         self._body, self._attitude, self.environment, self.scale = body, attitude, environment, scale
         self._omega_body, self._momentum = omega_body, angular_momentum_body
 
     @cached_property
+    @override
     def shape(self) -> tuple[int, ...]:
-        """The shape of its scalars: () of one state, (members, ...) of states of members."""
         return shape_of(self.time, self._attitude.components, self._omega_body, self._momentum)
 
     @cached_property
@@ -69,8 +114,13 @@ class Instant(Immutable):
         return self._body.with_axes(len(self.shape)) if self._body.member_axis else self._body
 
     @property
-    def acted_on(self) -> Any:
-        """Kind of bodies that the action of an event receives: the body with its parts, or two bodies."""
+    @override
+    def of_bodies(self) -> dict[str, Instant]:
+        return {"": self}
+
+    @property
+    def acted_on(self) -> Body:
+        """Argument `body` of the action of an event: the body with its parts."""
         return self.body
 
     @property
@@ -83,11 +133,6 @@ class Instant(Immutable):
         """Same instant without angular velocity, for formulas of energies."""
         return Instant(self.body, self.attitude, self.environment)
 
-    @property
-    def time(self) -> Scalar:
-        """Time of the instant."""
-        return self.environment.time
-
     @cached_property
     def omega_body(self) -> Vector:
         """Inertial angular velocity along the body axes."""
@@ -97,7 +142,7 @@ class Instant(Immutable):
             raise RateUnknownError(
                 "an energy must depend on time, attitude, orbits and parts alone, got an angular velocity or momentum."
             )
-        return Vector(self.scaled_kinetics.omega(self._momentum))
+        return Vector(self.scaled_kinetics.omega(Vector(self._momentum)))
 
     @cached_property
     def angular_momentum_body(self) -> Vector:
@@ -108,7 +153,7 @@ class Instant(Immutable):
         return momentum
 
     @cached_property
-    def scaled_kinetics(self) -> Any:
+    def scaled_kinetics(self) -> Kinetics | CompositeKinetics:
         """The matrix that multiplies the angular momentum, times the scale, to give the angular velocity."""
         return self.body.kinetics(self.scale)
 
@@ -126,28 +171,8 @@ class Instant(Immutable):
         """Return the variables of a part of the system, or of the block of an orbit."""
         return self.environment.own(block) if isinstance(block, OrbitBlock) else self.body.own(block)
 
-    def position(self, orbit: Orbit) -> Vector:
-        """Return the position of the body relative to the attractor of an orbit, space axes."""
-        return self.environment.position(self._of_members(orbit))
 
-    def velocity(self, orbit: Orbit) -> Vector:
-        """Return the velocity of the body relative to the attractor of an orbit, space axes."""
-        return self.environment.velocity(self._of_members(orbit))
-
-    def direction(self, orbit: Orbit) -> Vector:
-        """Return the unit vector from the attractor of an orbit to the body, space axes."""
-        return self.environment.direction(self._of_members(orbit))
-
-    def inverse_distance(self, orbit: Orbit) -> Scalar:
-        """Return 1 / r, with the distance r of the body from the attractor of an orbit."""
-        return self.environment.inverse_distance(self._of_members(orbit))
-
-    def _of_members(self, orbit: Orbit) -> Orbit:
-        """Return an orbit whose numbers broadcast against the scalars of the instant."""
-        return orbit.with_axes(len(self.shape)) if orbit.member_axis else orbit
-
-
-def shape_of(time: Scalar, *vectors: Any) -> tuple[int, ...]:
+def shape_of(time: Scalar, *vectors: Iterable[Scalar] | None) -> tuple[int, ...]:
     """Return the shape of a time together with the scalars of vectors, of which some may be None."""
     scalars = (time, *(x for vector in vectors if vector is not None for x in vector))
     return np.broadcast_shapes(*(x.shape for x in scalars if isinstance(x, np.ndarray)))

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.parameters import Parametric, of_each
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
@@ -22,14 +23,14 @@ def named_numbers(system: System) -> dict[str, tuple[int, ...]]:
 
     They are counted between two knots, and the numbers of tables have no names.
     """
-    count = {name: i for i, (name, _) in enumerate(_names(system.between_knots()))}
+    count = {name: i for i, (name, _) in enumerate(_names(system.dynamics.between_knots()))}
     groups: dict[tuple[int, str], list[str]] = {}
-    for name, own in _names(system):
+    for name, own in _names(system.dynamics):
         groups.setdefault(own, []).append(name)
     return {names[0]: tuple(count[name] for name in names) for names in groups.values() if names[0] in count}
 
 
-def _names(system: System) -> list[tuple[str, tuple[int, str]]]:
+def _names(system: AnyDynamics) -> list[tuple[str, tuple[int, str]]]:
     records = [("body", system.body), *((f"forces[{i}]", force) for i, force in enumerate(system.forces))]
     return [(f"{start}.{name}", own) for start, record in records for name, own in record.number_names()]
 
@@ -52,7 +53,7 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
             f"parameters must name single numbers of the system, got {quoted(name)}. Near: {', '.join(near)}."
         )
     integrated = {own for orbit in system.orbits if not orbit.closed_form for own in _owners(orbit)}
-    if dict(_names(system))[full[0]][0] in integrated:
+    if dict(_names(system.dynamics))[full[0]][0] in integrated:
         raise ValueError(
             f"parameters must not belong to an orbit that is integrated with the motion, got {quoted(name)}. "
             f"Take differences "

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import ClassVar, TypeAlias
 
 from typing_extensions import override
 
@@ -12,14 +12,15 @@ from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude
+from poinsot.mechanics.each_body import OfTwoBodies
 from poinsot.mechanics.environment import Environment, Orbit
-from poinsot.mechanics.instant import Instant, RateUnknownError, shape_of
+from poinsot.mechanics.instant import Instant, InstantOfBodies, RateUnknownError, shape_of
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 
-__all__ = ["PairInstant"]
+__all__ = ["AnyInstant", "PairInstant"]
 
 
-class PairInstant(Instant):
+class PairInstant(OfTwoBodies, InstantOfBodies):
     """Instant of two bodies: the attitudes, separation and momenta that a formula of a pair may use.
 
     Parameters
@@ -49,15 +50,18 @@ class PairInstant(Instant):
     (5.0, [3.0, 0.0, 4.0])
     """
 
+    _one: ClassVar[type] = Instant
+    _noun: ClassVar[str] = "an instant"
+
     @checked
     def __init__(
         self,
         pair: TwoBodies,
         attitudes: Sequence[Attitude],
-        separation: Any,
+        separation: Iterable[Scalar],
         environment: Environment,
-        momentum: Any = None,
-        angular_momenta: Sequence[Any] = (None, None),
+        momentum: Iterable[Scalar] | None = None,
+        angular_momenta: Sequence[Iterable[Scalar] | None] = (None, None),
         scales: Sequence[Scalar] = (1, 1),
     ) -> None:
         self.attitudes, self.environment = tuple(attitudes), environment
@@ -72,29 +76,14 @@ class PairInstant(Instant):
         return shape_of(self.environment.time, self.separation, self._relative, *attitudes, *self.angular_momenta)
 
     @property
-    @override
-    def body(self) -> Any:
-        raise AttributeError(_of_one("body"))
-
-    @property
-    @override
     def acted_on(self) -> TwoBodies:
+        """Argument `body` of the action of an event: the two bodies."""
         return self.pair
 
     @property
     @override
-    def attitude(self) -> Any:
-        raise AttributeError(_of_one("attitude"))
-
-    @property
-    @override
-    def omega_body(self) -> Any:
-        raise AttributeError(_of_one("omega_body"))
-
-    @property
-    @override
-    def angular_momentum_body(self) -> Any:
-        raise AttributeError(_of_one("angular_momentum_body"))
+    def of_bodies(self) -> dict[str, Instant]:
+        return {"primary": self.primary, "secondary": self.secondary}
 
     @cached_property
     def primary(self) -> Instant:
@@ -137,8 +126,8 @@ class PairInstant(Instant):
         return Vector(component / self.pair.reduced_mass for component in self.momentum)
 
     @property
-    @override
     def without_rates(self) -> PairInstant:
+        """Same instant without velocities and momenta, for formulas of energies."""
         return PairInstant(self.pair, self.attitudes, self.separation, self.environment)
 
     def with_attitude(self, number: int, attitude: Attitude) -> PairInstant:
@@ -186,5 +175,5 @@ class _Displaced(Environment):
         return Vector(x * inverse for x in self.position(orbit))
 
 
-def _of_one(what: str) -> str:
-    return f"an instant of two bodies has no {what}: formulas read instant.primary.{what} or instant.secondary.{what}."
+AnyInstant: TypeAlias = Instant | PairInstant
+"""Instant of one or of two bodies."""

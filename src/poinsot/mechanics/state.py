@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,12 +18,13 @@ from poinsot.immutable import copied, owned, read_only
 from poinsot.lazy import cached_property
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation, unit_quaternion
+from poinsot.mechanics.each_body import OfTwoBodies
 from poinsot.quantities import Angles, Times
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["PairState", "Phase", "State", "named", "project_to_tangent"]
+__all__ = ["AnyState", "Bodies", "PairState", "Phase", "State", "named", "project_to_tangent"]
 
 Phase = dict[str, NDArray[Any]]
 """What a state or a motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`; then
@@ -37,7 +38,7 @@ OF_ONE = ("quaternion", "angular_momentum_body", "conjugate_momenta")
 
 
 def named(body: str, name: str) -> str:
-    """Return the name of what is of a body, of one of two: "primary_quaternion"."""
+    """Return the name of a row of a body in a phase, such as "primary_quaternion"."""
     return f"{body}_{name}" if body else name
 
 
@@ -48,7 +49,50 @@ TANGENT_SLACK = 1e-9
 """How large |q . Q| / |Q| may be in what a user gives."""
 
 
-class State(Summarized):
+class StateOfBodies(Summarized):
+    """Base of the states of one and of two bodies: named rows at one time, or at several."""
+
+    body_names: ClassVar[tuple[str, ...]]
+    """Names of the rigid bodies, which the names of their rows begin with."""
+    time: NDArray[np.float64]
+    phase: Phase
+
+    jumped: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})
+    """The name of a part to True where the state holds the variables after a jump of the part at the state's time.
+
+    Rows of motions have it, so that a run from a row does not repeat the jump. States that a user makes are empty here.
+    """
+
+    _member_axes: ClassVar[Mapping[str, int]] = {"phase": 1, "time": 0, "jumped": 0}
+
+    def _with_values(self, phase: Phase, time: ArrayLike, jumped: Mapping[str, ArrayLike]) -> Self:
+        return self.computed(phase, np.asarray(time), jumped)
+
+    @classmethod
+    def computed(cls, phase: Phase, time: ArrayLike, jumped: Mapping[str, ArrayLike] | None = None) -> Self:
+        """Return the state of computed rows, whose small defects are errors of the computation."""
+        state = object.__new__(cls)
+        vars(state).update(phase=read_only(phase), time=owned(time))
+        if jumped:
+            vars(state)["jumped"] = read_only({name: np.asarray(done) for name, done in jumped.items()})
+        return state
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the state: () for one state, (n,) for several."""
+        return next(iter(self.phase.values())).shape[:-1]
+
+    @property
+    def own(self) -> Phase:
+        """Variables of the system's parts: name of the part -> array (..., k)."""
+        return copied(own_of(self.phase))
+
+
+Bodies = TypeVar("Bodies", bound=StateOfBodies)
+"""Kind of a state: of one or of two bodies."""
+
+
+class State(StateOfBodies):
     """State of a rotating body: attitude and momentum at one time, or arrays of these.
 
     Q = 2 q (0, g), with the angular momentum g = Im(q~ Q)/2 along the body axes, eq. (17) of the paper. A state does
@@ -79,15 +123,6 @@ class State(Summarized):
     """
 
     body_names: ClassVar[tuple[str, ...]] = ("",)
-    """What the names of its rigid bodies begin with in a phase."""
-
-    _member_axes: ClassVar[Mapping[str, int]] = {"phase": 1, "time": 0, "jumped": 0}
-
-    jumped: Mapping[str, NDArray[np.bool_]] = MappingProxyType({})
-    """The name of a part to True where the state holds the variables after a jump of the part at the state's time.
-
-    Rows of motions have it, so that a run from a row does not repeat the jump. States that a user makes are empty here.
-    """
 
     def __init__(
         self,
@@ -108,9 +143,6 @@ class State(Summarized):
         _check_tangent(q, Q)
         parts = {name: np.broadcast_to(values, (*members, values.shape[-1])) for name, values in parts.items()}
         self.phase: Phase = {"quaternion": q, "conjugate_momenta": Q, **parts}
-
-    def _with_values(self, phase: Phase, time: Any, jumped: Mapping[str, Any]) -> State:
-        return state_of(phase, np.asarray(time), jumped)
 
     @classmethod
     @checked
@@ -162,24 +194,14 @@ class State(Summarized):
         return copied(self._conjugate_momenta)
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the state: () for one state, (n,) for several."""
-        return next(iter(self.phase.values())).shape[:-1]
-
-    @property
     def of_bodies(self) -> dict[str, State]:
-        """The states of rigid bodies by what their names in a phase begin with."""
+        """States of the rigid bodies by name; the name of a single body is empty."""
         return {"": self}
 
     @property
-    def own(self) -> Phase:
-        """Variables of the system's parts: name of the part -> array (..., k)."""
-        return copied(own_of(self.phase))
-
-    @property
     def rigid(self) -> Phase:
-        """Same state without the variables of parts."""
-        return {name: values for name, values in self.phase.items() if name in RIGID}
+        """Rows of the rigid body, without the variables of parts."""
+        return rigid_rows(self.phase)
 
     @property
     def attitude(self) -> Rotation:
@@ -221,7 +243,7 @@ class State(Summarized):
         }
 
 
-class PairState(State):
+class PairState(OfTwoBodies, StateOfBodies):
     """State of two bodies: relative position and momentum, and the rotational state of each body.
 
     Parameters
@@ -247,6 +269,8 @@ class PairState(State):
     """
 
     body_names: ClassVar[tuple[str, ...]] = ("primary", "secondary")
+    _one: ClassVar[type] = State
+    _noun: ClassVar[str] = "a state"
 
     @checked
     def __init__(self, position: ArrayLike, momentum: ArrayLike, primary: State, secondary: State) -> None:
@@ -287,37 +311,21 @@ class PairState(State):
         return self.of_bodies["secondary"]
 
     @property
-    @override
     def rigid(self) -> Phase:
-        return super().rigid | {"position": self.position, "momentum": self.momentum}
+        """Rows of the rigid bodies, with the relative position and momentum."""
+        return rigid_rows(self.phase) | {"position": self.position, "momentum": self.momentum}
 
     @cached_property
-    @override
     def of_bodies(self) -> dict[str, State]:
+        """States of the rigid bodies by name, "primary" and "secondary"."""
         return {
-            body: state_of(
+            body: State.computed(
                 {name: x for name in OF_ONE if (x := self.phase.get(named(body, name))) is not None}, self.time
             )
             for body in self.body_names
         }
 
     @property
-    @override
-    def quaternion(self) -> NDArray[np.float64]:
-        raise AttributeError(refused("quaternion"))
-
-    @property
-    @override
-    def conjugate_momenta(self) -> NDArray[np.float64]:
-        raise AttributeError(refused("conjugate_momenta"))
-
-    @property
-    @override
-    def angular_momentum_body(self) -> NDArray[np.float64]:
-        raise AttributeError(refused("angular_momentum_body"))
-
-    @property
-    @override
     def angular_momentum_space(self) -> NDArray[np.float64]:
         """Total angular momentum of the orbit and both rotations about the barycentre, space axes; shape (..., 3)."""
         own = sum(state.angular_momentum_space for state in self.of_bodies.values())
@@ -340,16 +348,16 @@ class PairState(State):
         }
 
 
-def refused(name: str) -> str:
-    """Return what is said of what two bodies do not have in common."""
-    return f"what is of two bodies has no {name}: take that of its `primary` or of its `secondary`."
+AnyState: TypeAlias = State | PairState
+"""State of one or of two bodies."""
 
 
 def state_with(q: ArrayLike, g: ArrayLike, time: Times, own: Mapping[str, ArrayLike] | None = None) -> State:
-    """Return the state with an angular momentum along the body axes, which it keeps to the last digit."""
+    """Return the state with an angular momentum along the body axes, which is stored without rounding."""
     checked = State(q, 2 * quat.product(q, quat.pure(g)), time, own=own)
     momenta = np.array(np.broadcast_to(g, (*checked.quaternion.shape[:-1], 3)), dtype=float)
-    return state_of({"quaternion": checked.quaternion, "angular_momentum_body": momenta, **checked.own}, checked.time)
+    phase = {"quaternion": checked.quaternion, "angular_momentum_body": momenta, **checked.own}
+    return State.computed(phase, checked.time)
 
 
 def own_of(phase: Phase) -> Phase:
@@ -357,18 +365,15 @@ def own_of(phase: Phase) -> Phase:
     return {name: values for name, values in phase.items() if name not in RIGID}
 
 
-def state_of(phase: Phase, time: Any, jumped: Mapping[str, Any] | None = None) -> State:
-    """Return a state of computed values, whose small defects are measurements and not mistakes."""
-    state = object.__new__(PairState if "orbit" in phase and "quaternion" not in phase else State)
-    vars(state).update(phase=read_only(phase), time=owned(time))
-    if jumped:
-        vars(state)["jumped"] = read_only({name: np.asarray(done) for name, done in jumped.items()})
-    return state
+def rigid_rows(phase: Phase) -> Phase:
+    """Return the rows of rigid bodies in a phase."""
+    return {name: values for name, values in phase.items() if name in RIGID}
 
 
-def computed_state(q: Any, Q: Any, time: Any) -> State:
-    """Return a state of computed q and Q."""
-    return state_of({"quaternion": q, "conjugate_momenta": Q}, time)
+def state_of(phase: Phase, time: ArrayLike, jumped: Mapping[str, ArrayLike] | None = None) -> AnyState:
+    """Return the state of one or of two bodies with computed rows, see `StateOfBodies.computed`."""
+    of_two = "orbit" in phase and "quaternion" not in phase
+    return PairState.computed(phase, time, jumped) if of_two else State.computed(phase, time, jumped)
 
 
 def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:

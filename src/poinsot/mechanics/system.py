@@ -1,59 +1,70 @@
-"""A body and the forces on it: its energy, its equations of motion and its integrals."""
+"""A body or two bodies and the forces on them: the one argument that describes the physics."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import TypeIs, TypeVar
 
 from poinsot.checked import checked
 from poinsot.display.formulas import SystemSummary, system_html, system_latex
-from poinsot.errors import member_array
 from poinsot.functions import Vector
+from poinsot.immutable import Immutable
 from poinsot.lazy import cached_property
-from poinsot.mechanics.body import Body, started
-from poinsot.mechanics.dynamics import Dynamics, scalars, stacked
-from poinsot.mechanics.event import Event
-from poinsot.mechanics.force import Force, PairLoad, Potential, Torque
-from poinsot.mechanics.formula_trials import on_pairs, trial, try_event, try_formulas
-from poinsot.mechanics.integrals import Integral, integrals_of
-from poinsot.mechanics.members import EveryMember
-from poinsot.mechanics.part import CompositeBody, Part, check_parts
-from poinsot.mechanics.state import Phase, State, state_with
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.body_dynamics import BodyDynamics
+from poinsot.mechanics.body_integrals import integrals_of_body
+from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.dynamics import AnyDynamics, Dynamics, by_class
+from poinsot.mechanics.environment import Environment, Orbit
+from poinsot.mechanics.force import Force
+from poinsot.mechanics.formula_trials import try_formulas
+from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.pair_dynamics import PairDynamics
+from poinsot.mechanics.pair_instant import AnyInstant
+from poinsot.mechanics.pair_integrals import integrals_of_pair
+from poinsot.mechanics.part import Part
+from poinsot.mechanics.state import AnyState, State
 from poinsot.mechanics.symbolic_formula import summary_of_system
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import checked_units, dated_units
-from poinsot.printable import described, nearest, quoted
+from poinsot.printable import described
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
     from poinsot.mechanics.frame import Frame
 
-__all__ = ["System"]
+__all__ = ["OfOneBody", "OfTwoBodies", "System", "is_of_two_bodies"]
 
 OF_EVERY_RUN = attrgetter("orbits", "knots", "span")
-"""What every run asks for: computed with the system."""
+"""Quantities that every run requires: computed with the system."""
+
+Bodies = TypeVar("Bodies", bound=Body | TwoBodies, default=Body | TwoBodies, covariant=True)
 
 
-class System(Dynamics):
-    """Rigid body together with the forces and parts that act on it.
+class System(Immutable, Generic[Bodies]):
+    """One or two rigid bodies together with the forces and parts that act on them.
 
     poinsot derives the equations of motion q' = q (0, omega) / 2, g' = g x omega + sum of torques, with omega = I^-1 g
     for a body without parts, and detects the conserved quantities.
 
     Parameters
     ----------
-    body : Body
-        The body, or a `TwoBodies` for two bodies that attract each other.
-    *forces : Potential, Torque or Part
-        Forces and parts, built in or user-defined. Without any, the rotation is torque-free.
+    body : Body or TwoBodies
+        The body, or two bodies that attract each other.
+    *forces : Potential, Torque, Part or PairLoad
+        Forces and parts, built in or user-defined. Without any, the rotation is torque-free. For two bodies, a force
+        acts between both, or on one of them: `force.on("secondary")`.
     units : mapping, optional
-        Units of the given numbers, for labels of results and plots: `{"time": "s", "inertia": "kg m2"}`. poinsot does
-        not convert numbers, so all must be consistent. Without units, quantities are dimensionless. Plots convert units
-        if the time is in s, min, h, d or yr and momenta and torques are products of powers such as "kg km2".
+        Units of the given numbers, for labels of results and plots: `{"time": "s", "inertia": "kg m2"}`, for two bodies
+        also `"length": "m"`. poinsot does not convert numbers, so all must be consistent. Without units, quantities are
+        dimensionless. Plots convert units if the time is in s, min, h, d or yr and momenta and torques are products of
+        powers such as "kg km2".
 
     Raises
     ------
@@ -67,65 +78,26 @@ class System(Dynamics):
     ['H', 'G3']
     """
 
-    measures: ClassVar[tuple[str, ...]] = ("time", "inertia")
-    """What its numbers have units of."""
-    body_names: ClassVar[tuple[str, ...]] = ("",)
-    """What the names of its rigid bodies begin with in a phase."""
-    moves_alone: ClassVar[bool] = True
-    """Whether its forces are all that moves it."""
-
-    numbering: NDArray[np.int_] | EveryMember = EveryMember()
-    """Numbers that the members had in the ensemble from which they were selected."""
-
-    _of: ClassVar[dict[type, type[System]]] = {}
-
-    def __init_subclass__(cls, of: type | None = None) -> None:
-        """Let a subclass be what a system of another kind of body is."""
-        super().__init_subclass__()
-        if of is not None:
-            System._of[of] = cls
-
-    def __new__(cls, body: Any = None, *_: Any, **__: Any) -> System:
-        """Return a system of the kind that the body asks for, not yet filled."""
-        return object.__new__(cls._of.get(type(body), cls))
-
-    def __init__(self, body: Body, *forces: Force, units: Mapping[str, str] | None = None) -> None:
-        if not isinstance(body, (Body, *self._of)):
-            raise TypeError(
-                f"body must be a Body or TwoBodies, got {described(body)}. The order is System(body, *forces)."
-            )
-        self.body = body
-        self.forces = forces
-        self.units = checked_units(units, self.measures)
+    def __init__(self, body: Bodies, *forces: Force, units: Mapping[str, str] | None = None) -> None:
+        self.dynamics: Dynamics[Bodies, Any] = _equations_of(body, forces)
+        self.units = checked_units(units, self.dynamics.measures)
         for force in forces:
             if isinstance(force, type):
                 name = force.__name__
                 raise TypeError(f"a force must be an instance, got the class {name}. Write {name}(...).")
-        self._check_kinds()
-        self.refuse_other_axes()
-        OF_EVERY_RUN(self)
+        self.dynamics.check_kinds()
+        self.dynamics.refuse_other_axes()
+        OF_EVERY_RUN(self.dynamics)
         self.units = dated_units(self.units, units, self.calendar)
-        self._check()
+        self.dynamics.check_forces()
+        try_formulas(self.dynamics)
 
-    def _check_kinds(self) -> None:
-        """Raise a TypeError for a force of another kind."""
-        for force in self.forces:
-            if isinstance(force, PairLoad):
-                force.check(self.body)
-            if not isinstance(force, Potential | Torque | Part):
-                hint = " Give them one by one: System(body, *forces)." if isinstance(force, list | tuple) else ""
-                raise TypeError(f"a force must be a Potential, a Torque or a Part, got {described(force)}.{hint}")
-
-    def _check(self) -> None:
-        """Raise an error for forces that are not of this body, or whose formulas are none."""
-        check_parts(self.body, self.forces)
-        for force in self.forces:
-            force.check(self._displaced)
-        self.known(try_formulas)
-
-    def try_event(self, event: Event) -> None:
-        """Raise a TypeError for an event whose formulas are none."""
-        try_event(event, trial(event, self.body_on_pairs))
+    @classmethod
+    def of(cls, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> Self:
+        """Return the system of equations of motion that are valid."""
+        system = object.__new__(cls)
+        system._complete(dynamics=dynamics, units=units)
+        return system
 
     def __repr__(self) -> str:
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
@@ -139,31 +111,88 @@ class System(Dynamics):
     def _summary(self) -> SystemSummary:
         return summary_of_system(self.body, self.forces, self.units, self.integrals)
 
+    @property
+    def _member_axes(self) -> dict[str, int]:
+        return {"dynamics": 0} if self.dynamics._member_axes else {}
+
+    def _with_values(self, dynamics: Dynamics[Bodies, Any]) -> Self:
+        return self.of(dynamics, self.units)
+
+    # ------------------------------------------------------------------ contents
+
+    @property
+    def body(self) -> Bodies:
+        """The body, or the two bodies."""
+        return self.dynamics.body
+
+    @property
+    def of_bodies(self) -> dict[str, Body]:
+        """Rigid bodies by name, "primary" and "secondary"; the name of a single body is empty."""
+        return self.dynamics.of_bodies
+
+    @property
+    def forces(self) -> tuple[Force, ...]:
+        """Forces and parts in the given order."""
+        return self.dynamics.forces
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Moving parts among the forces and within them."""
+        return self.dynamics.parts
+
+    @property
+    def orbits(self) -> tuple[Orbit, ...]:
+        """Orbits of the forces, in the order of the forces."""
+        return self.dynamics.orbits
+
+    @property
+    def members(self) -> tuple[int, ...]:
+        """Shape of the member axis of the numbers: () for a single system, (members,) for an ensemble."""
+        return self.dynamics.members
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time at which all orbits, fields and tables are known."""
+        return self.dynamics.span
+
+    @property
+    def calendar(self) -> Calendar | None:
+        """Calendar of the times; None if no orbit and no rotation model has a calendar."""
+        return self.dynamics.calendar
+
     @cached_property
     def integrals(self) -> tuple[Integral, ...]:
         """Integrals of the motion; empty if there are none (for example in Sec. 6.2 of the paper)."""
-        return integrals_of(self)
+        dynamics: AnyDynamics = self.dynamics
+        if isinstance(dynamics, PairDynamics):
+            return integrals_of_pair(dynamics)
+        return integrals_of_body(dynamics) if isinstance(dynamics, BodyDynamics) and dynamics.moves_alone else ()
+
+    # ------------------------------------------------------------------ states
 
     @checked
     def state(
         self,
         attitude: Rotation | ArrayLike,
-        *,
+        *of_pair: ArrayLike | Sequence[Rotation | ArrayLike],
         omega_body: ArrayLike | None = None,
         omega_space: ArrayLike | None = None,
         angular_momentum_body: ArrayLike | None = None,
         angular_momentum_space: ArrayLike | None = None,
         time: ArrayLike = 0.0,
-        frame: Frame | None = None,
+        frame: Frame | Literal["orbit"] | None = None,
         **own: ArrayLike,
     ) -> State:
-        """Return the state of the body with its parts, g = K^-1 omega + h.
+        """Return the state of the body with its parts, g = K^-1 omega + h, or the state of two bodies.
 
         Parameters
         ----------
         attitude, omega_body, omega_space, angular_momentum_body, angular_momentum_space, time, frame
             Same as in `Body.state`: an attitude and exactly one of the four vectors. Momenta are the total momenta of
             body and parts.
+        *of_pair
+            For two bodies, the first three arguments are the position, the velocity and the attitudes, and all
+            arguments are the same as in `TwoBodies.state`.
         **own : array (k,) or (members, k)
             Variables of parts, each under the name of its part. Default: at rest relative to the body.
 
@@ -172,74 +201,167 @@ class System(Dynamics):
         ValueError
             If a momentum is given without the variables of all parts, or a variable belongs to no part.
         """
-        given = {
+        vectors = {
             "omega_body": omega_body,
             "omega_space": omega_space,
             "angular_momentum_body": angular_momentum_body,
             "angular_momentum_space": angular_momentum_space,
         }
-        q, name, along = started(attitude, given, time, frame)
-        values = self.given_parts(**own)
-        counts = [array.shape[:-1] for array in values.values()]
-        shape = np.broadcast_shapes(along.shape[:-1], np.shape(time), self.members, *counts)
-        if not name.startswith("omega"):
-            if left := [part.name for part in self.parts if part.size and part.name not in values]:
-                raise ValueError(
-                    f"own must name all parts where a momentum is given, got none of {quoted(left[0])}. Give "
-                    f"omega_body."
-                )
-            return state_with(q, along, time, values)
-        twin, rate = self.beside(shape), scalars(along)
-        for part in twin.parts:
-            if part.size and part.name not in values:
-                values[part.name] = stacked(part.start(np.asarray(time, dtype=float), rate), shape)
-        values = {part.name: values[part.name] for part in self.parts if part.size}
-        body = twin.body_at({name: scalars(array) for name, array in values.items()}, time)
-        return state_with(q, stacked(body.angular_momentum(rate), shape), time, values)
+        return self.dynamics.state((attitude, *of_pair), vectors, time, frame, own)  # type: ignore[return-value]
 
-    def given_parts(self, **own: ArrayLike) -> Phase:
-        """Return the variables of parts that are given at the start, as arrays."""
-        sizes = {part.name: part.size for part in self.parts if part.size}
-        if unknown := [name for name in own if name not in sizes]:
-            known = ", ".join(sizes) or "none"
-            raise ValueError(
-                f"own must name parts with variables, {known}, got {quoted(unknown[0])}.{nearest(unknown[0], sizes)}"
-            )
-        return {name: member_array(name, values, (sizes[name],)) for name, values in own.items()}
+    def at(self, state: AnyState, environment: Environment | None = None) -> AnyInstant:
+        """Return the instant of a state, the argument of formulas."""
+        instant: AnyInstant = self.dynamics.at(state, environment)
+        return instant
 
-    def numbered(self, count: int) -> NDArray[np.int_]:
-        """Return the numbers of as many members in the ensemble that they were chosen from."""
-        known = self.numbering
-        return np.arange(count) if isinstance(known, EveryMember) or known.size != count else np.atleast_1d(known)
+    def rates(self, instant: AnyInstant) -> dict[str, Vector]:
+        """Return the vector field at an instant by block, in physical units.
 
-    @property
-    def _member_axes(self) -> dict[str, int]:
-        own = ("body", "forces", "numbering") if self._draws else ("body", "forces") if self.members else ()
-        return dict.fromkeys(own, 0)
+        q' = q (0, omega)/2 and g' = g x omega + torques along the body axes, the rates of the parts under their names,
+        and r' and p' of the relative orbit of two bodies under "orbit".
+        """
+        return self.dynamics.rates(instant)
 
-    def _with_values(self, body: Body, forces: tuple[Force, ...], **numbering: NDArray[np.int_]) -> System:
-        system = System(body, *forces, units=self.units)
-        system._complete(**numbering)
-        return system
+    # ------------------------------------------------------------------ energy
 
-    @property
-    def _draws(self) -> bool:
-        """True if a part draws random numbers, which depend on the numbering of the members."""
-        return any(part.jump and part.jump.draws for part in self.parts)
+    @checked
+    def kinetic_energy(self, state: AnyState) -> Any:
+        """Return the kinetic energy of a state, eq. (9); shape (...)."""
+        twin = self.dynamics.beside(state.shape)
+        with np.errstate(over="ignore"):
+            return twin.kinetic_at(twin.at(state))
 
-    @cached_property
-    def body_on_pairs(self) -> Body:
-        """The first member's body with its parts, on arrays of two values for trials of formulas."""
-        return on_pairs(self)
+    @checked
+    def potential_energy(self, state: AnyState, environment: Environment | None = None) -> Any:
+        """Return the sum of the energies of the potentials at a state; shape (...)."""
+        shape = state.shape
+        twin = self.dynamics.beside(shape)
+        return np.broadcast_to(twin.potential_at(twin.at(state, environment)), shape)[()]
 
-    @property
-    def rigid_bodies(self) -> tuple[Body, ...]:
-        """The bodies: one or two."""
-        return (self.body,)
+    @checked
+    def energy(self, state: AnyState) -> Any:
+        """Return kinetic plus potential energy, the Hamiltonian where there is one; shape (...)."""
+        return self.dynamics.energy(state)
 
-    @property
-    def _displaced(self) -> Body:
-        """The body with parts that are nowhere at zero, for forces that know the body."""
-        own = {part.name: Vector((1.0,) * part.size) for part in self.parts}
-        parts = self.with_numbers(self.numbers).parts
-        return CompositeBody.of(self.body, parts, own, 0.0) if parts else self.body
+    # ------------------------------------------------------------------ angular velocity, torques and forces
+
+    @checked
+    def omega_body(self, state: AnyState, body: str | None = None) -> NDArray[np.float64]:
+        """Return the inertial angular velocity along the body axes; shape (..., 3).
+
+        For two bodies, `body` is "primary" or "secondary".
+        """
+        return self.dynamics.omega_body(state, body)
+
+    @checked
+    def torque_body(
+        self, state: AnyState, environment: Environment | None = None, body: str | None = None
+    ) -> NDArray[np.float64]:
+        """Return the sum of all torques at a state along the body axes; shape (..., 3).
+
+        For two bodies, `body` is "primary" or "secondary".
+        """
+        return _sum_of(self.torques_body(state, environment, body), state)
+
+    @checked
+    def torques_body(
+        self, state: AnyState, environment: Environment | None = None, body: str | None = None
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return the torque of each force at a state along the body axes, by its class; each of shape (..., 3).
+
+        The second of several forces of one class is "RadiationPressure 2", and so on. For two bodies, `body` is
+        "primary" or "secondary".
+        """
+        twin, name = self.dynamics.beside(state.shape), self.dynamics.name_of_body(body)
+        return by_class(twin.each_torque_at(twin.at(state, environment), name), state.shape)
+
+    @checked
+    def force_space(
+        self, state: AnyState, environment: Environment | None = None, body: str | None = None
+    ) -> NDArray[np.float64]:
+        """Return the sum of all forces on one of two bodies along the space axes; shape (..., 3)."""
+        return _sum_of(self.forces_space(state, environment, body), state)
+
+    @checked
+    def forces_space(
+        self, state: AnyState, environment: Environment | None = None, body: str | None = None
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return each force on one of two bodies along the space axes, by its class; each of shape (..., 3).
+
+        The forces on the two bodies are opposite. An attractor outside of the pair also accelerates the barycentre;
+        its force here is the force relative to the barycentre.
+        """
+        twin, name = self.dynamics.beside(state.shape), self.dynamics.name_of_body(body)
+        return by_class(twin.each_force_at(twin.at(state, environment), name), state.shape)
+
+    # ------------------------------------------------------------------ validity of formulas
+
+    def validity(self, state: AnyState, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
+        """Return, by name, whether a formula is used at a state outside of its range; each of shape (...)."""
+        return self._of_forces(lambda force: force.validity, np.logical_or, state, environment)
+
+    def relative_errors(
+        self, state: AnyState, environment: Environment | None = None
+    ) -> dict[str, NDArray[np.float64]]:
+        """Return estimates of the relative errors of formulas, by their names in `validity`; each of shape (...)."""
+        return self._of_forces(lambda force: force.relative_errors, np.maximum, state, environment)
+
+    def limits(self, state: AnyState, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
+        """Return, by name, whether a quantity of a part or of a control law is at its limit; each of shape (...)."""
+        return self._of_forces(lambda force: force.limits, np.logical_or, state, environment)
+
+    def _of_forces(
+        self,
+        formula: Callable[[Force], Callable[[Any], Mapping[str, Any]]],
+        both: np.ufunc,
+        state: AnyState,
+        environment: Environment | None,
+    ) -> dict[str, NDArray[Any]]:
+        """Return values of the forces at a state by name; both of two values with the same name."""
+        shape = state.shape
+        twin = self.dynamics.beside(shape)
+        instant = twin.at(state, environment)
+        out = dict[str, NDArray[Any]]()
+        for name, value in (item for force in twin.forces for item in formula(force)(instant).items()):
+            out[name] = both(np.broadcast_to(value, shape), out.get(name, value))
+        return out
+
+
+def _equations_of(body: Body | TwoBodies, forces: tuple[Force, ...]) -> Any:
+    """Return the equations of motion of one or of two bodies."""
+    if isinstance(body, TwoBodies):
+        return PairDynamics(body, forces)
+    if isinstance(body, Body):
+        return BodyDynamics(body, forces)
+    raise TypeError(f"body must be a Body or TwoBodies, got {described(body)}. The order is System(body, *forces).")
+
+
+def is_of_two_bodies(system: System) -> TypeIs[System[TwoBodies]]:
+    """Return True for a system of two bodies."""
+    return isinstance(system.body, TwoBodies)
+
+
+def _of_one_body(name: str, system: System) -> System:
+    if is_of_two_bodies(system) or not system.dynamics.moves_alone:
+        raise TypeError(
+            f"{name} must be a System of one body, got one of two bodies. These have propagate, state_transition, "
+            "chaos_indicators, lyapunov_spectrum, periodic_motion and pair_equilibria."
+        )
+    return system
+
+
+def _of_two_bodies(name: str, system: System) -> System:
+    if not is_of_two_bodies(system):
+        raise TypeError(
+            f"{name} must be a System of two bodies, got one of one body. Write System(TwoBodies(...), ...)."
+        )
+    return system
+
+
+OfOneBody = Annotated[System[Body], _of_one_body]
+OfTwoBodies = Annotated[System[TwoBodies], _of_two_bodies]
+"""Annotations of arguments that are systems of one body or of two bodies."""
+
+
+def _sum_of(each: Mapping[str, NDArray[np.float64]], state: AnyState) -> NDArray[np.float64]:
+    return sum(each.values(), start=np.zeros((*state.shape, 3)))

@@ -146,7 +146,7 @@ class _Moving:
 def _bodies(motion: Trajectory, times: Array) -> list[_Moving]:
     """Return the bodies of a motion."""
     if not is_of_two_bodies(motion):
-        return [_moving(motion, times, triangles(motion.system.body), 1.0, PURPLE)]
+        return [_moving(motion, times, triangles(motion.system.of_bodies[""]), 1.0, PURPLE)]
     pair = two_bodies(motion.system)
     shares = [sign * (1 - mass / pair.total_mass) for mass, sign in zip(pair.masses, (-1, 1), strict=True)]
     solids = [triangles(body, mass) for body, mass in zip(pair.bodies.values(), pair.masses, strict=True)]

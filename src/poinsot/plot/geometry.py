@@ -91,7 +91,7 @@ def poinsot_construction(
     """
     _check_torque_free(motion)
     index = int(checked_index("time_index", time_index, motion.times.size))
-    upright, (moments, axes) = _upright(motion), principal(motion.system.body)
+    upright, (moments, axes) = _upright(motion), principal(motion.system.of_bodies[""])
     unit = rate_unit_of(motion.system.units, rate_unit, motion.omega_body)
     omega, g = unit.factor * motion.omega_space @ upright.T, unit.factor * motion.angular_momentum_body[index] @ axes
     turned = upright @ rotation_matrix(motion.quaternion[index]) @ axes
@@ -150,7 +150,7 @@ def polhode(
     _check_turning(motion)
     unit = rate_unit_of(motion.system.units, rate_unit, motion.omega_body)
     omega = unit.factor * motion.omega_body
-    moments, axes = principal(motion.system.body)
+    moments, axes = principal(motion.system.of_bodies[""])
     eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
     panel: Axes3D = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes", ax)
     path, last = r"path of $\omega$", f"at {instant(motion, -1, time_unit)}"
@@ -209,7 +209,7 @@ def herpolhode(
     _check_torque_free(motion)
     unit = rate_unit_of(motion.system.units, rate_unit, motion.omega_body)
     omega = unit.factor * motion.omega_space @ _upright(motion).T
-    moments, axes = principal(motion.system.body)
+    moments, axes = principal(motion.system.of_bodies[""])
     radii = herpolhode_radii(moments, unit.factor * motion.angular_momentum_body[-1] @ axes)
     panel = one_panel(ax, (5.6, 5.8))
     for radius in radii:

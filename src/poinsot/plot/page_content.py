@@ -181,7 +181,7 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
         rates[name] = np.linalg.norm(one.omega_body, axis=-1)
         largest[f"{name}_omega_body"] = float(np.max(rates[name])) or 1.0
         share = sign * (1 - mass / pair.total_mass)
-        bodies[name] = _solid_of_mass(one.system.body, mass) | {"share": float(share)}
+        bodies[name] = _solid_of_mass(one.system.of_bodies[""], mass) | {"share": float(share)}
         reach = max(reach, abs(share) * float(np.max(distance)) + bodies[name]["radius"])
     turning = np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2
     mean_rate = float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0]))
@@ -265,10 +265,11 @@ def _note(times: Array, rates: Mapping[str, Array]) -> str:
 
 def _solids(motion: Trajectory) -> dict[str, Any]:
     """Return the shapes as which the body is drawn, along its principal axes, and the attitude of these in it."""
-    moments, _ = principal(motion.system.body)
-    extent, axes = gyration_radii(motion.system.body)
+    body = motion.system.of_bodies[""]
+    moments, _ = principal(body)
+    extent, axes = gyration_radii(body)
     return {
-        "shape": _shape(motion.system.body.shape),
+        "shape": _shape(body.shape),
         "principal": quaternion_from_matrix(axes).tolist(),
         "extent": np.maximum(extent / np.max(extent), THINNEST).tolist(),
         "inertia_ellipsoid": np.sqrt(2 * motion.kinetic_energy[0] / moments).tolist() if _rolls(motion) else None,

@@ -71,14 +71,14 @@ def momentum_sphere(
     ['short-axis mode', 'long-axis mode', 'separatrices', 'state']
     """
     path = one_body(motion) if isinstance(motion, Trajectory) else None
-    body = motion if isinstance(motion, Body) else motion.system.body
+    body = motion if isinstance(motion, Body) else motion.system.of_bodies[""]
     if body.moments.ndim != 1:
         raise ValueError(f"motion must be of one body, got an ensemble of {len(body.moments)} members.")
     moments, axes = principal(body)
     n, marked = _directions("motion", path) @ axes, _directions("state", state) @ axes
     shown = np.concatenate([marked, n])
     eye = _facing(moments, shown[-1] if len(shown) else np.ones(3)) if view is None else view_direction(view)
-    forced = path is not None and (bool(path.system.forces) or not path.system.moves_alone)
+    forced = path is not None and (bool(path.system.forces) or not path.system.dynamics.moves_alone)
     panel: Axes3D = solid_axes(eye, _title(moments, forced), ax)
     solid = Solid(panel, UNIT_SPHERE, eye)
     _draw_modes(solid, moments)

@@ -19,7 +19,7 @@ from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.members import common_axis
-from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.state import AnyState, Bodies, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import nearest, quoted, shortened
 
@@ -94,7 +94,7 @@ def _in_unit(time: ArrayLike, system: System | None) -> tuple[ArrayLike, str | N
     return calendar.time(time) if calendar and holds_dates(time) else time, system.units["time"]
 
 
-def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> None:
+def check_span(system: System | Collection, state: AnyState, times: NDArray[np.float64]) -> None:
     """Refuse times at which an orbit or a table is not known."""
     first, last = system.span
     if last - first == np.inf:
@@ -108,29 +108,29 @@ def check_span(system: Collection, state: State, times: NDArray[np.float64]) -> 
             )
 
 
-def check_starts(problem: Problem, state: State) -> None:
+def check_starts(problem: Problem, state: AnyState) -> None:
     """Let each part and each event refuse a start."""
-    if problem.events or [part for part in problem.system.parts if part.checks_start]:
+    if problem.events or [part for part in problem.dynamics.parts if part.checks_start]:
         twin = problem.beside(state.shape)
-        instant = twin.system.at(state)
-        for part in twin.system.parts:
+        instant = twin.dynamics.at(state)
+        for part in twin.dynamics.parts:
             part.check_start(instant)
         for event in twin.events:
             event.check_start(instant)
 
 
-def check_bodies(system: System, state: State) -> None:
+def check_bodies(system: System, state: AnyState) -> None:
     """Refuse a state of one body for a system of two, the other way round, and one of two bodies alone.
 
     Warn of two bodies that nothing holds together.
     """
-    if not system.moves_alone:
+    if not system.dynamics.moves_alone:
         raise ValueError(
             f"system must be the system of both bodies, got {quoted(system)} as one of two, which does not "
             f"move alone. Take "
             "motion.system of the pair."
         )
-    needed, given = len(system.body_names), len(state.body_names)
+    needed, given = len(system.of_bodies), len(state.body_names)
     if given != needed:
         made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
         words = {1: "one body", 2: "two bodies"}
@@ -142,7 +142,7 @@ def check_bodies(system: System, state: State) -> None:
             f"state must have variables of the parts of the system, {', '.join(map(shortened, names)) or 'none'}, got "
             f"{quoted(unknown)}.{nearest(unknown, names)} Make it by system.state(...)."
         )
-    system.check_variables(sizes)
+    system.dynamics.check_variables(sizes)
     if needed > 1 and all(isinstance(force, PotentialOn | TorqueOn) for force in system.forces):
         warnings.warn(
             f"system should have a force between its two bodies, got {', '.join(map(repr, system.forces)) or 'none'}. "
@@ -151,16 +151,16 @@ def check_bodies(system: System, state: State) -> None:
         )
 
 
-def common_members(system: Collection, state: State) -> tuple[int, ...]:
+def common_members(system: System | Collection, state: AnyState) -> tuple[int, ...]:
     """Return () for one body, (members,) for an ensemble."""
     return common_axis("state and system", {state.shape, state.time.shape, system.members})
 
 
-def broadcast_members(state: State, members: tuple[int, ...]) -> State:
+def broadcast_members(state: Bodies, members: tuple[int, ...]) -> Bodies:
     """Return a state for each member."""
     phase = changed(state.phase, lambda x: np.broadcast_to(x, (*members, x.shape[-1])))
     jumped = changed(dict(state.jumped), lambda x: np.broadcast_to(x, members))
-    return state_of(phase, np.broadcast_to(state.time, members), jumped)
+    return type(state).computed(phase, np.broadcast_to(state.time, members), jumped)
 
 
 def checked_threads(threads: int | None) -> int:

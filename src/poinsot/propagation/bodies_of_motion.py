@@ -11,7 +11,7 @@ __all__ = ["OfTwoBodies", "is_of_two_bodies", "of_one_body"]
 
 def is_of_two_bodies(motion: Trajectory) -> bool:
     """Return True if a motion contains two bodies."""
-    return len(motion.system.body_names) > 1
+    return len(motion.system.of_bodies) > 1
 
 
 def _of_two_bodies(name: str, motion: Trajectory) -> Trajectory:

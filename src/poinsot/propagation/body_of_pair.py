@@ -5,31 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from typing_extensions import override
-
-from poinsot.lazy import cached_property
-from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.pair_system import PairSystem
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.body_dynamics import BodyDynamics
+from poinsot.mechanics.pair_dynamics import PairDynamics
 from poinsot.mechanics.system import System
 
 __all__ = ["body_systems"]
 
 
-class OneOfTwo(System):
+class OneOfTwo(BodyDynamics):
     """One of two bodies, whose rotation is read from a motion of both. The forces belong to the system of both."""
 
-    measures: ClassVar[tuple[str, ...]] = PairSystem.measures
+    measures: ClassVar[tuple[str, ...]] = PairDynamics.measures
     moves_alone: ClassVar[bool] = False
-
-    @cached_property
-    @override
-    def integrals(self) -> tuple[Integral, ...]:
-        return ()
 
 
 def body_systems(system: System) -> Mapping[str, System]:
     """Return the system of each rigid body by name: the system itself if it has one body."""
-    if len(system.body_names) == 1:
+    if len(system.of_bodies) == 1:
         return {"": system}
-    each = zip(system.body_names, system.rigid_bodies, strict=True)
-    return {name: OneOfTwo(body, units=system.units) for name, body in each}
+    return {name: _system_of(body, system.units) for name, body in system.of_bodies.items()}
+
+
+def _system_of(body: Body, units: Mapping[str, str]) -> System[Body]:
+    return System.of(OneOfTwo(body, ()), units)

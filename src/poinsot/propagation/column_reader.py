@@ -15,7 +15,7 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Dated, Environment, within
 from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.state import State, changed, state_of
+from poinsot.mechanics.state import AnyState, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.body_of_pair import body_systems
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
@@ -49,7 +49,7 @@ class ColumnReader:
         Run of the motion, whose formulation defines the variables of integrated orbits.
     """
 
-    def __init__(self, system: System, initial: State, times: Array, rows: RowSource, run: RunRecord) -> None:
+    def __init__(self, system: System, initial: AnyState, times: Array, rows: RowSource, run: RunRecord) -> None:
         self.system, self.initial, self.times, self.rows, self.run = system, initial, times, rows, run
 
     def __getstate__(self) -> dict[str, object]:
@@ -62,7 +62,7 @@ class ColumnReader:
         return next(iter(self.rows.phase.values())).ndim == 3
 
     @property
-    def state(self) -> State:
+    def state(self) -> AnyState:
         """States in all rows."""
         return state_of(changed(self.rows.phase, np.asarray), self.times)
 
@@ -129,7 +129,7 @@ class ColumnReader:
 
     def _blocks(self) -> Iterator[tuple[slice, ColumnBlock]]:
         """Yield the rows in blocks of times; one block if formulas round by all the times together, as orbits do."""
-        dated = any(isinstance(each, Dated) for record in self.system.records for each in within(record))
+        dated = any(isinstance(each, Dated) for record in self.system.dynamics.records for each in within(record))
         rows, members = self.rows.in_memory(), EVERY if self.is_ensemble else None
         count = max(self.times.size, 1)
         step = count if dated else ROWS_OF_BLOCK // max(self.members, 1) or count
@@ -165,7 +165,7 @@ def _momentum_size(block: ColumnBlock) -> Array:
         return np.asarray(sum(each))
 
 
-def _drift(integral: Integral, initial: State, values: Array, sizes: Array) -> Array:
+def _drift(integral: Integral, initial: AnyState, values: Array, sizes: Array) -> Array:
     size = sizes[0 if integral.is_energy else 1]
     with np.errstate(invalid="ignore"):
         change: Array = values - np.asarray(integral.value(initial))[..., None]

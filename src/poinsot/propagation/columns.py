@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.lazy import cached_property
+from poinsot.mechanics.each_body import no_attribute
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import PairState, State, named, refused
+from poinsot.mechanics.state import AnyState, PairState, named
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
@@ -235,7 +236,7 @@ def columns_of(system: System, recorded: Collection[str]) -> dict[str, Column]:
 
 def _column(name: str, system: System) -> Column | None:
     """Return one column, by the shortest way."""
-    scopes = {Scope.MOTION, *((OF_BODY, ONE_BODY) if len(system.body_names) == 1 else (TWO_BODIES,))}
+    scopes = {Scope.MOTION, *((OF_BODY, ONE_BODY) if len(system.of_bodies) == 1 else (TWO_BODIES,))}
     found = next((each for each in COLUMNS if each.name == name and each.scope in scopes), None)
     return found or columns_of_states(system).get(name) or _of_integrals(system).get(name)
 
@@ -248,7 +249,7 @@ def unit_of_column(system: System, name: str) -> str:
 
 def columns_of_states(system: System) -> dict[str, Column]:
     """Return the columns of the table and of the system's parts, by name."""
-    return {**static_columns(system.body_names), **_of_parts(system)}
+    return {**static_columns(tuple(system.of_bodies)), **_of_parts(system)}
 
 
 def names_with(requirement: Requirement) -> list[str]:
@@ -261,7 +262,7 @@ def _is_computable(column: Column, system: System) -> bool:
     if column.compute is None and column.drift_of is None:
         return False
     if Requirement.FORCES in column.requires:
-        return system.moves_alone
+        return system.dynamics.moves_alone
     recorded_parts = any(isinstance(part, RecordedPart) for part in system.parts)
     return not (Requirement.PARTS in column.requires and recorded_parts)
 
@@ -324,13 +325,13 @@ class ColumnBlock:
     def __init__(
         self,
         system: System,
-        state: State,
+        state: AnyState,
         environment: Callable[[], Environment],
         recorded: Mapping[str, Array],
         systems: Callable[[], Mapping[str, System]],
     ) -> None:
         self.system: System = system
-        self.state: State = state
+        self.state: AnyState = state
         self._environment, self._systems, self._recorded = environment, systems, recorded
         self._computed: dict[str, Array] = {}
 
@@ -342,7 +343,7 @@ class ColumnBlock:
     @cached_property
     def bodies(self) -> dict[str, ColumnBlock]:
         """The rows of each rigid body by name; {"": self} for one body."""
-        if len(self.system.body_names) == 1:
+        if len(self.system.of_bodies) == 1:
             return {"": self}
         systems = self._systems()
         return {
@@ -367,8 +368,8 @@ class ColumnBlock:
     def _missing(self, name: str) -> AttributeError | ValueError:
         """Return the error for a column that the motion does not have."""
         scopes = {each.scope for each in COLUMNS if each.name == name}
-        if Scope.BODY in scopes and len(self.system.body_names) > 1:
-            return AttributeError(refused(name))
+        if Scope.BODY in scopes and len(self.system.of_bodies) > 1:
+            return AttributeError(no_attribute("a motion", name))
         if scopes == {Scope.TWO_BODIES}:
             return AttributeError(f"a motion of one body has no {name}: it belongs to a motion of two bodies.")
         if scopes and isinstance(self.system, RecordedSystem):

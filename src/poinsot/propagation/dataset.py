@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.part import Jump, Part
-from poinsot.mechanics.state import RIGID, Phase, State, named
+from poinsot.mechanics.state import RIGID, AnyState, Phase, named
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
@@ -72,12 +72,12 @@ def dataset_of_motion(
         },
         attrs={
             "Conventions": "CF-1.11",
-            "title": "Rotation of a rigid body" if len(system.rigid_bodies) == 1 else "Motion of two bodies",
+            "title": "Rotation of a rigid body" if len(system.of_bodies) == 1 else "Motion of two bodies",
             "conventions": CONVENTIONS,
             "system": repr(system),
             "initial_state": repr(motion.initial),
             **({"parts": text_of_parts(system.parts)} if system.parts else {}),
-            **({"jumps": text_of_jumps(system.jumping)} if system.jumping else {}),
+            **({"jumps": text_of_jumps(system.dynamics.jumping)} if system.dynamics.jumping else {}),
             "state_variables": " ".join(
                 name.removeprefix("own_") for name in state_variables(motion.system, motion.rows.phase)
             ),
@@ -217,7 +217,7 @@ def _along(leading: tuple[str, ...], column: Column, values: Array, units: Deriv
     return dims, values, {**_named(column.unit_in(units), column.meaning), **column.attributes}
 
 
-def _initial(state: State, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
+def _initial(state: AnyState, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
     """Yield the variables of the initial state."""
     columns = columns_of_states(system)
     variables = {**state.rigid, **{f"own_{part.name}": state.own[part.name] for part in system.parts if part.size}}
@@ -230,9 +230,9 @@ def _initial(state: State, system: System, units: DerivedUnits) -> Iterator[tupl
     yield "initial_time", _fixed(state.time, _named(units.time, "time of the start"))
 
 
-def _bodies(state: State, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
+def _bodies(state: AnyState, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
     """Yield the variables of the bodies: moments, axes and masses."""
-    for name, body in zip(state.of_bodies, system.rigid_bodies, strict=True):
+    for name, body in zip(state.of_bodies, system.of_bodies.values(), strict=True):
         mass: Array | None = body.mass  # type: ignore[attr-defined]  # a field of Body with a default
         of = f", of the {name}" if name else ""
         moments = _named(units.inertia, f"principal moments of inertia{of}")
@@ -241,7 +241,7 @@ def _bodies(state: State, system: System, units: DerivedUnits) -> Iterator[tuple
         yield named(name, "principal_axes"), _fixed(body.principal_matrix, axes, "axis", "principal_axis")
         if mass is not None:
             yield named(name, "mass"), _fixed(mass, _named(units.mass, f"mass{of}"))
-    if len(system.rigid_bodies) > 1:
+    if len(system.of_bodies) > 1:
         pair = two_bodies(system)
         yield "masses", _fixed(pair.masses, _named(units.mass, "masses of primary and secondary"), "body")
         yield "G", _fixed(pair.G, _named(units.gravitation, "constant of gravitation"))

@@ -32,4 +32,4 @@ def dense_states(dense: Dense | None, system: System, time: Times) -> State:
         outside = t.min() if t.min() < first else t.max()
         raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
     phase = changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1]))
-    return state_of(phase, t, jumps_at(system.jumping, t))
+    return state_of(phase, t, jumps_at(system.dynamics.jumping, t))  # type: ignore[return-value]

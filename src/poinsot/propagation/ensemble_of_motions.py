@@ -14,7 +14,7 @@ from poinsot.display.progress import Progress
 from poinsot.integration.report import Report
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.propagation.columns import Column, Requirement, columns_of
 from poinsot.propagation.dataset import state_variables
@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 
 
 def ensemble_of_motions(
-    integrator: Integrator, state: State, times: Array, provenance: Mapping[str, Any]
+    integrator: Integrator, state: AnyState, times: Array, provenance: Mapping[str, Any]
 ) -> Ensemble[Trajectory | xarray.Dataset]:
     """Return the motions of members from their states, at the same times, as an ensemble in chunks.
 
@@ -50,7 +50,7 @@ def ensemble_of_motions(
     ----------
     integrator : Integrator
         Integrator of all members.
-    state : State
+    state : AnyState
         States of all members.
     times : array (n,)
         Times of the motions.
@@ -102,7 +102,7 @@ def _template(first: Trajectory, names: tuple[str, ...]) -> xarray.Dataset:
 
 
 def _integrated(
-    integrator: Integrator, state: State, times: Array, members: slice, names: tuple[str, ...], progress: Progress
+    integrator: Integrator, state: AnyState, times: Array, members: slice, names: tuple[str, ...], progress: Progress
 ) -> ChunkResult:
     """Integrate some members."""
     some = dataclasses.replace(members_of(integrator, members), progress=progress)
@@ -112,7 +112,7 @@ def _integrated(
 
 
 def _opened(
-    integrator: Integrator, state: State, run: RunRecord, provenance: Mapping[str, Any], store: EnsembleStore
+    integrator: Integrator, state: AnyState, run: RunRecord, provenance: Mapping[str, Any], store: EnsembleStore
 ) -> Trajectory | xarray.Dataset:
     """Return the motion in a store, which is read on access; the dataset of a store without whole states."""
     system, sizes = integrator.problem.system, integrator.variables.sizes

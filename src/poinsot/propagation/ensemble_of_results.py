@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from poinsot.display.progress import Progress
 from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, common_members
 from poinsot.propagation.chunk_plan import Chunking, Plan, plan_of
@@ -107,7 +107,7 @@ class Analysis(NamedTuple):
 
     function: Callable[..., Any]
     system: System
-    state: State
+    state: AnyState
     times: NDArray[np.float64]
     settings: Mapping[str, Any]
     varied: Mapping[str, Any] = MappingProxyType({})

@@ -16,7 +16,7 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.lazy import cached_property
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import AnyState, Phase, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.selection import Chosen
 
@@ -62,7 +62,7 @@ class EventRecord(Summarized):
     event: Event
     system: System
     times: Array
-    states: State
+    states: AnyState
     directions: Integers
     members: Integers
 
@@ -92,8 +92,8 @@ class EventRecord(Summarized):
     @property
     def omega_body(self) -> Array:
         """Inertial angular velocity at the events along the body axes, shape (k, 3)."""
-        numbers = (number[self.members] if number.ndim else number for number in self.system.numbers)
-        return np.asarray(self.system.with_numbers(numbers).omega_body(self.states))
+        numbers = (number[self.members] if number.ndim else number for number in self.system.dynamics.numbers)
+        return np.asarray(self.system.dynamics.with_numbers(numbers).omega_body(self.states))
 
 
 class EventRecords:

@@ -18,7 +18,7 @@ from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, OneMotion, Sink
 from poinsot.integration.run import Run
 from poinsot.integration.state_vector import StateVector
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.state import AnyState, Phase
 from poinsot.mechanics.system import System
 from poinsot.propagation.columns import ORBIT_VARIABLES
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords, crossings
@@ -102,7 +102,7 @@ class Integrator:
         if self.device == "cuda":
             check_device(self.problem, self.variables, members, self.precision)
 
-    def run(self, state: State, times: NDArray[np.float64], sink: Sink) -> Report:
+    def run(self, state: AnyState, times: NDArray[np.float64], sink: Sink) -> Report:
         """Integrate from a state outwards to all the times, which are monotonic; on Ctrl-C finished rows remain.
 
         A state with one time belongs to one body, a state with an array of times to an ensemble.
@@ -122,7 +122,7 @@ class Integrator:
             dense=self.dense,
         ).integrate()
 
-    def motion(self, state: State, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
+    def motion(self, state: AnyState, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
         """Return the motion from a state, or that of the members from theirs, and what is known about the run."""
         members = state.time.shape
         if members:
@@ -132,7 +132,7 @@ class Integrator:
         report = self.run(state, times, kept)
         return self.trajectory(state, kept, report, times), report
 
-    def trajectory(self, state: State, kept: SinkRows, report: Report, times: NDArray[np.float64]) -> Trajectory:
+    def trajectory(self, state: AnyState, kept: SinkRows, report: Report, times: NDArray[np.float64]) -> Trajectory:
         """Return the motion from the rows of a sink."""
         problem, variables, many, events = self.problem, self.variables, bool(state.time.ndim), NO_EVENTS
         method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR

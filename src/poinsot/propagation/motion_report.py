@@ -68,7 +68,7 @@ def shown_members(reader: ColumnReader) -> list[int]:
 
 def sketches(reader: ColumnReader, members: Sequence[int]) -> str:
     """Return small plots of some members of an ensemble, or of one motion and its errors."""
-    unit, several = reader.system.units["time"], len(reader.system.body_names) > 1
+    unit, several = reader.system.units["time"], len(reader.system.of_bodies) > 1
     distance = np.linalg.norm(reader.read(["position"])["position"], axis=-1) if several else np.zeros(0)
     if members:
         name = "distance" if several else "rate"

@@ -13,7 +13,7 @@ from poinsot.integration import equations
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import (
     broadcast_members,
@@ -40,7 +40,7 @@ __all__ = ["propagate"]
 @checked
 def propagate(
     system: System,
-    state: State,
+    state: AnyState,
     times: Times,
     *,
     events: Sequence[Event] = (),
@@ -63,7 +63,7 @@ def propagate(
     ----------
     system : System
         Body with forces and parts.
-    state : State
+    state : State or PairState
         Initial state. Its time need not be one of `times`.
     times : array (n,)
         Times of the results, strictly increasing or strictly decreasing; dates if an orbit has a calendar.

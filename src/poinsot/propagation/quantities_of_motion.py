@@ -51,7 +51,7 @@ class QuantitiesOfMotion(Summarized):
         """Return the state at a time."""
 
     def __dir__(self) -> list[str]:
-        absent = pairs.OF_ONE_BODY if len(self.system.body_names) > 1 else pairs.OF_TWO_BODIES
+        absent = pairs.OF_ONE_BODY if len(self.system.of_bodies) > 1 else pairs.OF_TWO_BODIES
         alone = {"forces_space"} if self._pair is None else set()
         return [name for name in super().__dir__() if name not in absent | alone]
 

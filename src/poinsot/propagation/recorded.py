@@ -12,12 +12,13 @@ from typing_extensions import override
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.part import Jump
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import printable
@@ -83,20 +84,11 @@ class RecordedSystem(Immutable):
     ) -> None:
         self.parts = parts
         self.body, self.integrals, self.not_rerunnable, self._text = body, integrals, reason, text
-        self._free = System(body, units=units)  # type: ignore[arg-type]
-        self.units, self.rigid_bodies, self.body_names = (
-            self._free.units,
-            self._free.rigid_bodies,
-            self._free.body_names,
-        )
+        self._free = System(body, units=units)
+        self.units, self.of_bodies = self._free.units, self._free.of_bodies
 
     def __repr__(self) -> str:
         return printable(self._text, kept="\n")
-
-    @property
-    def pair(self) -> Body | TwoBodies:
-        """The two bodies of a motion of two."""
-        return self.body
 
     _member_axes: ClassVar[Mapping[str, int]] = {"body": 0, "parts": 0}
 
@@ -109,32 +101,37 @@ class RecordedSystem(Immutable):
         return tuple(part for part in self.parts if part.jump is not None)
 
     @property
+    def dynamics(self) -> RecordedSystem:
+        """The system itself, whose equations of motion are unknown."""
+        return self
+
+    @property
     def numbers(self) -> tuple[Array, ...]:
         """The numbers of the body."""
-        return tuple(self._free.numbers)
+        return self._free.dynamics.numbers
 
-    def with_numbers(self, numbers: Iterable[Array]) -> System:
+    def with_numbers(self, numbers: Iterable[Array]) -> AnyDynamics:
         """Return the body without forces, with the given numbers."""
         self._refuse_parts("omega_body")
-        return self._free.with_numbers(numbers)
+        return self._free.dynamics.with_numbers(numbers)
 
-    def omega_body(self, state: State) -> Array:
+    def omega_body(self, state: AnyState) -> Array:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""
         self._refuse_parts("omega_body")
         return np.asarray(self._free.omega_body(state))
 
-    def kinetic_energy(self, state: State) -> Array:
+    def kinetic_energy(self, state: AnyState) -> Array:
         """Return the kinetic energy of a state; shape (...)."""
         self._refuse_parts("kinetic_energy")
         return np.asarray(self._free.kinetic_energy(state))
 
-    def validity(self, *_: State | Environment) -> dict[str, NDArray[np.bool_]]:
+    def validity(self, *_: AnyState | Environment) -> dict[str, NDArray[np.bool_]]:
         """Return an empty dictionary: the formulas, with ranges of validity and limits, are unknown."""
         return {}
 
     limits = validity
 
-    def torques_body(self, *_: State | Environment | str) -> dict[str, Array]:
+    def torques_body(self, *_: AnyState | Environment | str) -> dict[str, Array]:
         """Return an empty dictionary: the formulas of the forces are unknown."""
         return {}
 
@@ -181,7 +178,7 @@ FORMULAS_MISSING = "must have its forces to be computed, got none in the file. T
 def recorded_integral(name: str, attributes: Mapping[str, object]) -> Integral:
     """Return an integral of which a file contains the values along a motion."""
 
-    def unknown(_: State) -> NoReturn:
+    def unknown(_: AnyState) -> NoReturn:
         raise ValueError(f"{name} {FORMULAS_MISSING}")
 
     symbol, meaning = str(attributes.get("symbol", name)), str(attributes.get("long_name", name))

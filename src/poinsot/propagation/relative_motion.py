@@ -16,7 +16,7 @@ from poinsot.errors import level_of_user
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, roll_pitch_yaw
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -75,16 +75,16 @@ def relative_motion(times: Array, quaternion: Array, omega_body: Array, frame: F
     return RelativeMotion(times, relative, omega_body - frame_omega)
 
 
-def euler_angles(q: Array, state: State, sequence: str) -> tuple[Array, Array]:
+def euler_angles(q: Array, state: AnyState, sequence: str) -> tuple[Array, Array]:
     """Return Euler angles of states and their momenta, NaN at singular attitudes, with one warning."""
     sine = euler.sine_of_attitudes(q, sequence)
     if sentence := euler.singularity(sine, sequence, q):
         warnings.warn(sentence, stacklevel=level_of_user())
     regular = sine >= euler.SINGULAR_SINE
     if np.all(regular):
-        return state.euler(sequence)
+        return state.of_bodies[""].euler(sequence)
     angles, momenta = np.full((2, *q.shape[:-1], 3), np.nan)
     angles[regular] = euler.angles_from_quaternion(q[regular], sequence)
-    g = state.angular_momentum_body
+    g = state.of_bodies[""].angular_momentum_body
     momenta[regular] = euler.momenta_from_angular_momentum(angles[regular], g[regular], sequence)
     return angles, momenta

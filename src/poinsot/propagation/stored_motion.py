@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.state import RIGID, Phase, State, state_of
+from poinsot.mechanics.state import RIGID, AnyState, Phase, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import described
 from poinsot.propagation.columns import ORBIT_VARIABLES, RENAMED
@@ -45,7 +45,7 @@ __all__ = [
 
 
 def motion_in(
-    store: EnsembleStore, system: System, initial: State, run: RunRecord, events: EventRecords = NO_EVENTS
+    store: EnsembleStore, system: System, initial: AnyState, run: RunRecord, events: EventRecords = NO_EVENTS
 ) -> Trajectory | None:
     """Return the motion of a system; None if the store does not contain the state variables."""
     phase = phase_in(store)

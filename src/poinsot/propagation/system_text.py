@@ -116,7 +116,7 @@ def _texts_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the texts of scenario and shape, or why there is none, and the arrays that they name."""
     known = {key: motion.provenance[key] for key in OF_SCENARIOS if motion.provenance.get(key) is not None}
     shapes: dict[str, Any] = {}
-    for body, one in zip(motion.initial.of_bodies, motion.system.rigid_bodies, strict=True):
+    for body, one in zip(motion.initial.of_bodies, motion.system.of_bodies.values(), strict=True):
         name = named(body, "shape")
         if shape := shape_of(one, name):
             known[name] = shape.text

@@ -18,7 +18,7 @@ from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.part import jumps_at
-from poinsot.mechanics.state import Phase, State, changed, state_of
+from poinsot.mechanics.state import AnyState, Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import described
 from poinsot.propagation import motion_report
@@ -79,7 +79,7 @@ class Trajectory(QuantitiesOfMotion):
     """
 
     system: System
-    initial: State
+    initial: AnyState
     times: Array
     run: RunRecord
     failures: dict[int, str]
@@ -92,7 +92,7 @@ class Trajectory(QuantitiesOfMotion):
     def __init__(
         self,
         system: System,
-        initial: State,
+        initial: AnyState,
         times: Array,
         rows: RowSource,
         run: RunRecord,
@@ -163,7 +163,7 @@ class Trajectory(QuantitiesOfMotion):
     @property
     def of_bodies(self) -> dict[str, Trajectory]:
         """Motions of the single bodies by name: {"": motion} for one body, else `primary` and `secondary`."""
-        names = self.system.body_names
+        names = self.system.of_bodies
         return {"": self} if len(names) == 1 else {name: self._of_body(name) for name in names}
 
     @property
@@ -255,7 +255,7 @@ class Trajectory(QuantitiesOfMotion):
         if isinstance(at, int):
             phase = changed(self.phase, lambda x: rows_of(x, members, at))
             t = np.full(next(iter(phase.values())).shape[:-1], self.times[at])
-            return state_of(phase, t, jumps_at(self.system.jumping, t, EVERY if members is None else members))
+            return state_of(phase, t, jumps_at(self.system.dynamics.jumping, t, EVERY if members is None else members))  # type: ignore[return-value]
         if np.any(np.diff(at) <= 0):
             raise ValueError("time must have the order of the times of the motion, got places in another order.")
         return self._selected(members, at)

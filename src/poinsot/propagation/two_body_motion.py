@@ -7,8 +7,11 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.mechanics.dynamics import AnyDynamics
+from poinsot.mechanics.each_body import no_attribute
 from poinsot.mechanics.environment import Environment
-from poinsot.mechanics.state import State, refused
+from poinsot.mechanics.pair_dynamics import acceleration as relative_acceleration
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.elements import OsculatingElements, osculating_elements
@@ -47,14 +50,14 @@ def two_bodies(system: System) -> TwoBodies:
 
 def refuse_one_body(system: System, name: str) -> None:
     """Raise an AttributeError for a quantity of two bodies, read from the motion of one."""
-    if len(system.body_names) == 1:
+    if len(system.of_bodies) == 1:
         raise AttributeError(f"a motion of one body has no {name}: it belongs to a motion of two bodies.")
 
 
 def refuse_two_bodies(system: System, name: str) -> None:
     """Raise an AttributeError for a quantity of one body, read from the motion of two."""
-    if len(system.body_names) > 1:
-        raise AttributeError(refused(name))
+    if len(system.of_bodies) > 1:
+        raise AttributeError(no_attribute("a motion", name))
 
 
 def elements_of_orbit(system: System, position: Array, velocity: Array) -> OsculatingElements:
@@ -63,12 +66,13 @@ def elements_of_orbit(system: System, position: Array, velocity: Array) -> Oscul
     return osculating_elements(mu, position=position, velocity=velocity)
 
 
-def acceleration(system: System, state: State, environment: Environment | None = None) -> Array:
+def acceleration(system: System, state: AnyState, environment: Environment | None = None) -> Array:
     """Return the acceleration of the secondary relative to the primary, space axes; shape (..., 3)."""
-    return np.asarray(system.acceleration(state, environment))  # type: ignore[attr-defined]
+    dynamics: AnyDynamics = system.dynamics
+    return relative_acceleration(dynamics, state, environment)
 
 
-def moving(system: System, state: State) -> tuple[Array, Array, Array]:
+def moving(system: System, state: AnyState) -> tuple[Array, Array, Array]:
     """Return position, velocity and acceleration of the secondary relative to the primary at a state."""
     position, momentum = state.phase["orbit"][..., :3], state.phase["orbit"][..., 3:]
     return position, momentum / np.asarray(two_bodies(system).reduced_mass), acceleration(system, state)

@@ -21,7 +21,7 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import (
@@ -109,7 +109,7 @@ class VariationalRun:
     ----------
     problem : Problem
         System without events.
-    state : State
+    state : AnyState
         Initial states; one body has a member axis of length one.
     times : array (n,)
         Times of the results.
@@ -124,7 +124,7 @@ class VariationalRun:
     """
 
     problem: Problem
-    state: State
+    state: AnyState
     times: Array
     settings: RunSettings
     chart: StateVector
@@ -140,7 +140,7 @@ class VariationalRun:
     def of(
         cls,
         system: System,
-        state: State,
+        state: AnyState,
         times: ArrayLike,
         settings: RunSettings,
         derivatives: Derivatives = NO_DERIVATIVES,
@@ -200,7 +200,7 @@ class VariationalRun:
         vectors: Array,
         times: Array,
         sink: Sink,
-        state: State | None = None,
+        state: AnyState | None = None,
         ways: tuple[bool, ...] = BOTH_WAYS,
     ) -> Report:
         """Integrate to times with initial tangent vectors of shape (..., count, k); by default from the run's state."""
@@ -229,7 +229,7 @@ class VariationalRun:
         The unit of other variables is a power of two, about ten times their size.
         """
         members = self.state.time.shape
-        largest = [np.asarray(np.max(body.moments, axis=-1)) for body in self.system.rigid_bodies]
+        largest = [np.asarray(np.max(body.moments, axis=-1)) for body in self.system.of_bodies.values()]
         given = largest[0] * rates if momentum_unit is None else member_array("momentum_unit", momentum_unit, ())
         refuse_nonpositive("momentum_unit", given)
         refuse_other_members(momentum_unit=given.shape, state=members)

@@ -357,7 +357,7 @@ WRONG = {
     "guess": (
         lambda: periodic_motion(pt.System(BODY), IDENTITY, 1.0),
         TypeError,
-        r"guess must be a State, got tuple\. The order is .*",
+        r"guess must be a State or a PairState, got tuple\. The order is .*",
     ),
     "members": (
         lambda: periodic_motion(MEMBERS, FREE, 1.0),

@@ -30,7 +30,7 @@ def gravity(pair, force, separation=SEPARATION, attitudes=ATTITUDES):
     """Potential energy, force on the secondary and both torques, these in space."""
     system: Any = pt.System(pair, force)
     state = pair.state(separation, np.zeros(3), attitudes, omega_body=np.zeros((2, 3)))
-    load = system.load_at(system.at(state))
+    load = system.dynamics.load_at(system.at(state))
     pull, *torques = (np.array(list(v), dtype=float) for v in (load.force, *load.torques))
     return system.potential_energy(state), pull, *(a.apply(t) for a, t in zip(attitudes, torques, strict=True))
 
@@ -129,7 +129,7 @@ def test_an_ensemble_over_a_coefficient():
         alone = MutualHarmonics(pt.GravityField(4, first.mass, first.radius, row, first.S), second, 4)
         assert energy == pytest.approx(gravity(pair, alone)[0], rel=1e-14, abs=0)
     assert np.ptp(found) > 1e-3
-    assert system.structure == pt.System(pair, MutualHarmonics(first, second, 4)).structure
+    assert system.dynamics.structure == pt.System(pair, MutualHarmonics(first, second, 4)).dynamics.structure
 
 
 # ---------------------------------------------------------------------- where it need not hold
@@ -191,7 +191,7 @@ def test_the_truncation_of_two_degrees_is_that_of_their_terms():
         system: Any = pt.System(pair, force)
         still = np.zeros((2, 3))
         states = pair.state((distance, 0, 0), np.zeros(3), attitudes, omega_body=still)
-        pulls.append(np.stack(list(system.load_at(system.at(states)).force)))
+        pulls.append(np.stack(list(system.dynamics.load_at(system.at(states)).force)))
     terms = np.sqrt(np.mean(np.sum((pulls[0] - pulls[1]) ** 2, axis=0)))
     point = 1.3 * np.prod(pair.masses) / distance**2
     estimate = four.truncation(pt.System(pair, four).at(states))[0]

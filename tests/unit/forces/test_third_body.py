@@ -68,7 +68,7 @@ def test_forces_and_torques_are_those_on_points_of_mass(distance, size):
     system: Any = pt.System(pair, pt.forces.ThirdBody(orbit))
     separation = np.array([900.0, -300.0, 450.0])
     start = pair.state(separation, (0, 0, 0), list(TURNS), omega_body=[(0, 0, 0)] * 2)
-    load = system.load_at(system.at(start))
+    load = system.dynamics.load_at(system.at(start))
     with mpmath.workdps(60):
         exact = newtons_law(orbit.position, separation, size)
     for found, vector, bound in zip((load.force, *load.torques), exact, bounds, strict=True):

@@ -20,7 +20,7 @@ def test_energy_goes_at_the_rate_of_the_formula_and_no_angular_momentum(kind, bo
     force = tide if kind == "tide" else pt.forces.LibrationDamping(body, 0.02)
     system: Any = pt.System(PAIR, force)
     assert [integral.symbol for integral in system.integrals] == ["G1", "G2", "G3"]
-    load = system.load_at(system.at(START))
+    load = system.dynamics.load_at(system.at(START))
     number = ["primary", "secondary"].index(body)
     r, v = START.position, START.momentum * 3.5 / 1.5
     turn = (START.primary, START.secondary)[number].attitude

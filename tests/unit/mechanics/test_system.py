@@ -119,8 +119,8 @@ def test_a_second_diagnostic_makes_no_records(satellite, start, monkeypatch):
 def test_structure_holds_no_number(body):
     one = pt.System(body, pt.UniformGravity(0.5, (1, 0, 0)))
     other = pt.System(pt.Body((1, 2, 2.5)), pt.UniformGravity(1.5, (0, 2, 0)))
-    assert one.structure == other.structure
-    assert hash(one.structure) == hash(other.structure)
+    assert one.dynamics.structure == other.dynamics.structure
+    assert hash(one.dynamics.structure) == hash(other.dynamics.structure)
 
 
 def test_structure_tells_forces_and_integers_apart(body):
@@ -135,17 +135,17 @@ def test_structure_tells_forces_and_integers_apart(body):
         pt.System(body, pt.GravityGradient(pt.KeplerOrbit(1, semimajor_axis=1, eccentricity=0))),
         pt.System(pt.Body.from_inertia([[2, 0.1, 0], [0.1, 2, 0], [0, 0, 2]])),
     ]
-    assert len({system.structure for system in systems}) == len(systems)
+    assert len({system.dynamics.structure for system in systems}) == len(systems)
 
 
 def test_numbers_are_in_the_order_of_declaration(body):
     system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.forces.LinearDamping(0.1))
-    assert [float(x) for x in system.numbers] == [1.25, 1.0, 0.75, 0.5, 1, 2, 3, 0.1]
+    assert [float(x) for x in system.dynamics.numbers] == [1.25, 1.0, 0.75, 0.5, 1, 2, 3, 0.1]
 
 
 def test_with_numbers_puts_each_scalar_in_its_place(body):
     system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.forces.LinearDamping(0.1))
-    twin: Any = system.with_numbers(iter(range(100, 108)))
+    twin: Any = system.dynamics.with_numbers(iter(range(100, 108)))
     assert list(twin.body.moments) == [100, 101, 102]
     assert twin.forces[0].weight == 103
     assert list(twin.forces[0].center_of_mass) == [104, 105, 106]
@@ -153,7 +153,7 @@ def test_with_numbers_puts_each_scalar_in_its_place(body):
 
 
 def test_with_its_own_numbers_a_system_is_the_same(satellite, start):
-    twin = satellite.with_numbers(satellite.numbers)
+    twin = formulas.twin(satellite, satellite.dynamics.numbers)
     q = functions.Vector(start.quaternion)
     assert formulas.potential(twin, q, 0.7) == pytest.approx(
         satellite.potential_energy(pt.State(start.quaternion, start.conjugate_momenta, 0.7)), rel=1e-14, abs=0
@@ -161,7 +161,7 @@ def test_with_its_own_numbers_a_system_is_the_same(satellite, start):
 
 
 def test_with_numbers_fills_tables_row_by_row(body):
-    twin: Any = pt.System(body, Table(np.zeros((3, 3)))).with_numbers(itertools.count())
+    twin: Any = pt.System(body, Table(np.zeros((3, 3)))).dynamics.with_numbers(itertools.count())
     assert twin.forces[0].coefficients.tolist() == [[3, 4, 5], [6, 7, 8], [9, 10, 11]]
 
 
@@ -264,7 +264,7 @@ def test_a_question_about_a_structure_is_asked_once():
         return len(asked)
 
     systems = [pt.System(pt.Body(moments), Push(2.0)) for moments in ((1.0, 1.6, 2.5), (1.0, 1.2, 1.4))]
-    assert [system.known(question) for system in systems] == [1, 1]
-    assert pickle.loads(pickle.dumps(systems[0])).known(question) == 1
-    assert pt.System(systems[0].body, Push(2.0), Push(3.0)).known(question) == 2
+    assert [system.dynamics.known(question) for system in systems] == [1, 1]
+    assert pickle.loads(pickle.dumps(systems[0])).dynamics.known(question) == 1
+    assert pt.System(systems[0].body, Push(2.0), Push(3.0)).dynamics.known(question) == 2
     assert len(asked) == 2

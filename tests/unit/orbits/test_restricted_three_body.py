@@ -270,7 +270,7 @@ SIZES = {"first path shared": 12, "second path shared": 12, "with a flyby": 7}
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_each_path_is_integrated_once_and_the_torques_are_those_along_it(name):
     system = pt.System(BODY, *SYSTEMS[name])
-    assert sum(block.size for block in system.blocks) == SIZES.get(name, 6)
+    assert sum(block.size for block in system.dynamics.blocks) == SIZES.get(name, 6)
     variables = equations.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double")
     assert variables.comoving == (name == "synodic")
     motion = pt.propagate(system, START, RUN, dense=True)

@@ -628,7 +628,7 @@ def test_drifts_of_two_bodies_are_those_of_each_and_of_the_whole():
 
 def test_the_difference_of_two_bodies_is_that_of_each():
     motion, other = pair_motion(dense=True), pair_motion(count=9)
-    turned: Any = pt.propagate(other.system, other.system.pair.kick(other.initial, (0.01, 0.0, 0.0)), other.times)
+    turned: Any = pt.propagate(other.system, other.system.body.kick(other.initial, (0.01, 0.0, 0.0)), other.times)
     panel = pt.plot.difference(motion, turned, angle_unit="rad")
     assert [text.get_text() for text in panel.get_legend().get_texts()] == ["primary", "secondary"]
     for drawn, one, two in zip(curves(panel), *(x.of_bodies.values() for x in (other, turned)), strict=True):

@@ -474,7 +474,7 @@ def test_two_bodies_are_drawn_to_scale(shape):
     """The homogeneous ellipsoid has the moments and the mass; a shape fills its radius."""
     motion = pair_motion(shape)
     data = content(motion)
-    for (name, body), mass in zip(motion.system.pair.bodies.items(), (50.0, 2.0), strict=True):
+    for (name, body), mass in zip(motion.system.body.bodies.items(), (50.0, 2.0), strict=True):
         drawn = data["bodies"][name]
         own = pt.Body.from_ellipsoid(mass, drawn["semiaxes"])
         turn = Rotation.from_quat(drawn["principal"], scalar_first=True).as_matrix()

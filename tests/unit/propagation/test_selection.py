@@ -41,9 +41,9 @@ def test_a_member_of_two_bodies_has_its_own_numbers(motion):
     for i, mass in enumerate(MASSES):
         one = motion.member(i)
         assert one.system.members == ()
-        assert one.system.pair.secondary.mass == mass
-        assert one.system.pair.primary.mass == 3.0
-        assert one.system.pair.masses.tolist() == [3.0, mass]
+        assert one.system.body.secondary.mass == mass
+        assert one.system.body.primary.mass == 3.0
+        assert one.system.body.masses.tolist() == [3.0, mass]
         assert coefficient(one) == 1e-3 * i
         assert np.array_equal(one.initial.secondary.angular_momentum_body, START.secondary.angular_momentum_body[i])
         for name in ("position", "momentum", "velocity", "kinetic_energy", "potential_energy"):
@@ -54,8 +54,8 @@ def test_a_member_of_two_bodies_has_its_own_numbers(motion):
 
 def test_some_members_and_times_of_two_bodies(motion):
     few = motion.isel(member=[3, 1], time=slice(1, 4))
-    assert few.system.pair.secondary.mass.tolist() == [0.55, 0.45]
-    assert few.system.pair.masses.tolist() == [[3.0, 0.55], [3.0, 0.45]]
+    assert few.system.body.secondary.mass.tolist() == [0.55, 0.45]
+    assert few.system.body.masses.tolist() == [[3.0, 0.55], [3.0, 0.45]]
     assert coefficient(few).tolist() == [3e-3, 1e-3]
     assert np.array_equal(few.position, motion.position[[3, 1], 1:4])
     assert np.array_equal(few.secondary.omega_body, motion.secondary.omega_body[[3, 1], 1:4])

@@ -203,7 +203,7 @@ def test_the_unit_of_a_condition_costs_no_digit(unit):
 def test_what_a_thruster_changes_is_no_integral(on):
     thrusted = pt.System(BODY, Thruster((0.1, 0.2, 0.5), on, 1.01 * np.asarray(on)))
     assert thrusted.integrals == ()
-    assert np.all(momentum_scale(thrusted, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0))) != 1.0)
+    assert np.all(momentum_scale(thrusted.dynamics, BODY.state((1, 0, 0, 0), omega_body=(0, 0, 0))) != 1.0)
 
 
 def test_a_potential_that_is_switched_on_has_no_energy_to_keep():

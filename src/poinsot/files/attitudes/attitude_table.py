@@ -134,7 +134,7 @@ class AttitudeTable(Summarized):
         if system.members:
             raise ValueError(f"system must be of one body, got {system.members[0]} members.")
         (times, unit), q = self._times_of(system), self.quaternion
-        phase = {"quaternion": q, "angular_momentum_body": system.body.angular_momentum(unit * self._rates())}
+        phase = {"quaternion": q, "angular_momentum_body": system.of_bodies[""].angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
         run = RunRecord(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
         motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, MemoryRows(phase), run)

@@ -25,9 +25,8 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar, holds_dates
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, from_roll_pitch_yaw
-from poinsot.mechanics.pair_system import PairSystem
-from poinsot.mechanics.state import PairState, State
-from poinsot.mechanics.system import System
+from poinsot.mechanics.state import AnyState, PairState, State
+from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import nearest, quoted
@@ -278,27 +277,27 @@ class Parts:
 
     # ------------------------------------------------------------------ the state
 
-    def state(self, system: System) -> State:
+    def state(self, system: System) -> AnyState:
         """Return the state from which the motion starts."""
         state, place = self._state(system), ("state",)
         self._errors.called(place, system.at, state)
         return state
 
-    def _state(self, system: System) -> State:
+    def _state(self, system: System) -> AnyState:
         table, place = self.values["state"], ("state",)
         time = self._time(table.get("time", 0.0), ("state", "time"))
-        if isinstance(system, PairSystem):
+        if is_of_two_bodies(system):
             return self._state_of_two(system, table, time)
         for name in table.keys() & OF_TWO:
             raise self._errors.at((*place, name), "must be given for two bodies only, got one body.")
-        own = self._errors.called((*place, "own"), system.given_parts, **table.get("own", {}))
+        own = self._errors.called((*place, "own"), system.dynamics.given_parts, **table.get("own", {}))
         frame = self._frame(table["frame"]) if "frame" in table else None
         return self._rotation(system, place, time, frame, own)
 
-    def _state_of_two(self, system: PairSystem, table: dict[str, Any], time: Any) -> State:
+    def _state_of_two(self, system: System[TwoBodies], table: dict[str, Any], time: Any) -> AnyState:
         """Return the state of two bodies: one of `STARTS`, or their orbit and the rotation of each."""
-        start, pair, called = next((name for name in STARTS if name in table), None), system.pair, self._errors.called
-        state: State
+        start, pair, called = next((name for name in STARTS if name in table), None), system.body, self._errors.called
+        state: AnyState
         if start:
             self._only(("state",), (start, "time", "kick"), start)
             state = called(("state", start), getattr(pair, start), **table[start], time=time)
@@ -308,7 +307,7 @@ class Parts:
             state = called(("state", "kick"), pair.kick, state, **table["kick"])
         return state
 
-    def _started(self, pair: TwoBodies, table: dict[str, Any], time: Any) -> State:
+    def _started(self, pair: TwoBodies, table: dict[str, Any], time: Any) -> AnyState:
         """Return the state with an orbit by position and velocity or by elements, and with two rotations."""
         of_orbit = ("elements",) if "elements" in table else ORBIT
         self._only(("state",), (*of_orbit, *BODIES, "time", "frame", "kick"), of_orbit[0])
@@ -323,7 +322,7 @@ class Parts:
             there = self._errors.called(("state",), _moving, pair, **place, time=time)
         frame = self._frame(table["frame"], there, pair) if "frame" in table else None
         each = {name: self._rotation(body, ("state", name), time, frame) for name, body in pair.bodies.items()}
-        state: State = self._errors.called(("state",), PairState, there.position, there.momentum, **each)
+        state: PairState = self._errors.called(("state",), PairState, there.position, there.momentum, **each)
         return state
 
     def _rotation(
@@ -423,7 +422,7 @@ class Parts:
             raise self._errors.at(place, f"must be a number where there is no calendar, got {short(value)}.")
         return self._errors.called(place[:-1], calendar.time, value)
 
-    def times(self, system: System, state: State) -> Array:
+    def times(self, system: System, state: AnyState) -> Array:
         """Return the times at which the motion is wanted."""
         table, calendar = self.values["times"], system.calendar
         named = [name for name in ("start", "stop", "step", "periods", "values") if name in table]
@@ -475,7 +474,7 @@ class Parts:
         """Return how to compute, by the names of the arguments of `propagate`."""
         run = dict(self.values.get("run", {}))
         if run.get("method") == "closed form":
-            if system.forces or isinstance(system, PairSystem):
+            if system.forces or is_of_two_bodies(system):
                 beside = "beside forces" if system.forces else "for two bodies"
                 raise self._errors.at(("run", "method"), f"must be integration {beside}, got 'closed form'.")
             self._only(("run",), ("method",), "the closed form")

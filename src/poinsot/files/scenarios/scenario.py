@@ -16,7 +16,7 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded, told, told_times
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.state import State
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.chunk_plan import Chunking
@@ -40,7 +40,7 @@ class Scenario(Summarized):
         Name of the file.
     system : System
         Body with forces and parts.
-    state : State
+    state : State or PairState
         Initial state.
     times : array (n,)
         Times of the results.
@@ -59,7 +59,7 @@ class Scenario(Summarized):
 
     name: str
     system: System
-    state: State
+    state: AnyState
     times: Array
     run: Mapping[str, Any] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
@@ -92,7 +92,9 @@ class Scenario(Summarized):
             chunking = {**chunking, "provenance": self.provenance}
         try:
             if self.run.get("method") == "closed form":
-                motion = free_motion(self.system.body, self.state, self.times, units=self.system.units, **chunking)
+                motion = free_motion(
+                    self.system.of_bodies[""], self.state.of_bodies[""], self.times, units=self.system.units, **chunking
+                )
             else:
                 options |= {"threads": threads, "progress": progress}
                 motion = propagate(self.system, self.state, self.times, **options, **chunking)

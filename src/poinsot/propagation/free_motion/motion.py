@@ -21,7 +21,7 @@ from poinsot.integration.report import Report
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, common_members
 from poinsot.propagation.chunk_plan import Chunking, plan_of
@@ -118,14 +118,15 @@ class _ClosedForm(Integrator):
     """The closed form in the place of an integration."""
 
     @override
-    def motion(self, state: State, times: Array) -> tuple[Trajectory, Report]:
-        motion, done = free_motion(self.system.body, state, times, units=self.system.units), state.time.size
+    def motion(self, state: AnyState, times: Array) -> tuple[Trajectory, Report]:
+        body, start = self.system.of_bodies[""], state.of_bodies[""]
+        motion, done = free_motion(body, start, times, units=self.system.units), state.time.size
         if callable(self.progress):
             self.progress(done)
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
-    def trajectory(self, state: State, kept: SinkRows, report: Report, times: Array) -> Trajectory:
+    def trajectory(self, state: AnyState, kept: SinkRows, report: Report, times: Array) -> Trajectory:
         run = RunRecord(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
         return Trajectory(self.system, state, times, MemoryRows(kept.phase), run)
 

@@ -15,7 +15,7 @@ SPHERE = pt.Body((1.0, 1.0, 1.0), mass=3.0)
 TURNS = [np.array([0.8, 0.0, 0.6, 0.0]), np.array([0.5, 0.5, -0.5, 0.5])]
 SUN = pt.KeplerOrbit(1.0, semimajor_axis=100.0, eccentricity=0.1)
 SYSTEM = pt.System(PAIR, pt.forces.MutualGravity())
-START = PAIR.state((6.0, 1.0, 2.0), (-0.1, 0.6, 0.3), TURNS, omega_body=[(0.1, 0.2, 1.0), (0.0, 0.1, 0.4)])
+START: Any = PAIR.state((6.0, 1.0, 2.0), (-0.1, 0.6, 0.3), TURNS, omega_body=[(0.1, 0.2, 1.0), (0.0, 0.1, 0.4)])
 
 
 class Magnet(pt.Potential):
@@ -49,15 +49,15 @@ def test_a_state_keeps_what_it_was_given():
 
 def test_at_their_pace_spheres_are_held_on_a_circle():
     system: Any = pt.System(pt.TwoBodies(SPHERE, SPHERE, G=0.7), pt.forces.MutualGravity())
-    force, distance = system.load_at(system.at(START)).force, np.linalg.norm(START.position)
-    held = system.pair.reduced_mass * orbital_rate(system, START) ** 2 * distance
+    force, distance = system.dynamics.load_at(system.at(START)).force, np.linalg.norm(START.position)
+    held = system.body.reduced_mass * orbital_rate(system.dynamics, START) ** 2 * distance
     assert np.linalg.norm(list(force)) == pytest.approx(held, rel=1e-14, abs=0)
 
 
 def test_the_force_and_the_torques_are_slopes_of_the_energy():
     system: Any = pt.System(PAIR, pt.forces.MutualGravity())
     h = 1e-5
-    load = system.load_at(system.at(START))
+    load = system.dynamics.load_at(system.at(START))
 
     def energy(position=(0, 0, 0), turns=((0, 0, 0), (0, 0, 0))):
         unit = [np.array((1, *np.multiply(0.5, turn))) for turn in turns]
@@ -84,7 +84,7 @@ def test_a_force_on_one_of_two_bodies():
     magnet, field = Magnet((0.1, 0.0, 0.2), (0.0, 0.3, 0.0)), [np.zeros(3), np.zeros(3)]
     for number, body in enumerate(("primary", "secondary")):
         pair_load: Any = pt.System(PAIR, magnet.on(body))
-        load = pair_load.load_at(pair_load.at(START))
+        load = pair_load.dynamics.load_at(pair_load.at(START))
         alone = (FIRST, SECOND)[number]
         state = (START.primary, START.secondary)[number]
         field[number] = pt.System(alone, magnet).torque_body(state)
@@ -135,7 +135,7 @@ def test_ensembles_of_pairs_are_their_members():
         (lambda: pt.GravityGradient(SUN).on("primary"), r"GravityGradient must be for one body, .* ThirdBody\(orbit\)"),
         (lambda: pt.System(PAIR, Fast()), r"got a velocity or momentum. Write Fast as a PairLoad"),
         (lambda: pt.propagate(SYSTEM, START, [1.0], formulation="planar"), r"'planar' must be for one body, got two"),
-        (lambda: START.quaternion, r"no quaternion: take that of its `primary`"),
+        (lambda: START.quaternion, r"no quaternion\. Read primary\.quaternion or secondary\.quaternion"),
     ],
 )
 def test_what_is_refused(make, sentence):
