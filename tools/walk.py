@@ -26,7 +26,7 @@ import poinsot as pt
 
 __all__ = ["CASES", "walk"]
 
-CLASSES = {"System", "Problem", "Run"}
+CLASSES = {"System", "Dynamics", "Problem", "Run"}
 """Names of the classes of the package that are the system or the run. An instance of a subclass counts, too."""
 
 MAX_DEPTH = 4

@@ -104,7 +104,7 @@ class ColumnReader:
         found = {name: np.asarray(recorded[name]) for name in names if name in recorded}
         if not (left := {*names} - found.keys()):
             return found
-        columns = columns_of(self.system, recorded)
+        columns = self.table
         drifts = {name: each for name in columns if name in left and (each := columns[name].drift_of) is not None}
         wanted = left - drifts.keys() | {f"integral_{each.name}" for each in drifts.values()}
         wanted |= {"kinetic_energy", "potential_energy"} if drifts else set()

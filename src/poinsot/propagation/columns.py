@@ -230,8 +230,8 @@ def columns_of(system: System, recorded: Collection[str]) -> dict[str, Column]:
     recorded : collection of str
         Names of the columns that the motion contains. Others must be computable.
     """
-    every = {**columns_of_states(system), **_of_integrals(system)}
-    return {name: each for name, each in every.items() if name in recorded or _is_computable(each, system)}
+    every, unknown = {**columns_of_states(system), **_of_integrals(system)}, _unknown_formulas(system)
+    return {name: each for name, each in every.items() if name in recorded or _is_computable(each, unknown)}
 
 
 def _column(name: str, system: System) -> Column | None:
@@ -258,13 +258,15 @@ def names_with(requirement: Requirement) -> list[str]:
     return list(dict.fromkeys(column.name for column in each if requirement in column.requires))
 
 
-def _is_computable(column: Column, system: System) -> bool:
-    if column.compute is None and column.drift_of is None:
-        return False
-    if Requirement.FORCES in column.requires:
-        return system.dynamics.moves_alone
-    recorded_parts = any(isinstance(part, RecordedPart) for part in system.parts)
-    return not (Requirement.PARTS in column.requires and recorded_parts)
+def _is_computable(column: Column, unknown: frozenset[Requirement]) -> bool:
+    """Return True if a column follows from states, without formulas that are unknown."""
+    return (column.compute is not None or column.drift_of is not None) and not column.requires & unknown
+
+
+def _unknown_formulas(system: System) -> frozenset[Requirement]:
+    """Return the kinds of formulas that a system from a file, or one of two bodies, does not have."""
+    parts = any(isinstance(part, RecordedPart) for part in system.parts)
+    return (PARTS if parts else frozenset()) | (frozenset() if system.dynamics.moves_alone else FORCES)
 
 
 def _of_parts(system: System) -> dict[str, Column]:
@@ -361,7 +363,7 @@ class ColumnBlock:
 
     def _value(self, name: str) -> Array:
         column = _column(name, self.system)
-        if column is None or column.compute is None or not _is_computable(column, self.system):
+        if column is None or column.compute is None or not _is_computable(column, _unknown_formulas(self.system)):
             raise self._missing(name)
         return column.compute(self)
 
