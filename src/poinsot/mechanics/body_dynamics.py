@@ -72,9 +72,9 @@ class BodyDynamics(Dynamics[Body, Instant]):
     def state(
         self, place: Start, vectors: Vectors, time: ArrayLike, frame: Frame | str | None, own: Mapping[str, ArrayLike]
     ) -> State:
-        if len(place) > 1:
+        if len(place) != 1:
             raise TypeError(
-                f"state() of one body must have one argument without a name, the attitude, got {len(place)}."
+                f"state() of one body must have one argument without a name, the attitude, got {len(place) or 'none'}."
             )
         q, name, along = started(place[0], dict(vectors), time, frame)
         values = self.given_parts(**own)

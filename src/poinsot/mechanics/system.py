@@ -173,7 +173,7 @@ class System(Immutable, Generic[Bodies]):
     @checked
     def state(
         self,
-        attitude: Rotation | ArrayLike,
+        attitude: Rotation | ArrayLike | None = None,
         *of_pair: ArrayLike | Sequence[Rotation | ArrayLike],
         omega_body: ArrayLike | None = None,
         omega_space: ArrayLike | None = None,
@@ -191,8 +191,8 @@ class System(Immutable, Generic[Bodies]):
             Same as in `Body.state`: an attitude and exactly one of the four vectors. Momenta are the total momenta of
             body and parts.
         *of_pair
-            For two bodies, the first three arguments are the position, the velocity and the attitudes, and all
-            arguments are the same as in `TwoBodies.state`.
+            For two bodies, the first three arguments are `position`, `velocity` and `attitudes`, by place or by name,
+            and all arguments are the same as in `TwoBodies.state`.
         **own : array (k,) or (members, k)
             Variables of parts, each under the name of its part. Default: at rest relative to the body.
 
@@ -207,7 +207,8 @@ class System(Immutable, Generic[Bodies]):
             "angular_momentum_body": angular_momentum_body,
             "angular_momentum_space": angular_momentum_space,
         }
-        return self.dynamics.state((attitude, *of_pair), vectors, time, frame, own)  # type: ignore[return-value]
+        place = () if attitude is None else (attitude, *of_pair)
+        return self.dynamics.state(place, vectors, time, frame, own)  # type: ignore[return-value]
 
     def at(self, state: AnyState, environment: Environment | None = None) -> AnyInstant:
         """Return the instant of a state, the argument of formulas."""
