@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Unpack
 
 from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation_angle, unit_quaternion
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.state import State
-from poinsot.plot.curves import Layout, against_time, reached
+from poinsot.plot.curves import CurveOptions, SeparateCurveOptions, against_time, reached
 from poinsot.plot.labels import angle_unit_of, one_rotation
 from poinsot.plot.panels import Pair, plot
 from poinsot.propagation.trajectory import Trajectory
@@ -41,10 +42,7 @@ def attitude_error(
     *,
     axes: Pair = None,
     angle_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
+    **options: Unpack[SeparateCurveOptions],
 ) -> NDArray[Any]:
     """Draw the rotation from a reference to the attitude: its angle (left) and its rotation vector, body axes (right).
 
@@ -88,8 +86,8 @@ def attitude_error(
         },
     }
     past_half_a_turn = np.linalg.norm(np.diff(vector, axis=-2, prepend=vector[..., :1, :]), axis=-1) > np.pi
-    layout, [_, vectors] = Layout(axes, title, time_unit, window, separate), curves.values()
-    return against_time(drawn, curves, layout, breaks=dict.fromkeys(vectors, past_half_a_turn))
+    [_, vectors] = curves.values()
+    return against_time(drawn, curves, axes, breaks=dict.fromkeys(vectors, past_half_a_turn), **options)
 
 
 @plot
@@ -99,9 +97,7 @@ def difference(
     *,
     ax: Axes | None = None,
     angle_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    title: str = "",
+    **options: Unpack[CurveOptions],
 ) -> Axes:
     """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
 
@@ -136,8 +132,7 @@ def difference(
     angles = {body: _angle_between(first[body], each) for body, each in second.items()}
     unit = angle_unit_of(angle_unit, np.stack(list(angles.values())))
     curves = {f"difference of attitude{unit.label}": {body: unit.factor * each for body, each in angles.items()}}
-    layout = Layout(ax, title, time_unit, window)
-    panel: Axes = against_time(motion if alike else other, curves, layout, log=True)[0]
+    panel: Axes = against_time(motion if alike else other, curves, ax, log=True, **options)[0]
     return panel
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +17,7 @@ from poinsot.propagation.trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Layout", "against_time", "jumps", "reached"]
+__all__ = ["CurveOptions", "SeparateCurveOptions", "against_time", "jumps", "reached"]
 
 Array = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -52,25 +51,18 @@ ROOM = 0.02
 NONE: Mapping[str, Booleans] = {}
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Where curves are drawn, and which part of them.
+class CurveOptions(TypedDict, total=False):
+    """Options of all plots of curves against time."""
 
-    Attributes
-    ----------
-    axes : matplotlib Axes, or several, or None
-    title : str
-    time_unit : str, optional
-    window : pair of times, optional
-    separate : bool
-        Each curve in a part of its panel.
-    """
-
-    axes: Any
-    title: str
     time_unit: str | None
     window: ArrayLike | None
-    separate: bool = False
+    title: str
+
+
+class SeparateCurveOptions(CurveOptions, total=False):
+    """Options of plots whose curves may be drawn in separate parts of the panel."""
+
+    separate: bool
 
 
 def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
@@ -85,8 +77,12 @@ def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
 def against_time(
     motion: Trajectory,
     drawn: Mapping[str, Mapping[str, Array]],
-    layout: Layout,
+    given: Any = None,
     *,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
+    title: str = "",
     log: bool = False,
     breaks: Mapping[str, Booleans] = NONE,
     shaded: Mapping[str, Booleans] = NONE,
@@ -95,14 +91,14 @@ def against_time(
 
     By the names of curves: the samples at which they begin anew; by what is so: the times to shade.
     """
-    kept = _within(motion, layout.window)
-    axis = time_axis(motion, layout.time_unit, motion.times[kept])
+    kept = _within(motion, window)
+    axis = time_axis(motion, time_unit, motion.times[kept])
     times = axis.places(motion.times[kept])
-    axes = panels(layout.axes, len(drawn), SIZES[len(drawn)], layout.title)
+    axes = panels(given, len(drawn), SIZES[len(drawn)], title)
     for panel, (quantity, curves) in zip(axes, drawn.items(), strict=True):
-        parts = _divided(panel, len(curves)) if layout.separate and len(curves) > 1 else [panel] * len(curves)
+        parts = _divided(panel, len(curves)) if separate and len(curves) > 1 else [panel] * len(curves)
         before = len(panel.get_legend_handles_labels()[1])
-        covers = [0] * len(curves) if layout.separate else _covered(list(curves.values()), kept, log)
+        covers = [0] * len(curves) if separate else _covered(list(curves.values()), kept, log)
         for number, (part, (name, values), below) in enumerate(zip(parts, curves.items(), covers, strict=True), before):
             look = STYLES[(number // len(COLOURS) + below) % len(STYLES)]
             style = {"color": COLOURS[number % len(COLOURS)], "linestyle": look}
@@ -117,7 +113,7 @@ def against_time(
             _mark_events(part, motion, motion.times[kept], axis)
         axis.mark(panel)
         dress(panel, axis.label, quantity, legend_of=parts[0])
-    for panel in axes if layout.separate else ():
+    for panel in axes if separate else ():
         _move_label_away(panel)
     members = [values for curves in drawn.values() for values in curves.values() if values.ndim > 1]
     if members:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.checked import Function, checked
+from poinsot.checked import Function, checked, hint_of
 from poinsot.errors import array_of
 from poinsot.printable import described
 
@@ -45,6 +45,8 @@ OPTIONS = {
     "title": "title : str, optional\n    Title above the plot.",
 }
 """Descriptions of the options that several plots share."""
+DEFAULTS = {"separate": False, "title": ""}
+"""Defaults of options in groups; None for all others."""
 
 PAD = 28
 """Points between axes and their title: room for a legend."""
@@ -60,13 +62,38 @@ SAMPLE, CHARACTER = 0.4, 0.06
 
 
 def plot(function: Function) -> Function:
-    """Check the arguments of a public plot, and list its shared options in the docstring, at `{options}`."""
+    """Check the arguments of a public plot, and list its shared options in the docstring, at `{options}`.
+
+    The signature of the plot names each option of the group `**options: Unpack[...]`.
+    """
     checking: Any = checked(function)
-    options = [OPTIONS[name] for name in inspect.signature(function).parameters if name in OPTIONS]
-    if "3D" in str(inspect.signature(function).return_annotation):
+    signature = _expanded(function)
+    options = [OPTIONS[name] for name in signature.parameters if name in OPTIONS]
+    if "3D" in str(signature.return_annotation):
         options = [option.replace("Panel to draw in.", "3D panel to draw in.") for option in options]
     checking.__doc__ = inspect.cleandoc(function.__doc__ or "").replace("{options}", "\n".join(options))
+    checking.__signature__ = signature
     return checking  # type: ignore[no-any-return]
+
+
+def _expanded(function: Callable[..., Any]) -> inspect.Signature:
+    """Return the signature of a plot with the keywords of its group of options in the order of `OPTIONS`."""
+    signature = inspect.signature(function)
+    *named, last = signature.parameters.values()
+    if last.kind is not last.VAR_KEYWORD:
+        return signature
+    [group] = get_args(hint_of(last.annotation, function.__globals__))
+    keywords = [
+        inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=DEFAULTS.get(name),
+            annotation=group.__annotations__[name].__forward_arg__,
+        )
+        for name in OPTIONS
+        if name in group.__annotations__
+    ]
+    return signature.replace(parameters=[*named, *keywords])
 
 
 def one_panel(ax: Axes | None, size: tuple[float, float], title: str = "") -> Axes:
