@@ -29,11 +29,11 @@ Array = NDArray[np.float64]
 
 TURN = 2 * np.pi
 LOCKED = np.radians(5)
-"""From gimbal lock, within which the first and the third angle tell little."""
+"""Distance from gimbal lock, radians, within which the first and the third angle vary rapidly."""
 EDGE = 1e-6
 """Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
 BROKEN = 0.4
-"""Of a turn: by more an angle jumps from one sample to the next where it begins anew."""
+"""Fraction of a turn: a larger change between two samples interrupts the curve."""
 
 
 @plot

@@ -1,4 +1,4 @@
-"""The librations of one of two bodies against time."""
+"""Librations of one of two bodies against time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["librations"]
 
 BROKEN = 0.8 * np.pi
-"""By more an angle jumps from one sample to the next where it begins anew."""
+"""Angle, radians: a larger change between two samples interrupts the curve."""
 
 
 @plot

@@ -1,4 +1,4 @@
-"""What plots share: options, the axes of the user or of a new figure, and legends."""
+"""Options of plots, axes of the user or of a new figure, and legends."""
 
 from __future__ import annotations
 
@@ -49,16 +49,16 @@ DEFAULTS = {"separate": False, "title": ""}
 """Defaults of options in groups; None for all others."""
 
 PAD = 28
-"""Points between axes and their title: room for a legend."""
+"""Points between axes and their title, for a legend."""
 PLAIN = (-4, 5)
 """Powers of ten between which numbers on the axes are written without one."""
 POWER = 0.05
-"""Of the height of a panel: what the power of ten above it takes."""
+"""Height of the power of ten above a panel, as fraction of the height of the panel."""
 RIGHT_ANGLE, TICKS = 90.0, 5
 """Degrees, and ticks an inch."""
 MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
 SAMPLE, CHARACTER = 0.4, 0.06
-"""Inches of a legend: of a sample of a line, and of a letter."""
+"""Widths in a legend, inches: the sample of a line, and a letter."""
 
 
 def plot(function: Function) -> Function:
@@ -97,13 +97,13 @@ def _expanded(function: Callable[..., Any]) -> inspect.Signature:
 
 
 def one_panel(ax: Axes | None, size: tuple[float, float], title: str = "") -> Axes:
-    """Return the axes to draw in, those given or those of a new figure."""
+    """Return the given axes, or the axes of a new figure."""
     panel: Axes = panels(ax, 1, size, title)[0]
     return panel
 
 
 def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -> NDArray[Any]:
-    """Return axes side by side, those given (of one: itself) or those of a new figure; shape (count,)."""
+    """Return the given axes, or axes side by side in a new figure; shape (count,)."""
     if given is None:
         import matplotlib.pyplot as plt
 
@@ -134,7 +134,7 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
 
 
 def count_degrees(axis: Any, label: str) -> None:
-    """Put ticks at fractions of a right angle on an axis that has more than one, if its label says degrees."""
+    """Put ticks at fractions of a right angle on an axis that has more than one, if its unit is the degree."""
     from matplotlib.ticker import MaxNLocator
 
     if label.endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:

@@ -35,9 +35,9 @@ __all__ = [
 Array = NDArray[np.float64]
 
 FLOOR = 0.5 * np.finfo(float).eps
-"""The smallest value on the log axis of relative drifts: the rounding of a float."""
+"""Smallest value on the log axis of relative drifts: the unit roundoff of a float."""
 ROUNDING = 1e-12
-"""Part of its largest value below which a torque is rounding, which a log axis does not show."""
+"""Fraction of its largest value below which a torque is rounding error and is not drawn."""
 
 
 @plot
@@ -290,16 +290,16 @@ def drift(motion: Trajectory, *, ax: Axes | None = None, **options: Unpack[Curve
     return panel
 
 
-# ---------------------------------------------------------------------- what is drawn
+# ---------------------------------------------------------------------- quantities
 
 
 def _of(body: str) -> str:
-    """Return what is said of which body something is: nothing where there is but one."""
+    """Return the suffix that names a body, empty for a single body."""
     return body and f" of the {body}"
 
 
 def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
-    """Return what the integrals are called in a legend, of one body with their value at the start."""
+    """Return the names of the integrals in a legend; for a single motion with their initial values."""
     names, values = {}, motion.integrals
     for integral in motion.system.integrals:
         letter, index = integral.symbol[0], integral.symbol[1:]
@@ -318,7 +318,7 @@ def _named(pattern: str, values: Array, first: int) -> dict[str, Array]:
 
 
 def _signs(motion: Trajectory) -> Array:
-    """Return the signs that take the quaternions of members to the side of the median attitude; 1 of one motion."""
+    """Return the signs that map the quaternions of members to the hemisphere of the median; 1 for a single motion."""
     if not motion.is_ensemble:
         return np.ones(1)
     median = median_attitude(motion.quaternion)
