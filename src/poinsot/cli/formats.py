@@ -26,7 +26,7 @@ from poinsot.cli.terminal import (
     hand_over_json,
     listed_formats,
     opened,
-    tell,
+    report_path,
 )
 
 __all__ = ["convert", "info"]
@@ -36,7 +36,7 @@ Lines = list[str]
 
 @dataclass(frozen=True)
 class Contents:
-    """What is in a file.
+    """Contents of a file.
 
     Attributes
     ----------
@@ -57,12 +57,12 @@ class Contents:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What the lines say by name, in lists, and the facts for programs."""
+        """Texts of the lines by name, in lists, and the facts for programs."""
         title, *lines = self.lines
-        said: dict[str, Any] = {}
+        texts: dict[str, Any] = {}
         for name, _, text in (line.strip().partition(": ") for line in lines):
-            said.setdefault(name, []).append(text)
-        return {"kind": self.kind, "title": title, "said": said, **self.data}
+            texts.setdefault(name, []).append(text)
+        return {"kind": self.kind, "title": title, "said": texts, **self.data}
 
 
 def info(
@@ -107,7 +107,7 @@ def info(
 
 
 def _next_steps(kind: str, file: Path) -> tuple[tuple[str, str], ...]:
-    """Return what can be done with a file."""
+    """Return the commands that apply to a file."""
     if kind == "scenario":
         return ((opened("run", file), "propagates the scenario"),)
     if kind == "store":
@@ -165,7 +165,7 @@ def convert(
     check_new(target, overwrite)
     with busy(f"Writing {target}"):
         write(source, target, scenario=scenario, zero=zero, frame=frame, member=member, body=body, overwrite=overwrite)
-    tell(target)
+    report_path(target)
     advise((opened("info", target), "summarises the file"))
 
 
@@ -173,7 +173,7 @@ def convert(
 
 
 def _in_file(file: Path, member: int | None, time: float | None) -> Contents:
-    """Return what is in a file."""
+    """Return the contents of a file."""
     check_there(file)
     if file.suffix in RESULTS:
         return _of_result(file, member, time)
@@ -204,7 +204,7 @@ def _of_other(file: Path) -> Contents:
 
 
 def _kind_of(file: Path, head: bytes) -> str:
-    """Return what a file is by its first lines, or else the end of its name."""
+    """Return the kind of a file from its first lines, or else from its extension."""
     if message := re.search(rb"CCSDS_(APM|OEM|OMM)_VERS|<(apm|oem|omm)[\s>]", head):
         return f".{(message[1] or message[2]).decode().lower()}"
     if file.suffix.lower() == ".tab":
@@ -261,7 +261,7 @@ def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
 
 
 def _of_dataset(file: Path, found: Any) -> Contents:
-    """Return what a store has that keeps no whole states: variables that were chosen, or what a reduction made."""
+    """Return the contents of a store without whole states: selected variables, or the results of a reduction."""
     from poinsot.propagation.ensemble_store import EnsembleStore
 
     store = EnsembleStore(file)
@@ -319,7 +319,7 @@ def _seed(job: Any) -> Lines:
 
 
 def _system(system: Any) -> Lines:
-    """Return the lines about body and forces; of a system whose forces are not at hand, what its file says."""
+    """Return the lines about body and forces; if the forces cannot be constructed, the lines of the file."""
     if hasattr(system, "not_rerunnable"):
         return [f"  system: {system!r}"]
     from poinsot.mechanics.units import DerivedUnits, in_units

@@ -24,7 +24,7 @@ from poinsot.cli.terminal import (
     loaded_motion,
     one_of,
     opened,
-    tell,
+    report_path,
 )
 from poinsot.printable import quoted
 from poinsot.quantities import ANGLE_UNITS
@@ -141,7 +141,7 @@ def plot(
     motion = _chosen(motion, body, kind in OF_TWO)
     if kind in ONLY_OF_TWO and len(motion.of_bodies) == 1:
         raise ValueError(f"--kind must be a plot of one body, got {kind}.")
-    tell(drawn(motion, kind, path, overwrite, dpi, other=other, orbit=orbit, time=time, body=body, **words))
+    report_path(drawn(motion, kind, path, overwrite, dpi, other=other, orbit=orbit, time=time, body=body, **words))
     advise(
         (f"{opened('plot', file)} --kind NAME", f"other plots: {', '.join(OFTEN)}, ..."),
         (opened("view", file), "writes a 3D view"),
@@ -175,7 +175,7 @@ def view(
     with busy(f"Reading {file}"):
         motion = _chosen(_loaded(file, member, time), body)
         beside = None if other is None else _chosen(_loaded(other, None, time), body)
-    tell(viewed(motion, path, overwrite, beside))
+    report_path(viewed(motion, path, overwrite, beside))
     advise((path.resolve().as_uri(), "the 3D view, for any browser"))
 
 
@@ -207,7 +207,7 @@ def animate(
 
     with busy(f"Writing {path}"):
         write_animation(motion, path, seconds=seconds, overwrite=overwrite)
-    tell(path)
+    report_path(path)
     advise((opened("view", file), "writes an interactive 3D view"))
 
 
@@ -218,8 +218,8 @@ def usual_kind(motion: Any) -> str:
     return "distance" if motion.is_ensemble else "mutual_orbit"
 
 
-def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, **said: Any) -> Path:
-    """Draw a motion into a file, whole or not at all, and return its path; `said` are options of the command."""
+def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, **options: Any) -> Path:
+    """Draw a motion into a file, whole or not at all, and return its path; `options` are options of the command."""
     check_ending(path, ".png", ".pdf", ".svg")
     check_new(path, overwrite)
     import matplotlib as mpl
@@ -232,7 +232,7 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, *
 
     draw = getattr(poinsot.plot, kind)
     with busy(f"Writing {path}"):
-        figure = np.ravel(draw(**_arguments(kind, motion, **said)))[0].figure
+        figure = np.ravel(draw(**_arguments(kind, motion, **options)))[0].figure
         content = io.BytesIO()
         figure.savefig(content, format=path.suffix[1:], **({"dpi": dpi} if path.suffix == ".png" else {}))
         plt.close(figure)

@@ -29,11 +29,11 @@ from poinsot.cli.terminal import (
     check_there,
     hand_over,
     hand_over_json,
-    kept,
     loaded_motion,
     opened,
+    report_path,
+    results_written_first,
     say,
-    tell,
 )
 from poinsot.printable import quoted
 
@@ -42,8 +42,8 @@ __all__ = ["new", "run"]
 BYTES = 150
 """The minimum size of a result, for each time and member."""
 
-MOST_TOLD = 10
-"""Members whose failures are told one by one."""
+MAX_LISTED_FAILURES = 10
+"""Largest number of members whose failures are listed one by one."""
 
 
 def new(
@@ -78,7 +78,7 @@ def new(
     check_new(file, overwrite)
     with busy(f"Writing {file}"):
         write_text(file, START, overwrite)
-    tell(file)
+    report_path(file)
     advise((opened("run", file), "propagates the scenario"))
 
 
@@ -163,7 +163,7 @@ def run(
     for kind, path in _write_outputs(motion, names, overwrite):
         written[kind] = str(path)
         if not as_json:
-            tell(path)
+            report_path(path)
     status = _report(motion, original, written if as_json else None)
     members = " --member 0" * motion.is_ensemble
     advise(
@@ -176,7 +176,7 @@ def run(
 
 
 def _estimate(job: Any, threads: int | None, as_json: bool) -> None:
-    """Say what a run takes."""
+    """Print the estimated time and memory of a run."""
     from poinsot.analysis.run_estimate import estimate_run
 
     options = {name: value for name, value in job.run.items() if name != "method"}
@@ -206,7 +206,7 @@ def _workers(scheduler: str | None) -> Iterator[Any]:
     with busy(f"Connecting to {scheduler}"):
         try:
             made: Any = distributed.Client
-            client = made(scheduler, timeout=PATIENCE)
+            client = made(scheduler, timeout=SCHEDULER_TIMEOUT)
         except OSError as error:
             why = f"{error}".split("\n")[0].rstrip(".")
             raise OSError(f"--scheduler must be the address of one that runs, got {scheduler}: {why}.") from None
@@ -214,12 +214,12 @@ def _workers(scheduler: str | None) -> Iterator[Any]:
         yield client
 
 
-PATIENCE = "10s"
-"""How long a scheduler is waited for."""
+SCHEDULER_TIMEOUT = "10s"
+"""Longest wait for a scheduler."""
 
 
 def _report(motion: Any, original: Any, written: dict[str, Any] | None) -> int:
-    """Say how a repeated motion compares and which members failed; return the exit status."""
+    """Print the comparison with a repeated motion and the failed members; return the exit status."""
     same, compared = (True, []) if original is None else _compared(original, motion)
     if written is not None:
         written |= {} if original is None else {"same": same, "compared": compared}
@@ -246,7 +246,7 @@ def _store(job: Any, out: Path | None, **of_stores: Any) -> Path | None:
 
 
 def _job_in(file: Path) -> tuple[Any, Any]:
-    """Return what a file says is to be computed, and the original if it is a result."""
+    """Return the job that a file describes, and the original motion if the file is a result."""
     from poinsot.files.scenarios.scenario import read_scenario, repetition
 
     check_there(file)
@@ -259,7 +259,7 @@ def _job_in(file: Path) -> tuple[Any, Any]:
 
 
 def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store: Path | None) -> dict[str, Path]:
-    """Return the paths of the files to write, by what they are."""
+    """Return the paths of the files to write, by kind."""
     if store is not None:
         others = {kind: store.parent / name for kind, name in job.outputs.items() if kind != "result"}
         return {"result": store, **others}
@@ -275,7 +275,7 @@ def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store:
 
 
 def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bool) -> None:
-    """Refuse before the run what would be refused after it."""
+    """Check the output files before the run."""
     from poinsot.propagation.arguments import common_members
 
     members = common_members(job.system, job.state)
@@ -294,7 +294,7 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bo
 
 
 def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -> Any:
-    """Return the motion; of one that stops keep what there is, and exit."""
+    """Return the motion; if it stops early, write the partial motion and exit."""
     import numpy as np
 
     from poinsot.errors import PropagationError, PropagationInterrupted
@@ -306,7 +306,7 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
         code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
         kept_in = "No output time was reached."
         if np.any(stopped.trajectory.reached):
-            with kept(), busy(f"Writing {partial}"):
+            with results_written_first(), busy(f"Writing {partial}"):
                 save(stopped.trajectory, partial, overwrite=overwrite)
             kept_in = f"The output times reached so far are in {partial}."
         say(f"poinsot: {stopped} {kept_in}")
@@ -322,8 +322,8 @@ def _stored(job: Any, goes_on: str, overwrite: bool, threads: int | None, chunki
     try:
         return job.propagate(threads=threads, progress=sys.stderr.isatty(), **chunking)
     except PropagationInterrupted as stopped:
-        said = str(stopped).removesuffix(" The same call continues the run.")
-        say(f"poinsot: {said} `{goes_on}` continues the run.")
+        message = str(stopped).removesuffix(" The same call continues the run.")
+        say(f"poinsot: {message} `{goes_on}` continues the run.")
         raise typer.Exit(INTERRUPTED) from None
     except OSError as error:
         raise OSError(str(error).replace("the same call goes on.", f"`{goes_on}` continues the run.")) from None
@@ -346,7 +346,7 @@ def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> Iter
     from poinsot.files.netcdf import save
 
     if "partial" in names:
-        with kept(), busy(f"Writing {names['result']}"):
+        with results_written_first(), busy(f"Writing {names['result']}"):
             save(motion, names["result"], overwrite=overwrite)
     yield "result", names["result"]
     if "plot" in names:
@@ -362,14 +362,14 @@ def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> Iter
 def _tell_failures(motion: Any) -> None:
     failures = motion.failures
     say(f"{len(failures)} of {len(motion)} members stopped before the last time.")
-    for member, why in list(failures.items())[:MOST_TOLD]:
+    for member, why in list(failures.items())[:MAX_LISTED_FAILURES]:
         say(f"member {member}: {why}")
-    if len(failures) > MOST_TOLD:
-        say(f"... and {len(failures) - MOST_TOLD} more, which `motion.failures` lists.")
+    if len(failures) > MAX_LISTED_FAILURES:
+        say(f"... and {len(failures) - MAX_LISTED_FAILURES} more, which `motion.failures` lists.")
 
 
 def _compared(original: Any, motion: Any) -> tuple[bool, list[str]]:
-    """Return whether a repeated motion is the same bit for bit as the original, and sentences on it."""
+    """Return True if a repeated motion equals the original bit for bit, and sentences about the comparison."""
     import numpy as np
 
     shared = np.isin(motion.times, original.times)

@@ -51,18 +51,18 @@ __all__ = [
     "exit_statuses",
     "hand_over",
     "hand_over_json",
-    "kept",
     "listed_formats",
     "loaded_motion",
     "one_of",
     "opened",
+    "report_path",
+    "results_written_first",
     "say",
-    "tell",
 ]
 
 
 def one_of(*words: str) -> Callable[[str], list[str]]:
-    """Return what completes one of some words in a shell."""
+    """Return a function that completes one of some words in a shell."""
     return lambda incomplete: [word for word in words if word.startswith(incomplete)]
 
 
@@ -96,10 +96,10 @@ OPTIONS = {
     **{"ensemble": "the result", "reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},
     **{"scale": "the scale in --zero", "motion": "the result"},
 }
-"""What the command line calls the arguments of functions."""
+"""Command-line names of the arguments of functions."""
 
 UsageError: Any = typer.BadParameter.__bases__[0]
-"""What is raised for a command line that no command takes."""
+"""Exception for an invalid command line."""
 
 KEYWORD = re.compile(r"\b(\w+)=(?:True|'(\w+)'|Calendar\('([^']+)', '([^']+)'\))")
 """An argument as a hint writes it: overwrite=True, reference_frame='ICRF'."""
@@ -114,7 +114,7 @@ def exit_statuses(own: dict[int, str]) -> str:
 
 
 def say(sentence: str) -> None:
-    """Write a sentence to the standard error; on a terminal on lines of its own, above what moves there."""
+    """Write a sentence to the standard error; on a terminal on separate lines above the progress displays."""
     text = printable(sentence)
     if not sys.stderr.isatty():
         typer.echo(text, err=True)
@@ -152,7 +152,7 @@ def hand_over(text: str) -> None:
 
 
 def hand_over_json(content: Any) -> None:
-    """Write what programs read to the standard output: numbers of NumPy as numbers, infinite ones as null."""
+    """Write JSON to the standard output: NumPy numbers as numbers, infinite and undefined numbers as null."""
 
     def plain(value: Any) -> Any:
         if isinstance(value, Mapping):
@@ -165,14 +165,14 @@ def hand_over_json(content: Any) -> None:
     hand_over(json.dumps(plain(content), indent=1, allow_nan=False) + "\n")
 
 
-def tell(path: Path) -> None:
+def report_path(path: Path) -> None:
     """Write the path of a file that was written, if the standard output is open."""
     if sys.stdout.writable():
         hand_over(f"{path}\n")
 
 
 def advise(*steps: tuple[str, str]) -> None:
-    """Say on a terminal what to do next: commands, each with what it does."""
+    """Print the next commands on a terminal, each with its purpose."""
     if sys.stderr.isatty():
         width = max(len(command) for command, _ in steps)
         lines = [f"  {printable(command):{width}}  # {what}" for command, what in steps]
@@ -207,7 +207,7 @@ class Command(TyperCommand):
 
 
 class Group(TyperGroup):
-    """The commands; their help has no type of flags, and what they are called wrongly with is told in a sentence."""
+    """Group of commands whose help omits the types of flags, and whose usage errors are single sentences."""
 
     @override
     def make_context(self, *arguments: Any, **options: Any) -> Any:
@@ -277,7 +277,7 @@ def _open_streams() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _terminated() -> Iterator[list[int]]:
-    """Let SIGTERM do what Ctrl-C does, also where the shell lets Ctrl-C do nothing; give those that were heard."""
+    """Treat SIGTERM like Ctrl-C, even if the shell ignores Ctrl-C; yield the list of received signals."""
     heard = list[int]()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -296,8 +296,8 @@ def _terminated() -> Iterator[list[int]]:
 
 @contextlib.contextmanager
 def _sentences() -> Iterator[None]:
-    """Tell errors, warnings and Ctrl-C as one sentence each, and end with the exit status that says which."""
-    with warnings.catch_warnings(record=True) as told:
+    """Print errors, warnings and Ctrl-C as one sentence each, and exit with the corresponding status."""
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             yield
@@ -310,35 +310,36 @@ def _sentences() -> Iterator[None]:
             say(f"poinsot: {_sentence(error)}")
             raise typer.Exit(WRONG) from None
         finally:
-            for message in dict.fromkeys(str(warning.message) for warning in told if warning.category is UserWarning):
+            for message in dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning):
                 say(f"warning: {message}")
 
 
 @contextlib.contextmanager
 def _usage() -> Iterator[None]:
-    """Tell what a command was called wrongly with as a sentence."""
+    """Print a usage error as a sentence."""
     try:
         yield
     except UsageError as error:
         if type(error).__name__ == "NoArgsIsHelpError":  # its help is on the screen
             raise
-        said, help_of = error.format_message().rstrip("."), error.ctx.command_path
-        say(f"poinsot: {said}{'' if said.endswith('?') else '.'} `{help_of} --help` lists the commands and options.")
+        message, help_of = error.format_message().rstrip("."), error.ctx.command_path
+        stop = "" if message.endswith("?") else "."
+        say(f"poinsot: {message}{stop} `{help_of} --help` lists the commands and options.")
         raise typer.Exit(WRONG) from None
 
 
 def _sentence(error: Exception) -> str:
-    """Return what an error says, in the words of the command line."""
+    """Return the message of an error with the names of the command line."""
     if isinstance(error, OSError) and error.strerror:
         name = error.filename or "the output"
         return f"{name} must be a file that can be used, but the operating system reported: {error.strerror}."
-    said = (str(error) or f"it ended in {type(error).__name__}.").replace("motion.member(0)", "--member 0")
-    name, _, rest = said.partition(" ")
+    message = (str(error) or f"it ended in {type(error).__name__}.").replace("motion.member(0)", "--member 0")
+    name, _, rest = message.partition(" ")
     return KEYWORD.sub(_option, f"{OPTIONS.get(name, name) if rest.startswith('must ') else name} {rest}")
 
 
 def _option(keyword: re.Match[str]) -> str:
-    """Return an argument of a hint as the command line has it."""
+    """Return an argument of a hint as an option of the command line."""
     name, text, date, scale = keyword.groups()
     value = f" '{date} {scale}'" if date else f" {text}" if text else ""
     option = OPTIONS.get(name, "")
@@ -386,7 +387,7 @@ def check_new(path: Path, overwrite: bool, more: str = "") -> None:
 
 
 def checked_result(file: Path) -> Path:
-    """Return the path of a result; of another file say what makes a result of it."""
+    """Return the path of a result; for another file, the error names the command that makes a result of it."""
     if file.suffix in RESULTS:
         check_there(file)
         return file
@@ -399,8 +400,8 @@ def checked_result(file: Path) -> Path:
 
 
 @contextlib.contextmanager
-def kept() -> Iterator[None]:
-    """Let what was computed be written before a Ctrl-C is heard; the second one is heard at once."""
+def results_written_first() -> Iterator[None]:
+    """Delay a Ctrl-C until the computed results are written; a second Ctrl-C acts at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -420,15 +421,15 @@ def kept() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-# ------------------------------------------------------------------ what a terminal shows
+# ------------------------------------------------------------------ progress displays
 
 _displays: list[list[Any]] = []
-"""What moves on the terminal, each empty until it is shown."""
+"""Progress displays on the terminal, each empty until it is shown."""
 
 
 @contextlib.contextmanager
 def busy(what: str) -> Iterator[None]:
-    """Show on a terminal that something lasts, and since when."""
+    """Show on a terminal an operation in progress and its elapsed time."""
 
     def begun() -> Any:
         from rich.console import Console

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
+from typing_extensions import Unpack
 
 from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation_matrix
@@ -14,7 +15,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of, outer_cosine_and_sine
 from poinsot.mechanics.frame import LEVEL, Frame
 from poinsot.mechanics.parameters import same
-from poinsot.plot.curves import Layout, against_time, jumps, reached
+from poinsot.plot.curves import SeparateCurveOptions, against_time, jumps, reached
 from poinsot.plot.labels import angle_unit_of, one_rotation
 from poinsot.plot.panels import count_degrees, plot
 from poinsot.propagation.trajectory import Trajectory
@@ -28,11 +29,11 @@ Array = NDArray[np.float64]
 
 TURN = 2 * np.pi
 LOCKED = np.radians(5)
-"""From gimbal lock, within which the first and the third angle tell little."""
+"""Distance from gimbal lock, radians, within which the first and the third angle vary rapidly."""
 EDGE = 1e-6
 """Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
 BROKEN = 0.4
-"""Of a turn: by more an angle jumps from one sample to the next where it begins anew."""
+"""Fraction of a turn: a larger change between two samples interrupts the curve."""
 
 
 @plot
@@ -43,10 +44,7 @@ def euler_angles(
     *,
     ax: Axes | None = None,
     angle_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
+    **options: Unpack[SeparateCurveOptions],
 ) -> Axes:
     """Draw Euler angles relative to the space axes or to a frame.
 
@@ -78,7 +76,7 @@ def euler_angles(
     q = reached(motion).quaternion if frame is None else reached(motion).relative_to(frame).quaternion
     names = [f"$\\alpha_{i}$ about axis {axis}" for i, axis in enumerate(sequence, 1)]
     label = f"Euler angles {'-'.join(sequence)}" + (" from the frame" if frame is not None else "")
-    return _draw(motion, q, sequence, names, label, angle_unit, Layout(ax, title, time_unit, window, separate))
+    return _draw(motion, q, sequence, names, label, ax, angle_unit, **options)
 
 
 @plot
@@ -88,10 +86,7 @@ def roll_pitch_yaw(
     *,
     ax: Axes | None = None,
     angle_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
+    **options: Unpack[SeparateCurveOptions],
 ) -> Axes:
     """Draw roll, pitch and yaw relative to the axes of an orbit.
 
@@ -127,12 +122,19 @@ def roll_pitch_yaw(
     motion = reached(one_rotation(motion))
     orbit = _only_orbit(motion) if orbit is None else orbit
     level = quat.product(quat.conjugate(LEVEL), motion.relative_to(orbit.frame).quaternion)
-    layout, label = Layout(ax, title, time_unit, window, separate), "attitude relative to the orbital frame"
-    return _draw(motion, level, "321", ["yaw", "pitch", "roll"], label, angle_unit, layout)
+    label = "attitude relative to the orbital frame"
+    return _draw(motion, level, "321", ["yaw", "pitch", "roll"], label, ax, angle_unit, **options)
 
 
 def _draw(
-    motion: Trajectory, q: Array, sequence: str, names: Sequence[str], label: str, unit: str | None, layout: Layout
+    motion: Trajectory,
+    q: Array,
+    sequence: str,
+    names: Sequence[str],
+    label: str,
+    ax: Axes | None,
+    unit: str | None,
+    **options: Unpack[SeparateCurveOptions],
 ) -> Axes:
     """Draw the angles of a sequence that attitudes have; yaw, pitch and roll in the order in which they are named."""
     angles, locked = _angles(q, sequence)
@@ -144,7 +146,7 @@ def _draw(
         curves = dict(reversed(curves.items()))
     shaded = {"near gimbal lock": np.any(np.reshape(locked, (-1, locked.shape[-1])), axis=0)}
     breaks = {name: jumps(angles[..., i], BROKEN * TURN) for i, name in enumerate(names)}
-    panel: Axes = against_time(motion, {label + shown.label: curves}, layout, breaks=breaks, shaded=shaded)[0]
+    panel: Axes = against_time(motion, {label + shown.label: curves}, ax, breaks=breaks, shaded=shaded, **options)[0]
     parts: Sequence[Any] = panel.child_axes or [panel]
     for part in parts:
         count_degrees(part.yaxis, panel.get_ylabel())

@@ -48,7 +48,7 @@ AXIS, LONGEST_RATE, LONGEST_MOMENTUM, REACH, ROOM = 1.35, 1.55, 1.9, 1.85, 2.1
 """Lengths in units of the largest extent of the body, as on the page; of two bodies that of their orbits."""
 
 LEGIBLE = 0.5
-"""The size from which on the vectors of a body have names."""
+"""Smallest size of a body whose vectors are labelled."""
 
 LIGHT, SHADE = np.array([0.83, 0.88, 0.92]), np.array([0.62, 0.71, 0.79])
 """Colours of alternate octants of a body, by which its turn is seen."""
@@ -126,7 +126,7 @@ def animate(
 
 
 @dataclass(frozen=True)
-class _Moving:
+class _AnimatedBody:
     """One body at the times of the frames: in units of the picture, space axes."""
 
     corners: Array
@@ -143,7 +143,7 @@ class _Moving:
         return np.asarray(self.place[i] + quat.rotate(self.attitude[i], self.corners))
 
 
-def _bodies(motion: Trajectory, times: Array) -> list[_Moving]:
+def _bodies(motion: Trajectory, times: Array) -> list[_AnimatedBody]:
     """Return the bodies of a motion."""
     if not is_of_two_bodies(motion):
         return [_moving(motion, times, triangles(motion.system.of_bodies[""]), 1.0, PURPLE)]
@@ -161,7 +161,7 @@ def _bodies(motion: Trajectory, times: Array) -> list[_Moving]:
 
 def _moving(
     motion: Trajectory, times: Array, corners: Array, scale: float, colour: str, path: Array | None = None
-) -> _Moving:
+) -> _AnimatedBody:
     """Return a body at the times of the frames; one without a path is as large as the unit of the picture."""
     largest = float(np.max(np.linalg.norm(corners, axis=-1)))
     size = 1.0 if path is None else scale * largest
@@ -170,7 +170,7 @@ def _moving(
     attitude = _attitudes(motion, fine)
     trace = AXIS * quat.rotate(attitude, np.array([0, 0, 1.0])) if path is None else _between(motion.times, path, fine)
     rate = motion.omega_space
-    return _Moving(
+    return _AnimatedBody(
         corners * (size / largest),
         np.where(octants[:, None], LIGHT, SHADE),
         size,
@@ -229,8 +229,8 @@ def _said(motion: Trajectory, time: float) -> str:
     return f"t = {time:.6g}" + ("" if unit == "1" else f" {unit}")
 
 
-def _draw(panel: Axes, bodies: list[_Moving], momentum: Array | None, i: int, across: Array, eye: Array) -> None:
-    """Draw one frame: what is behind first."""
+def _draw(panel: Axes, bodies: list[_AnimatedBody], momentum: Array | None, i: int, across: Array, eye: Array) -> None:
+    """Draw one frame, the farthest objects first."""
     from matplotlib.collections import PolyCollection
 
     corners = np.concatenate([body.triangles(i) for body in bodies])
@@ -249,7 +249,7 @@ def _draw(panel: Axes, bodies: list[_Moving], momentum: Array | None, i: int, ac
         _arrow(panel, np.zeros(3), momentum, "G", BLACK, across, eye)
 
 
-def _draw_axes(panel: Axes, body: _Moving, i: int, across: Array, eye: Array) -> None:
+def _draw_axes(panel: Axes, body: _AnimatedBody, i: int, across: Array, eye: Array) -> None:
     """Draw the axes of a body, its rate, and the trace of its third axis, or of itself where it moves."""
     panel.plot(*(body.trace[max(0, i - TRACE) * FINE : i * FINE + 1] @ across).T, color=body.colour, lw=1.2, zorder=3)
     axes = AXIS * body.size * quat.rotate(body.attitude[i], np.eye(3))
@@ -290,12 +290,12 @@ def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
     made = ["-an", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
     command = [_ffmpeg(), "-y", "-loglevel", "error", *taken, *made]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603 - no shell
-        with contextlib.suppress(BrokenPipeError):  # it says below why it stopped
+        with contextlib.suppress(BrokenPipeError):  # the error message of the process follows below
             for frame in frames:
                 process.stdin.write(frame.tobytes())  # type: ignore[union-attr]
-        _, said = process.communicate()
+        _, message = process.communicate()
     if process.returncode:
-        why, *_ = said.decode(errors="replace").splitlines() or ["nothing"]
+        why, *_ = message.decode(errors="replace").splitlines() or ["nothing"]
         raise OSError(unwritable(path.name, f"ffmpeg reported: {why.rstrip('.')}"))
 
 
@@ -312,4 +312,4 @@ def _ffmpeg() -> str:
 
 
 WRITERS = {".gif": _write_gif, ".mp4": _write_mp4}
-"""By the end of the name of a file."""
+"""Writers of animations by file extension."""

@@ -1,4 +1,4 @@
-"""How far one attitude is from another, against time."""
+"""Angles between two attitudes against time."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Unpack
 
 from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation_angle, unit_quaternion
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.state import State
-from poinsot.plot.curves import Layout, against_time, reached
+from poinsot.plot.curves import CurveOptions, SeparateCurveOptions, against_time, reached
 from poinsot.plot.labels import angle_unit_of, one_rotation
 from poinsot.plot.panels import Pair, plot
 from poinsot.propagation.trajectory import Trajectory
@@ -25,13 +26,13 @@ __all__ = ["attitude_error", "difference", "median_attitude"]
 Array = NDArray[np.float64]
 
 FLOOR = 0.5 * np.finfo(float).eps
-"""The smallest angle on a log axis: the rounding of a float."""
+"""Smallest angle on a log axis: the unit roundoff of a float."""
 SAME_INSTANT = 5e-7
-"""Seconds: times in files of dates are rounded by less, to a nanosecond or to what SPICE counts."""
+"""Largest difference of equal times, seconds. Files of dates round times to a nanosecond or to a SPICE tick."""
 ROUNDS = 10
-"""Of the iteration for a median attitude."""
+"""Number of iterations for a median attitude."""
 NEAR = 1e-9
-"""Radians from it, at which members have the largest weight."""
+"""Angle to the median, radians, below which the weights of members do not increase."""
 
 
 @plot
@@ -41,10 +42,7 @@ def attitude_error(
     *,
     axes: Pair = None,
     angle_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
+    **options: Unpack[SeparateCurveOptions],
 ) -> NDArray[Any]:
     """Draw the rotation from a reference to the attitude: its angle (left) and its rotation vector, body axes (right).
 
@@ -80,16 +78,16 @@ def attitude_error(
     size = np.linalg.norm(turn[..., 1:], axis=-1)
     angle = 2 * np.arctan2(size, turn[..., 0])
     vector = np.where(size > 0, angle / np.where(size > 0, size, 1.0), 2.0)[..., None] * turn[..., 1:]
-    unit, said = angle_unit_of(angle_unit, angle), "median attitude" if other is None else "reference"
+    unit, reference_name = angle_unit_of(angle_unit, angle), "median attitude" if other is None else "reference"
     curves = {
-        f"angle to the {said}{unit.label}": {"": unit.factor * angle},
+        f"angle to the {reference_name}{unit.label}": {"": unit.factor * angle},
         f"rotation vector from it, body axes{unit.label}": {
             rf"$\theta_{i + 1}$": unit.factor * vector[..., i] for i in range(3)
         },
     }
     past_half_a_turn = np.linalg.norm(np.diff(vector, axis=-2, prepend=vector[..., :1, :]), axis=-1) > np.pi
-    layout, [_, vectors] = Layout(axes, title, time_unit, window, separate), curves.values()
-    return against_time(drawn, curves, layout, breaks=dict.fromkeys(vectors, past_half_a_turn))
+    [_, vectors] = curves.values()
+    return against_time(drawn, curves, axes, breaks=dict.fromkeys(vectors, past_half_a_turn), **options)
 
 
 @plot
@@ -99,9 +97,7 @@ def difference(
     *,
     ax: Axes | None = None,
     angle_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    title: str = "",
+    **options: Unpack[CurveOptions],
 ) -> Axes:
     """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
 
@@ -136,8 +132,7 @@ def difference(
     angles = {body: _angle_between(first[body], each) for body, each in second.items()}
     unit = angle_unit_of(angle_unit, np.stack(list(angles.values())))
     curves = {f"difference of attitude{unit.label}": {body: unit.factor * each for body, each in angles.items()}}
-    layout = Layout(ax, title, time_unit, window)
-    panel: Axes = against_time(motion if alike else other, curves, layout, log=True)[0]
+    panel: Axes = against_time(motion if alike else other, curves, ax, log=True, **options)[0]
     return panel
 
 
@@ -158,7 +153,7 @@ def median_attitude(q: Array) -> Array:
 
 
 def _against_reference(motion: Trajectory, other: Any) -> tuple[Trajectory, Array, Array]:
-    """Return the motion whose times are drawn, its attitudes, and those of the reference."""
+    """Return the motion whose times are drawn, its attitudes, and the attitudes of the reference."""
     if isinstance(other, Trajectory):
         reached(one_rotation(other, "other"), "other")
         if _at_same_times(motion, other):
@@ -179,14 +174,14 @@ def _against_reference(motion: Trajectory, other: Any) -> tuple[Trajectory, Arra
 
 
 def _angle_between(one: State | Trajectory, other: Trajectory) -> Array:
-    """Return the angle of the rotation from one attitude to another; where there is none, the smallest one."""
+    """Return the angles between attitudes; the smallest nonzero angle replaces zero angles."""
     angle = np.asarray(rotation_angle(one.quaternion, other.quaternion))
     smallest = np.min(angle, where=angle > 0, initial=np.inf)
     return np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
 
 
 def _at_same_times(motion: Trajectory, other: Trajectory) -> bool:
-    """Return whether two motions have the same times; refuse others where the first has no dense output."""
+    """Return True if two motions have the same times; raise an error if they differ and dense output is missing."""
     slack = SAME_INSTANT / SECONDS.get(motion.system.units["time"], np.inf)
     if motion.times.shape == other.times.shape and np.all(np.abs(motion.times - other.times) <= slack):
         return True

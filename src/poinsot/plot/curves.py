@@ -1,10 +1,9 @@
-"""Curves against time; of an ensemble the median, and bands that hold most of the members."""
+"""Curves against time; an ensemble is drawn as its median with bands that contain most of the members."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +17,7 @@ from poinsot.propagation.trajectory import Trajectory
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Layout", "against_time", "jumps", "reached"]
+__all__ = ["CurveOptions", "SeparateCurveOptions", "against_time", "jumps", "reached"]
 
 Array = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -27,54 +26,47 @@ STYLES = ("-", "--", "-.", ":")
 BANDS = ((5, 95, 0.15), (25, 75, 0.25))
 """Percentiles between which a band lies, and its opacity."""
 COLUMNS = 1500
-"""Of a panel, in each of which a curve is drawn through its first, least, largest and last sample."""
-DENSE = 600
-"""Turning points of a curve from which on its envelope is drawn, in columns of a few."""
+"""Number of columns of a panel. A curve is drawn through the first, least, largest and last sample of each."""
+MAX_TURNING_POINTS = 600
+"""Largest number of turning points of a curve; a curve with more is drawn as its envelope."""
 IN_COLUMN = 4
 ENVELOPE = 0.3
-"""Its opacity."""
+"""Opacity of an envelope."""
 COVERED = 0.1, 0.005
-"""Part of the samples at which a curve covers an earlier one, within this part of the range of a panel."""
+"""Fraction of samples at which a curve covers an earlier one, and tolerance as fraction of the range of a panel."""
 FEW_DECADES = 2.5
 ROUNDING = 1e-9
-"""Part of the largest value below which changes are not enlarged."""
+"""Fraction of the largest value below which the axis does not enlarge changes."""
 SIZES = {1: (8.0, 4.0), 2: (11.0, 4.0), 4: (17.0, 4.2)}
 """Inches of figures, by the number of their panels."""
 GAP = 0.06
-"""Between the parts of a panel, over its height."""
-FEW_EVENTS = 30
-"""Up to so many are lines from below to above, more are ticks at the upper edge."""
+"""Gap between the parts of a panel, as fraction of its height."""
+MAX_EVENT_LINES = 30
+"""Largest number of events drawn as lines over the full height; more events are ticks at the upper edge."""
 EVENT_STYLES = (":", "--", "-.", (0, (1, 4)))
 ROOM = 0.02
-"""Part of the span of times on either side of the curves, where an event follows the last of the times."""
+"""Margin on either side of the curves, as fraction of the time span, if an event follows the last time."""
 
 
 NONE: Mapping[str, Booleans] = {}
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Where curves are drawn, and which part of them.
+class CurveOptions(TypedDict, total=False):
+    """Options of all plots of curves against time."""
 
-    Attributes
-    ----------
-    axes : matplotlib Axes, or several, or None
-    title : str
-    time_unit : str, optional
-    window : pair of times, optional
-    separate : bool
-        Each curve in a part of its panel.
-    """
-
-    axes: Any
-    title: str
     time_unit: str | None
     window: ArrayLike | None
-    separate: bool = False
+    title: str
+
+
+class SeparateCurveOptions(CurveOptions, total=False):
+    """Options of plots whose curves may be drawn in separate parts of the panel."""
+
+    separate: bool
 
 
 def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
-    """Return a motion of one body or two that has something to draw; refuse any other."""
+    """Return a motion of one body or two; raise an error if it contains nothing to draw."""
     if not motion.times.size:
         raise ValueError(f"{name} must contain times to draw, got none.")
     if not np.any(np.all(motion.reached, axis=-1)):
@@ -85,39 +77,43 @@ def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
 def against_time(
     motion: Trajectory,
     drawn: Mapping[str, Mapping[str, Array]],
-    layout: Layout,
+    given: Any = None,
     *,
+    time_unit: str | None = None,
+    window: ArrayLike | None = None,
+    separate: bool = False,
+    title: str = "",
     log: bool = False,
     breaks: Mapping[str, Booleans] = NONE,
     shaded: Mapping[str, Booleans] = NONE,
 ) -> NDArray[Any]:
     """Draw named curves over the times of a motion, by the label of their panel, and return the panels.
 
-    By the names of curves: the samples at which they begin anew; by what is so: the times to shade.
+    `breaks` maps names of curves to the samples at which a piece begins. `shaded` maps labels to the times to shade.
     """
-    kept = _within(motion, layout.window)
-    axis = time_axis(motion, layout.time_unit, motion.times[kept])
-    times = axis.places(motion.times[kept])
-    axes = panels(layout.axes, len(drawn), SIZES[len(drawn)], layout.title)
+    shown = _within(motion, window)
+    axis = time_axis(motion, time_unit, motion.times[shown])
+    times = axis.places(motion.times[shown])
+    axes = panels(given, len(drawn), SIZES[len(drawn)], title)
     for panel, (quantity, curves) in zip(axes, drawn.items(), strict=True):
-        parts = _divided(panel, len(curves)) if layout.separate and len(curves) > 1 else [panel] * len(curves)
+        parts = _divided(panel, len(curves)) if separate and len(curves) > 1 else [panel] * len(curves)
         before = len(panel.get_legend_handles_labels()[1])
-        covers = [0] * len(curves) if layout.separate else _covered(list(curves.values()), kept, log)
+        covers = [0] * len(curves) if separate else _covered(list(curves.values()), shown, log)
         for number, (part, (name, values), below) in enumerate(zip(parts, curves.items(), covers, strict=True), before):
             look = STYLES[(number // len(COLOURS) + below) % len(STYLES)]
             style = {"color": COLOURS[number % len(COLOURS)], "linestyle": look}
-            begin = breaks[name][kept] if name in breaks and values.ndim == 1 else np.zeros(times.size, dtype=bool)
-            _draw(part, times, values[..., kept], begin, label=name if part is panel else None, **style)
+            begin = breaks[name][shown] if name in breaks and values.ndim == 1 else np.zeros(times.size, dtype=bool)
+            _draw(part, times, values[..., shown], begin, label=name if part is panel else None, **style)
             if part is not panel:
                 part.set_ylabel(name, rotation=0, ha="left", va="center")
         for part in dict.fromkeys(parts):
             _scale(part, times, log)
             for name, where in shaded.items():
-                _shade(part, times, where[kept], name)
-            _mark_events(part, motion, motion.times[kept], axis)
+                _shade(part, times, where[shown], name)
+            _mark_events(part, motion, motion.times[shown], axis)
         axis.mark(panel)
         dress(panel, axis.label, quantity, legend_of=parts[0])
-    for panel in axes if layout.separate else ():
+    for panel in axes if separate else ():
         _move_label_away(panel)
     members = [values for curves in drawn.values() for values in curves.values() if values.ndim > 1]
     if members:
@@ -126,25 +122,25 @@ def against_time(
 
 
 def _within(motion: Trajectory, window: ArrayLike | None) -> Booleans:
-    """Return which times of a motion lie in a window; refuse one without any."""
+    """Return a mask of the times of a motion in a window; raise an error if the window contains none."""
     if window is None:
         return np.ones(motion.times.shape, dtype=bool)
     calendar = motion.calendar
     start, stop = real_array("window", window if calendar is None else calendar.time(window), (2,))
-    kept = (motion.times >= start) & (motion.times <= stop)
-    if not np.any(kept):
+    shown = (motion.times >= start) & (motion.times <= stop)
+    if not np.any(shown):
         first, last = motion.times[[0, -1]]
         raise ValueError(
             f"window must hold a time of the motion, which are from {first:.6g} to {last:.6g}, got ({start:.6g}, "
             f"{stop:.6g})."
         )
-    return np.asarray(kept)
+    return np.asarray(shown)
 
 
-def _covered(curves: Sequence[Array], kept: Booleans, log: bool) -> list[int]:
+def _covered(curves: Sequence[Array], shown: Booleans, log: bool) -> list[int]:
     """Return the number of earlier curves that each curve of a panel covers where it is drawn."""
     middles = np.array([values if values.ndim == 1 else np.median(_complete(values), axis=0) for values in curves])
-    drawn = middles[:, kept]
+    drawn = middles[:, shown]
     drawn = np.log(drawn, where=drawn > 0, out=np.full_like(drawn, np.nan)) if log else drawn
     known = drawn[np.isfinite(drawn)]
     near = COVERED[1] * np.ptp(known) if known.size else 0.0
@@ -152,7 +148,7 @@ def _covered(curves: Sequence[Array], kept: Booleans, log: bool) -> list[int]:
 
 
 def _divided(panel: Axes, count: int) -> list[Axes]:
-    """Return parts of a panel one below the other, which have its axis of time; it keeps its labels."""
+    """Return parts of a panel one below the other, which share its time axis; the panel retains its labels."""
     height = (1 + GAP) / count - GAP
     parts: list[Axes] = []
     for i in range(count):
@@ -193,7 +189,7 @@ def _scale(panel: Axes, times: Array, log: bool) -> None:
 
 
 def _count_decades(panel: Axes) -> None:
-    """Put ticks at 1, 2 and 5 on a log axis of few decades, which has too few or too many else."""
+    """Put ticks at 1, 2 and 5 on a log axis of few decades, where the default ticks are too few or too many."""
     from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter, StrMethodFormatter
 
     low, high = np.log10(panel.get_ylim())
@@ -206,7 +202,7 @@ def _count_decades(panel: Axes) -> None:
 
 
 def _shade(panel: Axes, times: Array, where: Booleans, label: str) -> None:
-    """Shade the times at which something is so, if there are any."""
+    """Shade the times at which a condition holds, if there are any."""
     if not np.any(where):
         return
     edges = np.concatenate([times[:1], (times[1:] + times[:-1]) / 2, times[-1:]])
@@ -217,7 +213,7 @@ def _shade(panel: Axes, times: Array, where: Booleans, label: str) -> None:
 
 
 def _mark_events(panel: Axes, motion: Trajectory, times: Array, axis: TimeAxis) -> None:
-    """Mark events: few as lines, many as ticks, with their name and how many there are.
+    """Mark events, few as lines and many as ticks, with their name and number.
 
     A terminal event stops the motion between its last output time and the next.
     """
@@ -228,7 +224,7 @@ def _mark_events(panel: Axes, motion: Trajectory, times: Array, axis: TimeAxis) 
         own = found.times[(found.times >= start - beyond) & (found.times <= stop + beyond)]
         if not own.size:
             continue
-        few = own.size <= FEW_EVENTS
+        few = own.size <= MAX_EVENT_LINES
         label = in_words(found.event.kind) + (f", {own.size} times" if own.size > 1 else "")
         look: Any = {"colors": GREY, "linewidth": 1.0, "linestyle": style, "label": label, "zorder": 1.5}
         if np.any((own < start) | (own > stop)):
@@ -245,7 +241,7 @@ def _draw(panel: Axes, times: Array, values: Array, begin: Booleans, **style: An
         values = np.median(values, axis=0)
     steps = np.diff(values)
     turning_points = int(np.count_nonzero(steps[1:] * steps[:-1] < 0))
-    if turning_points > DENSE:
+    if turning_points > MAX_TURNING_POINTS:
         columns = _columns(times, min(turning_points // IN_COLUMN, COLUMNS))
         _draw_envelope(panel, times, values, columns, style["color"], style["label"])
     else:
@@ -255,7 +251,7 @@ def _draw(panel: Axes, times: Array, values: Array, begin: Booleans, **style: An
 def _draw_envelope(
     panel: Axes, times: Array, values: Array, columns: NDArray[np.int64], color: str, label: str | None
 ) -> None:
-    """Fill what lies between the least and the largest value of each column."""
+    """Fill the area between the least and the largest value of each column."""
     from matplotlib.colors import to_rgba
 
     low, high = np.fmin.reduceat(values, columns), np.fmax.reduceat(values, columns)
@@ -266,7 +262,7 @@ def _draw_envelope(
 
 
 def _draw_band(panel: Axes, times: Array, edges: Array, **style: Any) -> None:
-    """Fill what lies between two edges, shape (2, n)."""
+    """Fill the area between two edges, shape (2, n)."""
     if times.size == 1:
         panel.vlines(times, *edges, linewidth=8, **style)
         return
@@ -276,7 +272,7 @@ def _draw_band(panel: Axes, times: Array, edges: Array, **style: Any) -> None:
 
 
 def jumps(values: Array, limit: float) -> Booleans:
-    """Return at which samples values are further than a limit from the sample before."""
+    """Return a mask of the samples whose values differ from the previous sample by more than a limit."""
     return np.asarray(np.abs(np.diff(values, axis=-1, prepend=values[..., :1])) > limit)
 
 
@@ -294,7 +290,7 @@ def _bands_in_words(values: Array) -> str:
 
 
 def _columns(times: Array, count: int = COLUMNS) -> NDArray[np.int64]:
-    """Return where each column of a panel begins, or each sample where they are few."""
+    """Return the index of the first sample of each column of a panel, or all indices if the samples are few."""
     if times.size <= 4 * count:
         return np.arange(times.size)
     column = np.floor(count * (times - times[0]) / (times[-1] - times[0]))
@@ -302,16 +298,16 @@ def _columns(times: Array, count: int = COLUMNS) -> NDArray[np.int64]:
 
 
 def _seen(times: Array, values: Array, begin: Booleans) -> tuple[Array, Array]:
-    """Return the samples that can be told apart in a picture: of each column the first, least, largest and last.
+    """Return the first, least, largest and last sample of each column; a plot cannot resolve more.
 
-    There is a gap before those at which the curve begins anew.
+    A gap precedes each sample at which a new piece of the curve begins.
     """
     starts, piece = _columns(times), np.cumsum(begin)
-    kept = np.arange(times.size)
+    shown = np.arange(times.size)
     if starts.size < times.size:
         column = np.repeat(np.arange(starts.size), np.diff(np.append(starts, times.size)))
         sorted_within = np.lexsort((values, column))
         ends = np.append(starts[1:], times.size) - 1
-        kept = np.unique(np.concatenate([starts, ends, sorted_within[starts], sorted_within[ends]]))
-    x, y, after = times[kept], values[kept], np.flatnonzero(np.diff(piece[kept])) + 1
+        shown = np.unique(np.concatenate([starts, ends, sorted_within[starts], sorted_within[ends]]))
+    x, y, after = times[shown], values[shown], np.flatnonzero(np.diff(piece[shown])) + 1
     return np.insert(x, after, x[after]), np.insert(y, after, np.nan)

@@ -1,4 +1,4 @@
-"""How a quantity is distributed over the members of an ensemble."""
+"""Histograms of a quantity over the members of an ensemble."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ QUANTITIES = {
     "angular_momentum": "angular momentum",
     "turn": "turn of the angular momentum since the first time",
 }
-"""What can be drawn, and its label."""
+"""Quantities with their labels."""
 
 
 @plot

@@ -16,7 +16,7 @@ TEXT: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42, "ps.fonttype
 VECTOR = (".pdf", ".svg", ".ps", ".eps")
 
 DOTS_PER_INCH = 200
-"""Of what is stored as dots in a vector file: curves of very many points."""
+"""Resolution of rasterised parts of a vector file: curves of very many points."""
 
 
 class TextFigure(Figure):

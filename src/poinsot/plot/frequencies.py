@@ -1,4 +1,4 @@
-"""The lines of a signal as stems over their frequencies, and the residual."""
+"""Plots of line spectra: stems over the frequencies, and the residual."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 __all__ = ["spectrum"]
 
 NAMED = 5
-"""Lines with their frequency written above them, the strongest."""
+"""Number of the strongest lines, whose frequencies are written above them."""
 DIGITS = 10
-"""Of a frequency, at most."""
+"""Largest number of digits of a frequency."""
 
 
 @plot

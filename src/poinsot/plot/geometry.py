@@ -13,8 +13,8 @@ from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, Unit, one_body, rate_unit_of
 from poinsot.plot.panels import dress, one_panel, plot
 from poinsot.plot.solids import (
-    Ellipsoid,
-    Solid,
+    DrawnEllipsoid,
+    DrawnSolid,
     draw_arrow,
     draw_path,
     draw_point,
@@ -39,7 +39,7 @@ __all__ = ["herpolhode", "is_constant", "poinsot_construction", "polhode"]
 Array = NDArray[np.float64]
 
 CONSTANT = 1e-6
-"""How much the angular momentum in space or the kinetic energy may vary, relative, and still be called constant."""
+"""Largest relative variation of a constant angular momentum in space or kinetic energy."""
 
 VIEW = (20.0, -60.0)
 
@@ -98,7 +98,7 @@ def poinsot_construction(
     eye = view_direction(VIEW if view is None else view)
     panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, index, time_unit)}", ax)
     semiaxes = unit.factor * np.sqrt(2 * motion.kinetic_energy[index] / moments)
-    solid = Solid(panel, Ellipsoid(turned, semiaxes), eye)
+    solid = DrawnSolid(panel, DrawnEllipsoid(turned, semiaxes), eye)
     solid.family(map(solid.ellipsoid.section, np.eye(3)), GREY, 0.6)
     G = np.linalg.norm(g)
     polhode = G * energy_curve(moments, g / G) / moments
@@ -156,7 +156,7 @@ def polhode(
     path, last = r"path of $\omega$", f"at {instant(motion, -1, time_unit)}"
     if not motion.system.parts and is_constant(motion.kinetic_energy[:, None]):
         energy = unit.factor**2 * motion.kinetic_energy[-1]
-        solid = Solid(panel, Ellipsoid(axes, np.sqrt(2 * energy / moments)), eye)
+        solid = DrawnSolid(panel, DrawnEllipsoid(axes, np.sqrt(2 * energy / moments)), eye)
         _draw_polhodes(solid, moments, energy)
         solid.curve(omega, BLUE, 2, path)
         solid.mark(omega[-1], GREEN, last)
@@ -230,7 +230,9 @@ def herpolhode(
 # ---------------------------------------------------------------------- parts of the pictures
 
 
-def _draw_invariable_plane(solid: Solid, omega: Array, index: int, radii: tuple[float, float]) -> tuple[Array, Array]:
+def _draw_invariable_plane(
+    solid: DrawnSolid, omega: Array, index: int, radii: tuple[float, float]
+) -> tuple[Array, Array]:
     """Draw the plane at the tip of omega with the herpolhode on it, omega and G; return two corners around all."""
     panel, tip, height = solid.axes, omega[index], omega[index, 2]
     above = solid.eye[2] > 0
@@ -255,7 +257,7 @@ def _draw_invariable_plane(solid: Solid, omega: Array, index: int, radii: tuple[
     return np.append(-np.maximum(half, reach), -height), np.append(np.maximum(half, reach), 1.5 * height)
 
 
-def _draw_polhodes(solid: Solid, moments: Array, energy: float) -> None:
+def _draw_polhodes(solid: DrawnSolid, moments: Array, energy: float) -> None:
     """Draw the polhodes of an energy: omega_i = sqrt(2T/D) n_i / I_i along the principal axes."""
 
     def of(directions: Iterable[Array]) -> Iterator[Array]:
@@ -304,7 +306,7 @@ def _facing(omega: Array, moments: Array) -> Array:
 
 
 def is_constant(values: Array) -> bool:
-    """Return whether vectors (n, k) stay what the first one is."""
+    """Return True if vectors (n, k) are constant."""
     change = np.max(np.linalg.norm(values - values[0], axis=-1))
     return bool(change <= CONSTANT * np.max(np.linalg.norm(values, axis=-1)))
 

@@ -1,4 +1,4 @@
-"""Shared by the plots: colours, units of axes, and the check of one motion."""
+"""Colours of plots, units of axes, and checks of the motion."""
 
 from __future__ import annotations
 
@@ -43,19 +43,19 @@ __all__ = [
 ]
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-"""Those of Okabe and Ito, told apart by all eyes."""
+"""Colours of Okabe and Ito, which colour-blind readers can distinguish."""
 BLACK, BLUE, VERMILION, GREEN, PURPLE = COLOURS[:5]
 GREY = "#8C8C8C"
 
 TIME_UNITS = {**SECONDS, "yr": 365.25 * SECONDS["d"]}
-"""In seconds; the year is the Julian one."""
+"""Units of time in seconds, with the Julian year."""
 
 SPANS = {"yr": 3.0, "d": 3.0, "h": 10_000 / 3600, "min": 10.0, "s": 0.0}
 """Units of time with their least span: the first unit in which the span reaches it is the default."""
 RATES = {"rpm": 10.0, "deg/s": 0.01, "deg/h": 1.0, "deg/d": 0.0}
 """Units of angular velocity with their least size: the default is the first that the largest rate reaches."""
 SMALL_ANGLE = np.radians(0.1)
-"""Below it angles are in arc seconds."""
+"""Angle, radians, below which the default unit is the arc second."""
 
 MEASURES: dict[str, tuple[float, dict[str, int]]] = {
     "m": (1.0, {"m": 1}),
@@ -65,7 +65,7 @@ MEASURES: dict[str, tuple[float, dict[str, int]]] = {
     "J": (1.0, {"kg": 1, "m": 2, "s": -2}),
     **{time: (seconds, {"s": 1}) for time, seconds in TIME_UNITS.items()},
 }
-"""Units of which others are made, in kg, m and s."""
+"""Units of which other units are products, in kg, m and s."""
 PREFIXES = {"": 1.0, "n": 1e-9, "u": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 
 NAMED_UNITS = {"kg m2 s-1": "N m s", "kg m2 s-2": "J"}
@@ -77,19 +77,19 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def one_rotation(motion: Trajectory, name: str = "motion") -> Trajectory:
-    """Return the motion of one body or of an ensemble; refuse that of two bodies."""
+    """Return the motion of one body or of an ensemble; raise an error for two bodies."""
     if len(motion.of_bodies) > 1:
         raise ValueError(f"{name} must be of one body, got two bodies. Take {name}.primary or {name}.secondary.")
     return motion
 
 
 def one_body(motion: Trajectory, name: str = "motion") -> Trajectory:
-    """Return the trajectory of one body; refuse two bodies, an ensemble, and one without times."""
+    """Return the trajectory of one body; raise an error for two bodies, an ensemble or no times."""
     return one_member(one_rotation(motion, name), name)
 
 
 def one_member(motion: Trajectory, name: str = "motion") -> Trajectory:
-    """Return the trajectory of one body or one pair; refuse an ensemble, and one without times."""
+    """Return the trajectory of one body or one pair; raise an error for an ensemble or no times."""
     if motion.is_ensemble:
         alone = "one body" if len(motion.of_bodies) == 1 else "one pair"
         raise ValueError(
@@ -102,14 +102,14 @@ def one_member(motion: Trajectory, name: str = "motion") -> Trajectory:
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit on an axis: the factor from the numbers of a motion, and how it is written."""
+    """Unit of an axis: the factor from the numbers of a motion, and its text."""
 
     factor: float
     written: str
 
     @property
     def label(self) -> str:
-        """The unit in brackets: " [rad s⁻¹]"."""
+        """Unit in brackets: " [rad s⁻¹]"."""
         return bracketed(self.written)
 
 

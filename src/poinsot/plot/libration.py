@@ -1,14 +1,14 @@
-"""The librations of one of two bodies against time."""
+"""Librations of one of two bodies against time."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
+from typing_extensions import Unpack
 
 from poinsot.analysis.libration import librations as librations_of
-from poinsot.plot.curves import Layout, against_time, jumps, reached
+from poinsot.plot.curves import SeparateCurveOptions, against_time, jumps, reached
 from poinsot.plot.labels import angle_unit_of
 from poinsot.plot.panels import plot
 from poinsot.propagation.bodies_of_motion import OfTwoBodies
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["librations"]
 
 BROKEN = 0.8 * np.pi
-"""By more an angle jumps from one sample to the next where it begins anew."""
+"""Angle, radians: a larger change between two samples interrupts the curve."""
 
 
 @plot
@@ -29,10 +29,7 @@ def librations(
     *,
     ax: Axes | None = None,
     angle_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
+    **options: Unpack[SeparateCurveOptions],
 ) -> Axes:
     """Draw yaw, pitch and roll of one of two bodies relative to their orbit.
 
@@ -61,7 +58,6 @@ def librations(
     angles = {name: getattr(found, name) for name in ("roll", "pitch", "yaw")}
     unit = angle_unit_of(angle_unit, list(angles.values()))
     curves = {f"librations of the {body}{unit.label}": {name: unit.factor * each for name, each in angles.items()}}
-    layout = Layout(ax, title, time_unit, window, separate)
     breaks = {name: jumps(each, BROKEN) for name, each in angles.items()}
-    panel: Axes = against_time(motion, curves, layout, breaks=breaks)[0]
+    panel: Axes = against_time(motion, curves, ax, breaks=breaks, **options)[0]
     return panel

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 SHADES = 512
 TWO_SIDED, ONE_SIDED = "PuOr_r", "cividis"
-"""Maps of even lightness that all eyes tell apart: white in the middle, and dark to light."""
+"""Colour maps of uniform lightness that colour-blind readers can distinguish: white in the middle; dark to light."""
 REGULAR = 2.0
 """MEGNO of regular motion."""
 
@@ -148,7 +148,7 @@ def _around(center: float, low: float, high: float) -> Any:
 
 
 def _limits(grid: Array, center: float | None) -> tuple[float, float]:
-    """Return what holds nearly all of the values and has the center inside."""
+    """Return limits that contain nearly all of the values, with the center inside."""
     known = grid[np.isfinite(grid)]
     low, high = (float(end) for end in np.percentile(known, [1, 99]))
     middle = low if center is None else center

@@ -1,4 +1,4 @@
-"""The numbers of a page: how they are written, and which of very many stored times it has."""
+"""Arrays of the 3D page: their encoding, and the selection among very many stored times."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Rows", "base64_of", "packed", "rows_of"]
+__all__ = ["PageTimes", "base64_of", "packed", "rows_of"]
 
 Array = NDArray[np.float64]
 
@@ -17,15 +17,15 @@ BUDGET = 3.0e6
 """Bytes of numbers that a page has at most; written in letters they are 4 MB."""
 
 COLUMNS = 1024
-"""Of pixels, for each of which a plot of very many times has the least and the largest value."""
+"""Number of columns of a plot of very many times, each with the least and the largest value."""
 
 WIDE, NARROW = "<f4", "<i2"
-"""How numbers are stored: in single precision; as parts in 32767 of the largest, where there are very many."""
+"""Encodings of numbers: single precision, or 16-bit fractions of the largest value for very many numbers."""
 
 
 @dataclass(frozen=True)
-class Rows:
-    """The stored times that a page has, forwards, and how it stores numbers."""
+class PageTimes:
+    """Stored times that a page contains, in increasing order, and the encoding of its numbers."""
 
     every: Array
     at: NDArray[np.intp]
@@ -33,16 +33,16 @@ class Rows:
 
     @property
     def times(self) -> Array:
-        """The times that the page has."""
+        """Times on the page."""
         return self.every[self.at]
 
     @property
     def are_all(self) -> bool:
-        """Whether these are all stored times."""
+        """True if the page contains all stored times."""
         return self.at.size == self.every.size
 
     def packed(self, values: Array) -> dict[str, Any]:
-        """Return what the page has of the values at all stored times."""
+        """Return the encoded values at the times of the page, from the values at all stored times."""
         return packed(values[self.at], self.kind)
 
     def envelope(self, values: Array) -> dict[str, Any]:
@@ -57,8 +57,8 @@ class Rows:
         }
 
 
-def rows_of(times: Array, rate: Array, numbers: int, sharing: int = 1) -> Rows:
-    """Return which times a page has of a motion with so many numbers at each: all, or those after equal turns.
+def rows_of(times: Array, rate: Array, numbers: int, sharing: int = 1) -> PageTimes:
+    """Return the times of a page for a motion with a count of numbers at each: all times, or times at equal rotations.
 
     Parameters
     ----------
@@ -71,15 +71,15 @@ def rows_of(times: Array, rate: Array, numbers: int, sharing: int = 1) -> Rows:
     budget = BUDGET / sharing
     order = np.arange(times.size)[:: 1 if times[-1] > times[0] else -1]
     if times.size * (8 + 4 * numbers) <= budget:
-        return Rows(times, order, WIDE)
+        return PageTimes(times, order, WIDE)
     most = int(budget / (8 + 2 * numbers))
     if times.size <= most:
-        return Rows(times, order, NARROW)
+        return PageTimes(times, order, NARROW)
     dt, rate = np.diff(times[order]), rate[order]
     turned = np.cumsum(0.5 * (rate[1:] + rate[:-1]) * dt)
     reached = np.append(0.0, turned / (turned[-1] or 1.0)) + (times[order] - times[order[0]]) / np.sum(dt)
     nearest = np.searchsorted(reached, np.linspace(0, reached[-1], most))
-    return Rows(times, order[np.unique(np.append(nearest.clip(0, times.size - 1), times.size - 1))], NARROW)
+    return PageTimes(times, order[np.unique(np.append(nearest.clip(0, times.size - 1), times.size - 1))], NARROW)
 
 
 def packed(values: Array, kind: str = WIDE) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What the page of the 3D view is told of a motion, as JSON takes it."""
+"""Content of the page of the 3D view, as JSON."""
 
 from __future__ import annotations
 
@@ -66,29 +66,29 @@ COLOURS = {
 }
 
 THINNEST = 0.01
-"""The least extent of a drawn body, relative to the largest: a flat plate remains visible from its side."""
+"""Smallest extent of a drawn body relative to the largest. A flat plate remains visible from its side."""
 
 LARGEST_SPHERE = 0.1
-"""Of a mass point, relative to the farthest one; of very many they are smaller."""
+"""Largest radius of the sphere of a mass point, relative to the farthest one; many spheres are smaller."""
 
 MOST_SPHERES = 20_000
-"""Of mass points that are drawn, the heaviest ones."""
+"""Largest number of drawn mass points, the heaviest ones."""
 
 SECONDS_PER_TURN = 4.0
 
 SHORTEST = 10.0
-"""How many seconds a whole motion takes at least, at the speed in which the page starts."""
+"""Shortest duration of a whole motion at the initial speed of the page, seconds."""
 
 
 DURATIONS = {"min": "minutes", "h": "hours", "d": "days", "yr": "years", "1": "units of time"}
 """Words for units of time in titles."""
 
 MOST_GHOSTS = 8
-"""Of other motions beside one."""
+"""Largest number of other motions on a page."""
 
 
 def others_of(motion: Trajectory, beside: Trajectory | Sequence[Trajectory] | None) -> list[Trajectory]:
-    """Return the motions that are shown beside one: of an ensemble members, equally spaced."""
+    """Return the motions to show together with the first one; of an ensemble, equally spaced members."""
     given = [beside] if isinstance(beside, Trajectory) else list(beside or ())
     others = [each for one in given for each in (one if one.is_ensemble else (one,))]
     for other in others:
@@ -106,7 +106,7 @@ def others_of(motion: Trajectory, beside: Trajectory | Sequence[Trajectory] | No
 
 
 def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str = "") -> dict[str, Any]:
-    """Return what the page shows, of one body or of two, and of other motions beside it."""
+    """Return the content of the page for one or two bodies, together with other motions."""
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     own = _of_pair(motion) if is_of_two_bodies(motion) else _of_body(motion)
@@ -135,7 +135,7 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
 
 
 def _of_body(motion: Trajectory) -> dict[str, Any]:
-    """Return what is shown of one body."""
+    """Return the content for one body."""
     rate = np.linalg.norm(motion.omega_body, axis=-1)
     mean_rate = float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0]))
     around = surroundings_of(motion, _pace(motion.times, mean_rate))
@@ -164,7 +164,7 @@ def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
 
 
 def _moving(motion: Trajectory) -> dict[str, Array]:
-    """Return what places and turns the bodies, by the names that the page has for it."""
+    """Return the positions and attitudes of the bodies, by the names on the page."""
     if not is_of_two_bodies(motion):
         return {"quaternion": motion.quaternion, "omega_body": motion.omega_body}
     arrays = {"position": motion.position, "velocity": motion.velocity}
@@ -174,7 +174,7 @@ def _moving(motion: Trajectory) -> dict[str, Array]:
 
 
 def _of_pair(motion: Trajectory) -> dict[str, Any]:
-    """Return what is shown of two bodies."""
+    """Return the content for two bodies."""
     pair, distance = two_bodies(motion.system), motion.distance
     rates, bodies, largest, reach = {}, {}, {}, 0.0
     for (name, one), mass, sign in zip(motion.of_bodies.items(), pair.masses, (-1, 1), strict=True):
@@ -285,7 +285,7 @@ def _shape(shape: Shape | None) -> list[dict[str, Any]] | None:
 
 
 def _part(part: Any, center: Array, scale: float) -> dict[str, Any]:
-    """Return what one part looks like, all lengths times a scale."""
+    """Return the appearance of one part, with all lengths multiplied by a scale."""
     if isinstance(part, Mesh):
         return {"triangles": packed(scale * (part.vertices - center)[part.faces])}
     if isinstance(part, Mascons):
@@ -313,7 +313,7 @@ def _invariable_plane(motion: Trajectory) -> dict[str, Any] | None:
 
 
 def _rolls(motion: Trajectory) -> bool:
-    """Return whether the polhode lies on an inertia ellipsoid."""
+    """Return True if the polhode lies on an inertia ellipsoid."""
     if motion.system.parts:
         return False
     energy = motion.kinetic_energy

@@ -1,4 +1,4 @@
-"""What the page of the 3D view has around a body: its orbit, the Sun, torques, fields, wheels, facets and events."""
+"""Surroundings of a body on the page of the 3D view: orbit, Sun, torques, fields, wheels, facets and events."""
 
 from __future__ import annotations
 
@@ -39,30 +39,30 @@ FIELDS = ("#56B4E9", "#0072B2")
 MOMENTA = ("#B15928", "#6A3D9A")
 
 SAME_MU = 1e-3
-"""How far, relative, the gravitational parameter of an attractor may be from the known one of a body."""
+"""Largest relative difference between the gravitational parameter of an attractor and of a known body."""
 METRES = 1000.0
-"""In a kilometre; in a unit of length in which mu is known to be this to the third power times that in km."""
+"""Metres in a kilometre. In a unit of length 1000 times smaller, mu is 1000^3 times its value in km."""
 
 MOST_EVENTS = 1000
-"""Of one kind, on the line of time."""
+"""Largest number of events of one kind on the time line."""
 
 MOST_FACETS = 1000
-"""That are drawn; more are those of a mesh, which is drawn itself."""
+"""Largest number of drawn facets. More facets belong to a mesh, which the page draws itself."""
 
 
 FASTEST_WHEEL = np.pi
-"""Radians that a wheel turns on the page in a second, at most."""
+"""Largest angular velocity of a wheel on the page, radians per second."""
 
 
 class Surroundings(NamedTuple):
-    """What is around a body: as the page reads it, and the arrays at the stored times that go with it."""
+    """Surroundings of a body: the content for the page, and its arrays at the stored times."""
 
     content: dict[str, Any]
     arrays: dict[str, Array]
 
 
 def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
-    """Return what is around a body or a pair; the pace is the time that passes on the page in a second."""
+    """Return the surroundings of a body or a pair; `pace` is the time that passes on the page in a second."""
     found = Surroundings({"vectors": []}, {})
     state = state_of(motion.phase, motion.times)
     instant = motion.system.dynamics.beside(state.shape).at(state, motion.environment)
@@ -113,8 +113,8 @@ def _add_orbit(found: Surroundings, motion: Trajectory) -> None:
 
 def _attractor(orbit: Orbit, motion: Trajectory) -> tuple[str, float | None]:
     """Return the name of an attractor, and its radius in the unit of the orbit if that can be known."""
-    told = [each for each in _within(motion, Occulter) if same(each.orbit, orbit)]
-    radius = float(told[0].radius) if told else None
+    occulters = [each for each in _within(motion, Occulter) if same(each.orbit, orbit)]
+    radius = float(occulters[0].radius) if occulters else None
     second = 1 / SECONDS.get(motion.system.units["time"], 1.0)
     for name, mu in MU.items():
         ratio = _mu(orbit) * second**2 / mu
@@ -264,9 +264,9 @@ def events_of(motion: Trajectory) -> list[dict[str, Any]]:
 
 
 def calendar_of(motion: Trajectory) -> dict[str, Any] | None:
-    """Return what time 0 is as milliseconds since 1970 on the clock of a scale, and the unit of time in milliseconds.
+    """Return time 0 in milliseconds since 1970 in a time scale, and the unit of time in milliseconds.
 
-    Of UTC the first time is exact, and the others are if no second is inserted on the way.
+    In UTC the first time is exact; later times are exact if no leap second is inserted.
     """
     calendar = motion.calendar
     if calendar is None:
@@ -292,7 +292,7 @@ def _milliseconds(date: str) -> float:
 
 
 def _within(record: Any, kind: Any) -> Iterator[Any]:
-    """Yield what is of a kind among the forces of a motion or a system, and within them."""
+    """Yield the objects of a class among the forces of a motion or a system, and within them."""
     system = record.system if isinstance(record, Trajectory) else record
     return (each for force in system.forces for each in within(force) if isinstance(each, kind))
 

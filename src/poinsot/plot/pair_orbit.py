@@ -1,4 +1,4 @@
-"""The orbit of two bodies about each other, in its plane."""
+"""Orbit of two bodies about each other, in its plane."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def _plane(motion: OfTwoBodies) -> Array:
 
 
 def _hull(points: Array) -> Array:
-    """Return the corners of the convex hull of points of a plane, or all of them where they span none."""
+    """Return the corners of the convex hull of points of a plane, or all points if they span no area."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:

@@ -1,17 +1,17 @@
-"""What plots share: options, the axes of the user or of a new figure, and legends."""
+"""Options of plots, axes of the user or of a new figure, and legends."""
 
 from __future__ import annotations
 
 import inspect
 import math
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.checked import Function, checked
+from poinsot.checked import Function, checked, hint_of
 from poinsot.errors import array_of
 from poinsot.printable import described
 
@@ -45,38 +45,65 @@ OPTIONS = {
     "title": "title : str, optional\n    Title above the plot.",
 }
 """Descriptions of the options that several plots share."""
+DEFAULTS = {"separate": False, "title": ""}
+"""Defaults of options in groups; None for all others."""
 
 PAD = 28
-"""Points between axes and their title: room for a legend."""
+"""Points between axes and their title, for a legend."""
 PLAIN = (-4, 5)
 """Powers of ten between which numbers on the axes are written without one."""
 POWER = 0.05
-"""Of the height of a panel: what the power of ten above it takes."""
+"""Height of the power of ten above a panel, as fraction of the height of the panel."""
 RIGHT_ANGLE, TICKS = 90.0, 5
 """Degrees, and ticks an inch."""
 MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
 SAMPLE, CHARACTER = 0.4, 0.06
-"""Inches of a legend: of a sample of a line, and of a letter."""
+"""Widths in a legend, inches: the sample of a line, and a letter."""
 
 
 def plot(function: Function) -> Function:
-    """Check the arguments of a public plot, and list its shared options in the docstring, at `{options}`."""
+    """Check the arguments of a public plot, and list its shared options in the docstring, at `{options}`.
+
+    The signature of the plot names each option of the group `**options: Unpack[...]`.
+    """
     checking: Any = checked(function)
-    options = [OPTIONS[name] for name in inspect.signature(function).parameters if name in OPTIONS]
-    if "3D" in str(inspect.signature(function).return_annotation):
+    signature = _expanded(function)
+    options = [OPTIONS[name] for name in signature.parameters if name in OPTIONS]
+    if "3D" in str(signature.return_annotation):
         options = [option.replace("Panel to draw in.", "3D panel to draw in.") for option in options]
     checking.__doc__ = inspect.cleandoc(function.__doc__ or "").replace("{options}", "\n".join(options))
+    checking.__signature__ = signature
     return checking  # type: ignore[no-any-return]
 
 
+def _expanded(function: Callable[..., Any]) -> inspect.Signature:
+    """Return the signature of a plot with the keywords of its group of options in the order of `OPTIONS`."""
+    signature = inspect.signature(function)
+    *named, last = signature.parameters.values()
+    if last.kind is not last.VAR_KEYWORD:
+        return signature
+    [group] = get_args(hint_of(last.annotation, function.__globals__))
+    keywords = [
+        inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=DEFAULTS.get(name),
+            annotation=group.__annotations__[name].__forward_arg__,
+        )
+        for name in OPTIONS
+        if name in group.__annotations__
+    ]
+    return signature.replace(parameters=[*named, *keywords])
+
+
 def one_panel(ax: Axes | None, size: tuple[float, float], title: str = "") -> Axes:
-    """Return the axes to draw in, those given or those of a new figure."""
+    """Return the given axes, or the axes of a new figure."""
     panel: Axes = panels(ax, 1, size, title)[0]
     return panel
 
 
 def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -> NDArray[Any]:
-    """Return axes side by side, those given (of one: itself) or those of a new figure; shape (count,)."""
+    """Return the given axes, or axes side by side in a new figure; shape (count,)."""
     if given is None:
         import matplotlib.pyplot as plt
 
@@ -107,7 +134,7 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
 
 
 def count_degrees(axis: Any, label: str) -> None:
-    """Put ticks at fractions of a right angle on an axis that has more than one, if its label says degrees."""
+    """Put ticks at fractions of a right angle on an axis that has more than one, if its unit is the degree."""
     from matplotlib.ticker import MaxNLocator
 
     if label.endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:

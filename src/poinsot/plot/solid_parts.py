@@ -1,4 +1,4 @@
-"""What of a body is drawn: the parts of its shape, or the homogeneous ellipsoid of its moments."""
+"""Drawn surfaces of a body: the parts of its shape, or the homogeneous ellipsoid with its moments."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SPHERE = np.stack([np.sin(UP) * np.cos(AROUND), np.sin(UP) * np.sin(AROUND), np.
 TUBE = np.stack([np.cos(AROUND), np.sin(AROUND), 1 + 0 * AROUND], axis=-1)
 
 MOST_BALLS = 300
-"""Of mass points, the heaviest ones, that are drawn as balls."""
+"""Largest number of mass points drawn as balls, the heaviest ones."""
 
 
 def parts_of(shape: Shape | None) -> list[Any] | None:

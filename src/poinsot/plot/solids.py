@@ -19,8 +19,8 @@ from poinsot.plot.labels import GREY
 from poinsot.printable import described
 
 __all__ = [
-    "Ellipsoid",
-    "Solid",
+    "DrawnEllipsoid",
+    "DrawnSolid",
     "draw_arrow",
     "draw_path",
     "draw_point",
@@ -35,16 +35,16 @@ __all__ = [
 Array = NDArray[np.float64]
 
 FADED = 0.3
-"""The opacity of what lies on the far side."""
+"""Opacity of curves on the far side."""
 
 MOST_POINTS = 20_000
-"""Of a line that a vector file has as a line."""
+"""Largest number of points of a line that a vector file stores as a line."""
 
 LAYERS = 24
-"""Of light on a solid."""
+"""Number of layers of light on a solid."""
 
 SIDE, TALLEST, ROOM = 6.4, 5.6, 0.15
-"""Inches: the width of a figure, the largest height of the picture in it, and what is free around that."""
+"""Width of a figure, largest height of its picture, and margin, inches."""
 BELOW, LINE = 0.45, 0.27
 """Inches of the legend below, and of a line of the title above."""
 
@@ -53,7 +53,7 @@ PER_CHARACTER = 4
 
 
 @dataclass(frozen=True)
-class Ellipsoid:
+class DrawnEllipsoid:
     """An ellipsoid about the origin.
 
     Attributes
@@ -79,17 +79,17 @@ class Ellipsoid:
         return self.section(eye @ self.axes / self.semiaxes)
 
     def reach(self, direction: Array) -> float:
-        """Return how far the ellipsoid extends along a unit vector."""
+        """Return the extent of the ellipsoid along a unit vector."""
         return float(np.linalg.norm(direction @ self.axes * self.semiaxes))
 
 
-class Solid:
+class DrawnSolid:
     """An ellipsoid drawn as seen from one direction.
 
     Painted in this order: 1 the solid, 2 the curves on its far side, 3 those on its near side, 8 points.
     """
 
-    def __init__(self, axes: Any, ellipsoid: Ellipsoid, eye: Array) -> None:
+    def __init__(self, axes: Any, ellipsoid: DrawnEllipsoid, eye: Array) -> None:
         self.axes = axes
         self.ellipsoid = ellipsoid
         self.eye = eye
@@ -210,7 +210,7 @@ def finish(axes: Any, own_figure: bool) -> None:
 
 
 def _fill(axes: Any) -> None:
-    """Scale and move axes so that what is drawn fills the width or the height, and make the figure as high as it."""
+    """Scale and move axes so that the picture fills the width or the height, and fit the height of the figure."""
     figure = axes.figure
     below = BELOW * bool(axes.get_legend_handles_labels()[0]) + ROOM
     above = LINE * (1 + figure.get_suptitle().count("\n")) + 2 * ROOM
@@ -236,13 +236,13 @@ def _seen(axes: Any, points: Any) -> Array:
 
 
 def _corners(text: Any, axes: Any) -> Array:
-    """Return two corners of a text in space as it is seen, pixels: matplotlib says where it would be in the plane."""
+    """Return two corners of a text in space, pixels, moved from the place that matplotlib reports to the drawn one."""
     moved = axes.transData.transform([_seen(axes, text.get_position_3d()), text.get_position()])
     return np.asarray(text.get_window_extent().get_points() + moved[0] - moved[1])
 
 
 def _extent(axes: Any) -> tuple[Array, Array]:
-    """Return the lower left and the upper right corner of what is drawn, inches.
+    """Return the lower left and the upper right corner of the picture, inches.
 
     Nothing is drawn but visible axes, which place their words by that: it would take most of the time of a picture.
     """

@@ -1,4 +1,4 @@
-"""The sphere of directions of the angular momentum in the body, with the curves of equal energy."""
+"""Sphere of directions of the angular momentum in the body, with the curves of equal energy."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import State
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, one_body
 from poinsot.plot.panels import plot
-from poinsot.plot.solids import Ellipsoid, Solid, finish, solid_axes, view_direction
+from poinsot.plot.solids import DrawnEllipsoid, DrawnSolid, finish, solid_axes, view_direction
 from poinsot.plot.time_axis import instant
 from poinsot.propagation.trajectory import Trajectory
 
@@ -23,7 +23,7 @@ __all__ = ["momentum_sphere"]
 
 Array = NDArray[np.float64]
 
-UNIT_SPHERE = Ellipsoid(np.eye(3), np.ones(3))
+UNIT_SPHERE = DrawnEllipsoid(np.eye(3), np.ones(3))
 
 
 @plot
@@ -80,7 +80,7 @@ def momentum_sphere(
     eye = _facing(moments, shown[-1] if len(shown) else np.ones(3)) if view is None else view_direction(view)
     forced = path is not None and (bool(path.system.forces) or not path.system.dynamics.moves_alone)
     panel: Axes3D = solid_axes(eye, _title(moments, forced), ax)
-    solid = Solid(panel, UNIT_SPHERE, eye)
+    solid = DrawnSolid(panel, UNIT_SPHERE, eye)
     _draw_modes(solid, moments)
     _draw_states(solid, moments, marked)
     if path is not None:
@@ -99,8 +99,8 @@ def momentum_sphere(
 # ---------------------------------------------------------------------- parts of the picture
 
 
-def _draw_modes(solid: Solid, moments: Array) -> None:
-    """Draw the curves of both modes, and what lies between them."""
+def _draw_modes(solid: DrawnSolid, moments: Array) -> None:
+    """Draw the curves of both modes, and the separatrices or fixed directions between them."""
     long, middle, short = np.argsort(moments)
     solid.family(energy_curves(moments, short), BLUE, 1.0, "short-axis mode")
     solid.family(energy_curves(moments, long), VERMILION, 1.0, "long-axis mode")
@@ -110,7 +110,7 @@ def _draw_modes(solid: Solid, moments: Array) -> None:
         solid.curve(UNIT_SPHERE.section(symmetry), BLACK, 1.4, "fixed directions", linestyle=":")
 
 
-def _draw_states(solid: Solid, moments: Array, n: Array) -> None:
+def _draw_states(solid: DrawnSolid, moments: Array, n: Array) -> None:
     for i, direction in enumerate(n):
         if not spherical(moments):
             solid.curve(energy_curve(moments, direction), GREEN, 2.2)
@@ -157,7 +157,7 @@ def _facing(moments: Array, n: Array) -> Array:
 
 
 def _names(moments: Array) -> list[str]:
-    """Return what the principal axes are called."""
+    """Return the names of the principal axes."""
     if spherical(moments):
         return ["axis"] * 3
     long, middle, short = np.argsort(moments)

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Unpack
 
 from poinsot.analysis.transition_matrix import StateTransition
 from poinsot.errors import real_array
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.mechanics.units import DerivedUnits
-from poinsot.plot.curves import Layout, against_time
+from poinsot.plot.curves import CurveOptions, against_time
 from poinsot.plot.labels import angle_unit_of, bracketed, momentum_label, one_member
 from poinsot.plot.panels import Pair, plot
 
@@ -28,9 +29,7 @@ def uncertainty(
     *,
     axes: Pair = None,
     angle_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    title: str = "",
+    **options: Unpack[CurveOptions],
 ) -> NDArray[Any]:
     """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
 
@@ -83,7 +82,7 @@ def uncertainty(
             rf"$1\sigma$ of the position{lengths[0]}": _of("position", deviations, "r"),
             rf"$1\sigma$ of the momentum{lengths[1]}": _of("momentum", deviations, "p"),
         }
-    return against_time(motion, curves, Layout(axes, title, time_unit, window), log=True)
+    return against_time(motion, curves, axes, log=True, **options)
 
 
 def _of(kind: str, deviations: dict[str, Array], symbol: str, factor: float = 1.0) -> dict[str, Array]:

@@ -23,9 +23,9 @@ Array = NDArray[np.float64]
 
 DATES = ["%Y", "%Y-%m", "%m-%d", "%H:%M", "%H:%M", "%H:%M:%S.%f"]
 FIRST_DATES = ["%Y", "%Y", "%Y-%m-%d", "%m-%d", "%H:%M", "%H:%M:%S"]
-"""How ticks at years, months, days, hours, minutes and seconds are written, and those where a longer unit begins."""
+"""Formats of ticks at years, months, days, hours, minutes and seconds, and of ticks where a longer unit begins."""
 WHOLE = re.compile(r"\.0*$")
-"""What a date with whole seconds may end in."""
+"""Zero decimals at the end of a date with whole seconds."""
 MOST_DATES = 7
 """Ticks of an axis of dates: 36 months, 72 hours, 180 minutes and seconds have so many of their largest intervals."""
 UNIX_EPOCH = 2440587.5
@@ -34,15 +34,15 @@ UNIX_EPOCH = 2440587.5
 
 @dataclass(frozen=True)
 class TimeAxis:
-    """How times are drawn.
+    """Axis of times.
 
     Attributes
     ----------
     unit : Unit
-        Of numbers.
+        Unit of the numbers on the axis.
     label : str
     calendar : Calendar, optional
-        Of dates.
+        Calendar of an axis of dates.
     """
 
     unit: Unit
@@ -50,7 +50,7 @@ class TimeAxis:
     calendar: Calendar | None = None
 
     def places(self, times: ArrayLike) -> Array:
-        """Return where times are on the axis."""
+        """Return the coordinates of times on the axis."""
         times = np.asarray(times, dtype=float)
         if self.calendar is None:
             return np.asarray(self.unit.factor * times)

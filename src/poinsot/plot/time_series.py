@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
+from typing_extensions import Unpack
 
 from poinsot.algebra import quaternion as quat
 from poinsot.plot.comparison import median_attitude
-from poinsot.plot.curves import Layout, against_time, reached
+from poinsot.plot.curves import CurveOptions, SeparateCurveOptions, against_time, reached
 from poinsot.plot.labels import bracketed, column_label, in_words, one_rotation, rate_unit_of, torque_unit_of, unit_of
 from poinsot.plot.panels import Pair, plot
 from poinsot.printable import quoted
@@ -34,21 +35,13 @@ __all__ = [
 Array = NDArray[np.float64]
 
 FLOOR = 0.5 * np.finfo(float).eps
-"""The smallest value on the log axis of relative drifts: the rounding of a float."""
+"""Smallest value on the log axis of relative drifts: the unit roundoff of a float."""
 ROUNDING = 1e-12
-"""Part of its largest value below which a torque is rounding, which a log axis does not show."""
+"""Fraction of its largest value below which a torque is rounding error and is not drawn."""
 
 
 @plot
-def quaternions(
-    motion: Trajectory,
-    *,
-    axes: Pair = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
-) -> NDArray[Any]:
+def quaternions(motion: Trajectory, *, axes: Pair = None, **options: Unpack[SeparateCurveOptions]) -> NDArray[Any]:
     """Draw the four components of q (left) and of Q (right) against time, as in the figures of the paper.
 
     Parameters
@@ -76,19 +69,12 @@ def quaternions(
         "Euler parameters $q$": _named("$q_{}$", sign * motion.quaternion, 0),
         momenta: _named("$Q_{}$", sign * motion.conjugate_momenta, 0),
     }
-    return against_time(motion, curves, Layout(axes, title, time_unit, window, separate))
+    return against_time(motion, curves, axes, **options)
 
 
 @plot
 def angular_velocity(
-    motion: Trajectory,
-    *,
-    axes: Pair = None,
-    rate_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
+    motion: Trajectory, *, axes: Pair = None, rate_unit: str | None = None, **options: Unpack[SeparateCurveOptions]
 ) -> NDArray[Any]:
     """Draw the inertial angular velocity along the body axes (left) and along the space axes (right).
 
@@ -118,19 +104,12 @@ def angular_velocity(
     if len(rates) == 1:
         in_space = _named(r"$\omega_{{s{}}}$", unit.factor * motion.omega_space, 1)
         curves[f"angular velocity, space axes{unit.label}"] = in_space
-    return against_time(reached(motion), curves, Layout(axes, title, time_unit, window, separate))
+    return against_time(reached(motion), curves, axes, **options)
 
 
 @plot
 def angular_momentum(
-    motion: Trajectory,
-    *,
-    axes: Pair = None,
-    momentum_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
+    motion: Trajectory, *, axes: Pair = None, momentum_unit: str | None = None, **options: Unpack[SeparateCurveOptions]
 ) -> NDArray[Any]:
     """Draw the angular momentum of body and parts along the body axes (left) and along the space axes (right).
 
@@ -155,19 +134,12 @@ def angular_momentum(
         f"angular momentum, body axes{unit.label}": _named("$g_{}$", unit.factor * motion.angular_momentum_body, 1),
         f"angular momentum, space axes{unit.label}": _named("$G_{}$", unit.factor * motion.angular_momentum_space, 1),
     }
-    return against_time(reached(motion), curves, Layout(axes, title, time_unit, window, separate))
+    return against_time(reached(motion), curves, axes, **options)
 
 
 @plot
 def part_variables(
-    motion: Trajectory,
-    part: str = "",
-    *,
-    ax: Axes | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    separate: bool = False,
-    title: str = "",
+    motion: Trajectory, part: str = "", *, ax: Axes | None = None, **options: Unpack[SeparateCurveOptions]
 ) -> Axes:
     """Draw the variables of a part, `motion.own`.
 
@@ -206,20 +178,13 @@ def part_variables(
     names, values = components(own[part]), np.moveaxis(motion.own[part], -1, 0)
     label = f"variables of {part}{column_label(motion.system, f'own_{part}')}"
     curves = {name.replace("_", " "): value for name, value in zip(names, values, strict=True)}
-    layout = Layout(ax, title, time_unit, window, separate)
-    panel: Axes = against_time(reached(motion), {label: curves}, layout)[0]
+    panel: Axes = against_time(reached(motion), {label: curves}, ax, **options)[0]
     return panel
 
 
 @plot
 def distance(
-    motion: OfTwoBodies,
-    *,
-    ax: Axes | None = None,
-    length_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    title: str = "",
+    motion: OfTwoBodies, *, ax: Axes | None = None, length_unit: str | None = None, **options: Unpack[CurveOptions]
 ) -> Axes:
     """Draw the distance of the centres of mass of two bodies.
 
@@ -241,19 +206,13 @@ def distance(
     """
     unit = unit_of("length_unit", motion.system.units["length"], length_unit)
     curves = {f"distance of the centres of mass{unit.label}": {"": unit.factor * motion.distance}}
-    panel: Axes = against_time(reached(motion), curves, Layout(ax, title, time_unit, window))[0]
+    panel: Axes = against_time(reached(motion), curves, ax, **options)[0]
     return panel
 
 
 @plot
 def torques(
-    motion: Trajectory,
-    *,
-    ax: Axes | None = None,
-    torque_unit: str | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    title: str = "",
+    motion: Trajectory, *, ax: Axes | None = None, torque_unit: str | None = None, **options: Unpack[CurveOptions]
 ) -> Axes:
     """Draw the magnitude of the torque of each force, on a log axis.
 
@@ -289,20 +248,12 @@ def torques(
         in_words(name): np.where(size > ROUNDING * np.nanmax(size, initial=0), unit.factor * size, np.nan)
         for name, size in sizes.items()
     }
-    layout = Layout(ax, title, time_unit, window)
-    panel: Axes = against_time(reached(motion), {f"torque{unit.label}": shown}, layout, log=True)[0]
+    panel: Axes = against_time(reached(motion), {f"torque{unit.label}": shown}, ax, log=True, **options)[0]
     return panel
 
 
 @plot
-def drift(
-    motion: Trajectory,
-    *,
-    ax: Axes | None = None,
-    time_unit: str | None = None,
-    window: ArrayLike | None = None,
-    title: str = "",
-) -> Axes:
+def drift(motion: Trajectory, *, ax: Axes | None = None, **options: Unpack[CurveOptions]) -> Axes:
     """Draw the relative drift of the conserved quantities, on a log axis.
 
     The norm error |q| - 1 and the tangency error q . Q / |Q| are zero in exact arithmetic. Each integral of motion is
@@ -334,22 +285,21 @@ def drift(
     curves = {
         name: np.where(np.isnan(drift), drift, np.maximum(np.abs(drift), FLOOR)) for name, drift in drifts.items()
     }
-    layout = Layout(ax, title, time_unit, window)
-    panel: Axes = against_time(motion, {"relative drift": curves}, layout, log=True)[0]
+    panel: Axes = against_time(motion, {"relative drift": curves}, ax, log=True, **options)[0]
     panel.set_ylim(bottom=0.8 * FLOOR)
     return panel
 
 
-# ---------------------------------------------------------------------- what is drawn
+# ---------------------------------------------------------------------- quantities
 
 
 def _of(body: str) -> str:
-    """Return what is said of which body something is: nothing where there is but one."""
+    """Return the suffix that names a body, empty for a single body."""
     return body and f" of the {body}"
 
 
 def _names_of_integrals(motion: Trajectory) -> dict[str, str]:
-    """Return what the integrals are called in a legend, of one body with their value at the start."""
+    """Return the names of the integrals in a legend; for a single motion with their initial values."""
     names, values = {}, motion.integrals
     for integral in motion.system.integrals:
         letter, index = integral.symbol[0], integral.symbol[1:]
@@ -368,7 +318,7 @@ def _named(pattern: str, values: Array, first: int) -> dict[str, Array]:
 
 
 def _signs(motion: Trajectory) -> Array:
-    """Return the signs that take the quaternions of members to the side of the median attitude; 1 of one motion."""
+    """Return the signs that map the quaternions of members to the hemisphere of the median; 1 for a single motion."""
     if not motion.is_ensemble:
         return np.ones(1)
     median = median_attitude(motion.quaternion)

@@ -33,16 +33,16 @@ SEEN = {
     "body": ("The body", {"quaternion": [f"<i>q</i>{i}" for i in "₀₁₂₃"], "momenta": [f"<i>Q</i>{i}" for i in "₀₁₂₃"]}),
     "pair": ("Two bodies", {"distance": ["<i>r</i>"], "secondary_omega_body": [f"<i>ω</i>{i}" for i in "₁₂₃"]}),
 }
-"""By what is seen: its name, and the plots beside it with the symbols of their components."""
+"""Title of each kind of scene, and its plots with the symbols of their components."""
 
-SAID = {
+CAPTIONS = {
     "body": {
         "orbit": "Orbit and attractor are to scale with each other, the body is larger.",
         "facets": "Facets: dark ones absorb light, white ones scatter it, blue ones mirror it.",
     },
     "pair": {"bodies": "Bodies and orbits are to scale.", "orbit": "What they orbit has a scale of its own."},
 }
-"""What is said of the scene, by what is seen and what is there."""
+"""Captions by kind of scene and by its contents."""
 
 
 FRAME = (
@@ -161,7 +161,7 @@ def _page(motion: Trajectory, beside: Motions | None, title: str) -> str:
         "style": style,
         "seen": name,
         "plots": "\n".join(_figure(*plot) for plot in plots.items()),
-        "scale": " ".join(text for part, text in SAID[seen].items() if (content | around).get(part)),
+        "scale": " ".join(text for part, text in CAPTIONS[seen].items() if (content | around).get(part)),
         "alone": "" if "orbit" in around else " checked",
         "herpolhode": " checked" if content.get("plane") else "",
         "around": "\n".join(_labels_around(around, len(content.get("ghosts", ())))),
@@ -181,7 +181,7 @@ def _figure(name: str, symbols: list[str]) -> str:
 
 
 def _labels_around(around: dict[str, Any], ghosts: int) -> Iterator[str]:
-    """Yield the controls of what is around a body."""
+    """Yield the controls of the surroundings of a body."""
     orbit = around.get("orbit", {})
     if orbit:
         size = f" ({orbit['size']})" if orbit["size"] else ""

@@ -15,7 +15,7 @@ import poinsot as pt
 from poinsot.analysis import polhodes
 from poinsot.plot import page_content
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION
-from poinsot.plot.solids import Ellipsoid, Solid, right_and_up, solid_axes, view_direction
+from poinsot.plot.solids import DrawnEllipsoid, DrawnSolid, right_and_up, solid_axes, view_direction
 from poinsot.propagation.row_source import MemoryRows
 
 SI = {"time": "s", "inertia": "kg m2"}
@@ -386,8 +386,8 @@ def test_principal_axes_are_named_at_their_near_ends(name):
 @pytest.mark.parametrize("view", [(30, 40), (-50, 200), (90, 0), (-90, 0), (0, 0)])
 def test_what_is_hidden_is_faded(view):
     eye = view_direction(view)
-    ellipsoid = Ellipsoid(TURNED, np.array([1.0, 2.0, 0.5]))
-    solid = Solid(solid_axes(eye, ""), ellipsoid, eye)
+    ellipsoid = DrawnEllipsoid(TURNED, np.array([1.0, 2.0, 0.5]))
+    solid = DrawnSolid(solid_axes(eye, ""), ellipsoid, eye)
     count = len(solid.axes.lines)
     for pole in np.eye(3):
         solid.curve(ellipsoid.section(pole), BLUE, 1)
