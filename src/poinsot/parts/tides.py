@@ -111,11 +111,11 @@ class CreepingTide(Part):
         return _trace_free(tensor) * (self._compliance / 2)
 
 
-PLACES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
-"""Of the variables in the tensor."""
+TENSOR_INDICES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
+"""Row and column of each variable in the tensor."""
 
 
 def _trace_free(tensor: Matrix) -> functions.Vector:
     """Return the five components of a symmetric tensor less its trace."""
     third = (tensor[0][0] + tensor[1][1] + tensor[2][2]) / 3
-    return functions.Vector(tensor[i][j] - third if i == j else tensor[i][j] for i, j in PLACES)
+    return functions.Vector(tensor[i][j] - third if i == j else tensor[i][j] for i, j in TENSOR_INDICES)
