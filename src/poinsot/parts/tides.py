@@ -80,9 +80,9 @@ class CreepingTide(Part):
         return (a * a + a * b + b * b + c * c + d * d + e * e) / self._compliance
 
     @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
-        # The pull is by variables: as a tensor without trace it is the one with P : dD = pull . d own.
-        a, b, c, d, e = pull
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
+        # The generalised force is per variable. As a trace-free tensor P it satisfies P : dD = force . d own.
+        a, b, c, d, e = generalised_force
         gravity = functions.Vector(((2 * a - b) / 3, (2 * b - a) / 3, c / 2, d / 2, e / 2))
         centrifugal = _trace_free(outer(instant.omega_body, instant.omega_body)) * 0.5
         force = (gravity + centrifugal) * self._compliance
