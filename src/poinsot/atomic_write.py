@@ -184,7 +184,7 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
 
 
 def exists(path: Path) -> bool:
-    """Return whether a name leads to something, after an unfinished replacement of it is finished."""
+    """Return True if a path exists, after completing an unfinished replacement of it."""
     if not path.exists():
         _clean_up(path.parent)
     return path.exists()
@@ -217,7 +217,7 @@ def _remove(folder: Path) -> None:
 
 
 def _is_left(folder: Path) -> bool:
-    """Return whether the process that made a folder has ended, or left it otherwise."""
+    """Return True if the process that made a folder has ended or abandoned the folder."""
     try:
         had_lock = (folder / BEFORE).exists()
         if not had_lock and time.time() - folder.stat().st_mtime < FRESH:

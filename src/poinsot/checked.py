@@ -23,26 +23,26 @@ from poinsot.printable import described, kind_of, quoted, shortened
 
 __all__ = ["checked", "checked_fields", "hint_of"]
 
-MAX_NAME = 255
+MAX_NAME_BYTES = 255
 """Bytes of the name of a file, the limit of most file systems."""
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 Converter = Callable[[str, Any], Any]
 
 
-class Rule(NamedTuple):
-    """Whether a value is of a kind, and what that is in words."""
+class KindTest(NamedTuple):
+    """Test of the kind of a value, with the name of the kind in words."""
 
     holds: Callable[[Any], bool]
     words: str
     is_class: bool = False
 
 
-HINTS = {"a Frame": " An orbit has one: orbit.frame."}
+KIND_HINTS = {"a Frame": " An orbit has one: orbit.frame."}
 
 
 def checked(function: Function) -> Function:
-    """Refuse arguments of another kind than the annotations of a public function say, in a sentence."""
+    """Raise a TypeError if an argument of a public function is not of the kind that its annotation names."""
     parameters = inspect.signature(function).parameters.values()
     ordered = [p for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
     names = [p.name for p in ordered]
@@ -53,7 +53,7 @@ def checked(function: Function) -> Function:
     others = next((p.name for p in parameters if p.kind is p.VAR_KEYWORD), "")
 
     @functools.cache
-    def rules() -> dict[str, tuple[Rule | None, list[Converter]]]:
+    def rules() -> dict[str, tuple[KindTest | None, list[Converter]]]:
         hints = {p.name: hint_of(p.annotation, function.__globals__) for p in parameters}
         if get_origin(hints.get(others)) is Unpack:
             hints |= _hints_of_group(get_args(hints.pop(others))[0])
@@ -78,12 +78,12 @@ def checked(function: Function) -> Function:
 
 
 def _hints_of_group(group: Any) -> dict[str, Any]:
-    """Return what the annotations of a TypedDict stand for: arguments that several functions have."""
+    """Return the type hints of a TypedDict, which holds arguments that several functions share."""
     return {name: hint_of(annotation, names_beside(group)) for name, annotation in group.__annotations__.items()}
 
 
 def checked_fields(record: Any) -> None:
-    """Refuse fields of a dataclass of another kind than their annotations say."""
+    """Raise a TypeError if a field of a dataclass is not of the kind that its annotation names."""
     space = names_beside(type(record))
     for name, annotation in type(record).__annotations__.items():
         if (rule := _rule(hint_of(annotation, space))) and not rule.holds(value := getattr(record, name)):
@@ -96,7 +96,7 @@ def names_beside(cls: type) -> dict[str, Any]:
 
 
 def hint_of(annotation: Any, space: dict[str, Any]) -> Any:
-    """Return what an annotation stands for; names in it that are imported for type checkers alone are `Any`."""
+    """Return the type hint of an annotation; names imported for type checkers alone become `Any`."""
     try:
         return get_type_hints(SimpleNamespace(__annotations__={"it": annotation}), space, include_extras=True)["it"]
     except NameError as error:
@@ -104,7 +104,7 @@ def hint_of(annotation: Any, space: dict[str, Any]) -> Any:
 
 
 def _converters(hint: Any) -> list[Converter]:
-    """Return what `Annotated` says beside a type that can be called, and changes values."""
+    """Return the callable metadata of `Annotated`, which convert values."""
     extras = [extra for way in _ways(hint) if get_origin(way) is Annotated for extra in get_args(way)[1:]]
     return [extra for extra in extras if callable(extra) and getattr(extra, "converts", True)]
 
@@ -113,13 +113,13 @@ def _unexpected(call: str, name: str) -> NoReturn:
     raise TypeError(f"{call}() got an unexpected keyword argument {quoted(name)}")
 
 
-def _refuse(name: str, value: Any, rule: Rule, order: str) -> NoReturn:
+def _refuse(name: str, value: Any, rule: KindTest, order: str) -> NoReturn:
     words = rule.words
     if rule.is_class:
         kind = described(value)
         if isinstance(value, list | tuple) and "a list" in words:
             kind += f" of {', '.join(dict.fromkeys(map(kind_of, value[:3]))) or 'nothing'}"
-        raise TypeError(f"{name} must be {words}, got {kind}.{HINTS.get(words, order)}")
+        raise TypeError(f"{name} must be {words}, got {kind}.{KIND_HINTS.get(words, order)}")
     raise TypeError(f"{name} must be {words}, got {_shown(value)}.")
 
 
@@ -136,8 +136,8 @@ def _ways(hint: Any) -> tuple[Any, ...]:
     return get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
 
 
-def _rule(hint: Any) -> Rule | None:
-    """Return whether a value is of the kind of an annotation, and what that is in words; None if it is not known."""
+def _rule(hint: Any) -> KindTest | None:
+    """Return the test of the kind that an annotation names; None if the annotation has no test."""
     ways = _ways(hint)
     if Path in ways:
         ways = tuple(way for way in ways if way is not str)
@@ -147,10 +147,10 @@ def _rule(hint: Any) -> Rule | None:
         return None
     tests = [rule.holds for rule in known] + [lambda value: value is None] * (type(None) in ways)
     words, is_class = " or ".join(rule.words for rule in known), any(rule.is_class for rule in known)
-    return Rule(tests[0] if len(tests) == 1 else lambda value: any(test(value) for test in tests), words, is_class)
+    return KindTest(tests[0] if len(tests) == 1 else lambda value: any(test(value) for test in tests), words, is_class)
 
 
-def _rule_of(way: Any) -> Rule | None:
+def _rule_of(way: Any) -> KindTest | None:
     outer, inner = get_origin(way) or way, get_args(way)
     if outer is Annotated:
         way = inner[0]
@@ -158,20 +158,22 @@ def _rule_of(way: Any) -> Rule | None:
         count = len(inner) if outer is tuple else None
         item = _rule(inner[0])
         several = f"a list of {count}" if count else "a list"
-        return item and Rule(functools.partial(_are, item.holds, count), f"{several}, each {item.words}", item.is_class)
+        return item and KindTest(
+            functools.partial(_are, item.holds, count), f"{several}, each {item.words}", item.is_class
+        )
     kind = get_origin(way) or way
     if isinstance(kind, type) and kind.__module__.startswith("poinsot."):
         article = "an" if kind.__name__[0] in "AEIO" else "a"
-        return Rule(lambda value: isinstance(value, kind), f"{article} {kind.__name__}", True)
+        return KindTest(lambda value: isinstance(value, kind), f"{article} {kind.__name__}", True)
     if outer is Callable and inner and isinstance(inner[0], list):
         return _function_of(len(inner[0]))
-    return SIMPLE.get(outer)
+    return SIMPLE_KINDS.get(outer)
 
 
-def _function_of(count: int) -> Rule:
+def _function_of(count: int) -> KindTest:
     """Return the rule of functions that can be called with so many values."""
     values = "one value" if count == 1 else f"{count} values"
-    return Rule(functools.partial(_takes, count), f"a function of {values}")
+    return KindTest(functools.partial(_takes, count), f"a function of {values}")
 
 
 def _takes(count: int, value: Any) -> bool:
@@ -199,20 +201,20 @@ def _is_whole(value: Any) -> bool:
 
 
 def _is_path(value: Any) -> bool:
-    """Whether a value is a path that the system can encode, as text."""
+    """Return True if a value is a path that the system can encode as text."""
     try:
         path = os.fspath(value)
         names = os.fsencode(path).split(os.fsencode(os.sep))
-        return isinstance(path, str) and all(b"\0" not in name and len(name) <= MAX_NAME for name in names)
+        return isinstance(path, str) and all(b"\0" not in name and len(name) <= MAX_NAME_BYTES for name in names)
     except Exception:  # of other kinds, with lone surrogates, or of a class of the user's own
         return False
 
 
-SIMPLE: dict[Any, Rule] = {
-    int: Rule(_is_whole, "a whole number of at most 63 bits"),
-    bool: Rule(lambda value: isinstance(value, bool | np.bool_), "True or False"),
-    str: Rule(lambda value: isinstance(value, str), "a text"),
-    Path: Rule(_is_path, "a path"),
-    Callable: Rule(callable, "a function"),
-    Mapping: Rule(lambda value: isinstance(value, Mapping), "a mapping"),
+SIMPLE_KINDS: dict[Any, KindTest] = {
+    int: KindTest(_is_whole, "a whole number of at most 63 bits"),
+    bool: KindTest(lambda value: isinstance(value, bool | np.bool_), "True or False"),
+    str: KindTest(lambda value: isinstance(value, str), "a text"),
+    Path: KindTest(_is_path, "a path"),
+    Callable: KindTest(callable, "a function"),
+    Mapping: KindTest(lambda value: isinstance(value, Mapping), "a mapping"),
 }

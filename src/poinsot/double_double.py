@@ -112,7 +112,7 @@ def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def _sum_of_ordered(a: Any, b: Any) -> tuple[Any, Any]:
-    """Return the same where |a| >= |b|."""
+    """Return the rounded sum and its rounding error, where |a| >= |b|."""
     total = a + b
     return total, b - (total - a)
 

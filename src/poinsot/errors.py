@@ -160,7 +160,7 @@ def scalar(name: str, value: Any) -> Any:
 
 
 def _is_symbolic(value: Any) -> bool:
-    """Whether formulas compute with a value that is no float: an expression, a number of mpmath, or a node."""
+    """Return True for a value that formulas accept but that is not a float: a symbol, an mpmath number or a node."""
     kind = type(value)
     known = kind.__module__.partition(".")[0] in ("sympy", "mpmath", __name__.partition(".")[0])
     return known and hasattr(kind, "__neg__") and not hasattr(kind, "__getitem__")

@@ -513,7 +513,7 @@ def _check_vectors(name: str, rule: str, counts: range, *vectors: Any) -> None:
 
 
 def _is_no_number(value: Any) -> bool:
-    """Whether a value is neither a number nor an array of numbers."""
+    """Return True if a value is neither a number nor an array of numbers."""
     return not hasattr(type(value), "__neg__") or getattr(value, "dtype", np.dtype(float)).kind not in "biufcO"
 
 

@@ -152,7 +152,7 @@ class Immutable(metaclass=Construction):
     """
 
     _seals: ClassVar[bool] = True
-    """Whether the values that `__init__` sets are sealed. False for an object of sealed values in every run."""
+    """True if the values that `__init__` sets are sealed. False for an object whose values are always sealed."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)

@@ -55,7 +55,7 @@ ANGLE_UNITS = {
     "arcsec": math.pi / 648_000,
     "rev": 2 * math.pi,
 }
-"""In radians."""
+"""Angle units in radians."""
 
 NAMED_RATES = {"rpm": ("rev", "min")}
 """Rates whose names are no quotient."""
@@ -66,7 +66,7 @@ DEEPEST = 32
 
 @dataclasses.dataclass(frozen=True)
 class Quantity:
-    """What a number measures. Called with the name and the value of an argument, it returns the value in radians.
+    """Physical quantity of a number. A call with the name and the value of an argument returns the value in radians.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Quantity:
 
     @property
     def converts(self) -> bool:
-        """Whether it changes a value when it is called."""
+        """True if a call changes the value."""
         return self.kind == "angle"
 
     def __call__(self, name: str, value: Any) -> Any:
@@ -116,7 +116,7 @@ OR_NUMBER = "or a number"
 
 @dataclasses.dataclass(frozen=True)
 class Rule:
-    """What the values of a field must be: a function that refuses others, and the hint that ends its sentence."""
+    """Condition on the values of a field: a function that raises an error, and the remedy that ends its message."""
 
     refuse: Callable[[str, Any, str], None]
     hint: str = ""
@@ -147,7 +147,7 @@ Duration = Annotated[float | NDArray[Any], Quantity("duration")]
 
 
 def extras_of(hint: Any) -> tuple[Any, ...]:
-    """Return what `Annotated` says beside a type, or beside one of several."""
+    """Return the metadata of `Annotated`, also of one of several alternatives."""
     if get_origin(hint) is Annotated:
         return get_args(hint)[1:]
     alternatives = get_args(hint) if get_origin(hint) in (Union, UnionType) else ()
@@ -155,12 +155,12 @@ def extras_of(hint: Any) -> tuple[Any, ...]:
 
 
 def quantity_of(hint: Any) -> Quantity | None:
-    """Return what an annotated number measures; None if it is in units of the user's own."""
+    """Return the quantity of an annotated number; None if it is in the units of the user."""
     return next((extra for extra in extras_of(hint) if isinstance(extra, Quantity)), None)
 
 
 def said_of(cls: Any, kind: Any) -> dict[str, Any]:
-    """Return what the annotations of the fields of a record say of a kind (`Quantity`, `Along`, `Rule`), by name."""
+    """Return the metadata of a kind (`Quantity`, `Along`, `Rule`) of the fields of a record, by field name."""
     return _said_of(cls, kind)
 
 

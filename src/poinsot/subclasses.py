@@ -20,10 +20,10 @@ def subclasses(*bases: type) -> list[type]:
 
 
 def concrete(base: type) -> list[Any]:
-    """Return those that derive from a class and of which there can be objects."""
+    """Return the concrete subclasses of a class."""
     return [cls for cls in subclasses(base) if not inspect.isabstract(cls)]
 
 
 def is_own(thing: Any) -> bool:
-    """Whether a class or function is the package's own."""
+    """Return True if a class or function belongs to the package."""
     return str(thing.__module__).partition(".")[0] == "poinsot"

@@ -65,7 +65,7 @@ class Gimbal(Part):
         angle, p = own
         return p * p / (2 * self.moment) + self.stiffness * angle * angle / 2
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         # H = (g - h) . K (g - h) / 2 + internal: angle' = dH/dp, p' = -dH/d angle.
         angle, p = instant.own(self)
         w1, w2, w3 = instant.omega_body

@@ -170,7 +170,13 @@ class World:
             return next(x for x in self.records if isinstance(x, pt.Orbit))
         if kind == "int":
             return 2
-        sizes = {"own": "size", "pull": "size", "speeds": "count", "angles": "angle_count", "rates": "angle_count"}
+        sizes = {
+            "own": "size",
+            "generalised_force": "size",
+            "speeds": "count",
+            "angles": "angle_count",
+            "rates": "angle_count",
+        }
         sizes |= dict.fromkeys(("along", "across", "mirrored"), "count")
         size = getattr(record, sizes[name], 3) if name in sizes else {"draws": 6}.get(name, 3)
         if kind == "Scalar":

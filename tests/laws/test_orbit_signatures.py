@@ -33,7 +33,7 @@ KINDS = [
 WAYS = {
     f"{cls.__name__}.{name}".removesuffix(".__init__"): getattr(cls, name)
     for cls in KINDS
-    for name in ("__init__", *vars(cls))
+    for name in dir(cls)
     if name == "__init__" or (name.startswith("from_") and inspect.ismethod(getattr(cls, name)))
 } | {"two_body_orbit": pt.orbits.two_body_orbit}
 

@@ -37,7 +37,7 @@ class Remembering(pt.Part, pt.Torque):
         total = Vector(instant.own(self)[3:]) + self.period * (instant.omega_body + 0.01 * draws)
         return Vector((*(-self.gain * (instant.omega_body + 0.2 * total)), *total))
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         return Vector((0.0,) * 6)
 
     def torque(self, instant):
@@ -59,7 +59,7 @@ class Summing(pt.Part, pt.Torque):
         total = Vector(instant.own(self)[3:]) + self.period * instant.omega_body
         return Vector((*(-self.gain * (instant.omega_body + 0.1 * total)), *total))
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         return Vector((0.0,) * 6)
 
     def torque(self, instant):
@@ -71,7 +71,7 @@ class Held(pt.Part, pt.Torque):
 
     variables = {"torque": 3}  # noqa: RUF012
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         return Vector((0.0,) * 3)
 
     def torque(self, instant):

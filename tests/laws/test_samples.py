@@ -38,7 +38,7 @@ class Integrating(pt.Part, pt.Torque):
         total = Vector(instant.own(self)[3:]) + self.period * instant.omega_body
         return Vector((*(-self.gain * (instant.omega_body + 0.2 * total)), *total))
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         return Vector((0.0,) * 6)
 
     def torque(self, instant):
@@ -59,7 +59,7 @@ class Driven(pt.Part):
     def spinning_inertia(self, own):  # noqa: ARG002
         return ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, self.moment))
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         return Vector((-self.law.torque(instant)[2],))
 
 

@@ -120,7 +120,7 @@ class Thruster(pt.Torque):
 class Damper(pt.Part):
     stiffness: float
     variables = {"angle": 1}
-    def rates(self, instant, pull):
+    def rates(self, instant, generalised_force):
         (angle,) = instant.own(self)
         return fn.Vector((-self.stiffness * angle,))
 

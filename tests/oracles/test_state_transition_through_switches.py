@@ -277,7 +277,7 @@ class Gear(pt.Part):
         fast = fn.less(own[0], self.level + 0.1 * time)
         return fn.Vector((fn.where(fast, self.spin, 0.2 * self.spin), 0.0, fn.where(fast, 0.1 * self.spin, self.spin)))
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         return fn.Vector((0.5 + 0.2 * instant.omega_body[0] + 0.1 * instant.own(self)[0],))
 
 

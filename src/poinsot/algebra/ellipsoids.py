@@ -1,4 +1,4 @@
-"""Whether two ellipsoids are apart."""
+"""Separation test of two ellipsoids."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from poinsot.functions import Scalar, Vector, dot
 
 __all__ = ["gap"]
 
-STEPS = 4
+NEWTON_STEPS = 4
 """Newton's, from the ratio of spheres with the extents along the separation.
 
 Of 3,000 pairs with axes within 1 to 6 each, and with a second body ten times smaller, all are within 2e-14 after them.
@@ -40,7 +40,7 @@ def gap(first: Sequence[Scalar], second: Sequence[Scalar], turn: Any, separation
     parts = [_times(_adjugate(X), r) for X in (A, _sum(A, B), B)]
     parts[1] = parts[1] - parts[0] - parts[2]
     t = functions.sqrt(dot(r, _times(A, r)) / dot(r, _times(B, r)))
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         w, slope = parts[0] + t * (parts[1] + t * parts[2]), parts[1] + 2 * t * parts[2]
         Aw, Bw = _times(A, w), _times(B, w)
         a, b = dot(w, Aw), dot(w, Bw)
@@ -59,7 +59,7 @@ def _times(A: Any, x: Vector) -> Vector:
 
 
 def _adjugate(A: Any) -> Any:
-    """Return that of a symmetric matrix: its rows are the cross products of the others."""
+    """Return the adjugate of a symmetric matrix, whose rows are cross products of the rows of the matrix."""
     return [functions.cross(A[i - 2], A[i - 1]) for i in range(3)]
 
 

@@ -112,7 +112,7 @@ def _gathered(coefficients: Coefficients, component: int, parts: Parts, count: i
 
 
 def _exterior_parts(n: int, m: int, c: Scalar, s: Scalar, component: int) -> Sequence[tuple[int, Scalar, Scalar]]:
-    """Return what minus the derivative of c Re E_nm + s Im E_nm is made of: orders and their coefficients."""
+    """Return orders and coefficients of minus the derivative of c Re E_nm + s Im E_nm."""
     fall = n - m + 1
     if component == 2:
         return [(m, fall * c, fall * s)]
@@ -123,7 +123,7 @@ def _exterior_parts(n: int, m: int, c: Scalar, s: Scalar, component: int) -> Seq
 
 
 def _parts(n: int, m: int, c: Scalar, s: Scalar, component: int) -> Sequence[tuple[int, Scalar, Scalar]]:
-    """Return what the derivative of c Re Z_nm + s Im Z_nm is made of: orders and their coefficients."""
+    """Return orders and coefficients of the derivative of c Re Z_nm + s Im Z_nm."""
     if component == 2:
         return [(m, (n + m) * c, (n + m) * s)]
     down, up = 0.5 * (n + m) * (n + m - 1), -0.5 if m else -1.0

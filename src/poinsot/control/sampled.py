@@ -64,7 +64,7 @@ class Sampled(Part, Torque):
         return Vector(self.law.torque(self.sensors.measured(instant, draws)))
 
     @override
-    def rates(self, instant: Instant, pull: Vector) -> Vector:
+    def rates(self, instant: Instant, generalised_force: Vector) -> Vector:
         return Vector((0.0, 0.0, 0.0))
 
     @override

@@ -1,4 +1,4 @@
-"""What a sampled law sees of the motion: all of it, or with noise and in steps."""
+"""Sensor models of sampled control laws: ideal, or with noise and quantisation."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ class Sensors(Parametric):
         return instant
 
 
-LARGEST_SEED = 2.0**52
+MAX_SEED = 2.0**52
 
 
 def _refuse_no_seed(name: str, value: Any, _: str) -> None:
     seeds = np.ravel(value)
-    wrong = seeds[(seeds != np.rint(seeds)) | (seeds < 0) | (seeds > LARGEST_SEED)]
+    wrong = seeds[(seeds != np.rint(seeds)) | (seeds < 0) | (seeds > MAX_SEED)]
     if wrong.size:
         raise ValueError(f"{name} must be a whole number from 0 to 2^52, got {wrong[0]}.")
 

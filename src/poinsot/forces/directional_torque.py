@@ -23,13 +23,13 @@ __all__ = ["DirectionalTorque", "stream_torques"]
 Array = NDArray[np.float64]
 
 HIGHEST_DEGREE = 32
-"""With three components, 3267 coefficients."""
+"""Highest degree of the expansion, which has 3267 coefficients in three components."""
 
 ROUNDING = 1e-14
-"""Of coefficients, over the area of the mesh times its radius: smaller ones are zero."""
+"""Coefficients below this fraction of the mesh area times the radius are set to zero."""
 
-BLOCK = 4_000_000
-"""Pairs of a direction and a face looked at together."""
+MAX_PAIRS = 4_000_000
+"""Largest number of pairs of a direction and a face in one block, which limits memory."""
 
 
 class DirectionalTorque(Parametric):
@@ -179,7 +179,7 @@ def stream_torques(
         The shares of the light whose own pressure counts, that leaves a face evenly, and as from a mirror.
     """
     torques, turns = np.empty_like(directions), np.cross(light.centers, light.normals)
-    rows = max(1, BLOCK // len(light.areas))
+    rows = max(1, MAX_PAIRS // len(light.areas))
     for start in range(0, len(directions), rows):
         u = directions[start : start + rows]
         cosines = u @ light.normals.T

@@ -23,11 +23,11 @@ __all__ = ["ORDINARY_DRAG", "Facets"]
 ORDINARY_DRAG = 2.2
 """The drag coefficient of a flat plate in the upper atmosphere, about."""
 
-OPEN = 1e-6
-"""How large the sum of areas times normals of a closed surface may be, as a part of the whole area."""
+CLOSURE_TOLERANCE = 1e-6
+"""Largest sum of areas times normals of a closed surface, relative to the total area."""
 
-SLACK = 1e-9
-"""By how much shares may add up to more than one."""
+SHARE_TOLERANCE = 1e-9
+"""Largest excess over 1 of a sum of shares."""
 
 
 def _refuse_others_than_shares(name: str, value: Any, hint: str) -> None:
@@ -231,7 +231,7 @@ class Facets(Parametric):
 
     def _check_shares(self) -> None:
         total = np.asarray(self.specular) + np.asarray(self.diffuse)
-        if np.any(total > 1 + SLACK):
+        if np.any(total > 1 + SHARE_TOLERANCE):
             place = np.unravel_index(np.argmax(total), total.shape)
             one, other = (np.broadcast_to(x, total.shape)[place] for x in (self.specular, self.diffuse))
             raise ValueError(
@@ -243,7 +243,7 @@ class Facets(Parametric):
         weighted: NDArray[np.float64] = np.asarray(self.areas)[..., None] * self.normals
         whole = np.sum(self.areas, axis=-1)
         left = np.linalg.norm(np.sum(weighted, axis=-2), axis=-1)
-        if np.any(left > OPEN * whole):
+        if np.any(left > CLOSURE_TOLERANCE * whole):
             raise ValueError(
                 "normals must close: areas times normals of a closed surface add up to zero, got a vector of length "
                 f"{np.max(left):.3g}. Is a facet inside out, or a side of a panel missing?"
@@ -251,13 +251,13 @@ class Facets(Parametric):
         # By the theorem of Gauss the sum of areas times normals times centroids is the volume times the unit tensor.
         tensor = np.swapaxes(weighted, -1, -2) @ self.positions
         volume, size = np.trace(tensor, axis1=-2, axis2=-1) / 3, np.max(np.abs(tensor), axis=(-2, -1))
-        if np.any(volume < -OPEN * whole**1.5):
+        if np.any(volume < -CLOSURE_TOLERANCE * whole**1.5):
             raise ValueError(
                 f"normals must point outwards, got a surface that encloses the volume {np.min(volume):.3g}. "
                 "All are inside out."
             )
         uneven = np.max(np.abs(tensor - volume[..., None, None] * np.eye(3)), axis=(-2, -1))
-        if np.any(uneven > OPEN * np.maximum(size, whole**1.5)):
+        if np.any(uneven > CLOSURE_TOLERANCE * np.maximum(size, whole**1.5)):
             raise ValueError(
                 "normals and positions must form a closed surface, got a volume that differs by direction by "
                 f"{np.max(uneven):.3g}. Are two facets inside out, or is a position not the middle of its facet?"

@@ -106,7 +106,7 @@ class _OfSources(MagneticField):
 
         @property
         def radius(self) -> Any:
-            """That of a sphere which holds the sources, in the unit of the orbit."""
+            """Radius of a sphere that contains the sources, in the length unit of the orbit."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

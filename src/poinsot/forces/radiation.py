@@ -106,15 +106,15 @@ class Sunlight(Torque):
 
         @property
         def pressure(self) -> Any:
-            """On what absorbs all light, at the distance."""
+            """Radiation pressure on an absorbing surface at the reference distance."""
 
         @property
         def distance(self) -> Any:
-            """Of that pressure."""
+            """Reference distance of the pressure."""
 
         @property
         def sun_radius(self) -> Any:
-            """In the unit of the distance."""
+            """Radius of the Sun, in the unit of the distance."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

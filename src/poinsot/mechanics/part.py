@@ -153,14 +153,14 @@ class Part(Block, Force):
         return 0.0
 
     @of_scalars
-    def rates(self, instant: Instant, pull: Vector) -> Vector:  # noqa: ARG002
+    def rates(self, instant: Instant, generalised_force: Vector) -> Vector:  # noqa: ARG002
         """Return the time derivatives of the variables.
 
         Parameters
         ----------
         instant : Instant
             Instant of the body; `instant.own(self)` returns the variables of the part.
-        pull : Vector
+        generalised_force : Vector
             Negative derivatives of the total potential energy with respect to the variables.
         """
         return Vector(())

@@ -106,7 +106,7 @@ def elapsed(start: Scalar, time: Scalar, epoch: Scalar) -> Scalar:
 
 
 def _plain(*scalars: Scalar) -> bool:
-    """Whether all are floats or arrays of floats: no symbols, no numbers with digits of their own."""
+    """Return True if all scalars are floats or arrays of floats, not symbols or numbers of another precision."""
     kinds = int, float, np.ndarray, np.generic
     return False not in [isinstance(x, kinds) and np.asarray(x).dtype != object for x in scalars]
 

@@ -1,14 +1,14 @@
-"""Shared by the two-body orbits of every kind: a plane, a conic in it, and the block of its anomaly."""
+"""Conic orbits about a focus: plane, constructor from vectors, and the integrated anomaly."""
 
 from __future__ import annotations
 
 import operator
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -20,13 +20,14 @@ from poinsot.mechanics.environment import Orbit, OrbitBlock
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
-from poinsot.quantities import Real, Rule
+from poinsot.orbits.from_cartesian import Passage, passage
+from poinsot.quantities import Real, Rule, Time
 
 __all__ = ["ConicBlock", "ConicOrbit", "Radius", "check_surface", "in_plane", "plane_of", "shown"]
 
 
 Radius = Annotated[Real, Rule(refuse_negative, "A point has the radius 0.")]
-"""Of an attractor's surface."""
+"""Radius of an attractor's surface."""
 
 
 def shown(path: str, doc: str) -> Any:
@@ -54,11 +55,57 @@ class ConicOrbit(Orbit):
     """A conic with a focus at the attractor, in a plane fixed in space."""
 
     if TYPE_CHECKING:
-        # Of numbers of any kind, and with fields or properties of these names.
+        # Fields or properties of the subclasses; numbers of any kind.
         eccentricity: Any
         inclination: Any
         node: Any
         argument_of_periapsis: Any
+        radius: Any
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_surface(self)
+
+    @classmethod
+    def from_vectors(
+        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
+    ) -> Self:
+        """Return the orbit through a position and velocity at the epoch.
+
+        The position is reproduced to machine precision. The velocity error of a parabola or hyperbola is up to r/q
+        roundings, which is the effect of rounding the eccentricity at the distance r. Undefined angles are zero: the
+        node of an equatorial orbit, the argument of periapsis of a circular orbit.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        position, velocity : array (3,), space axes
+            Position in length and velocity in length per time of the body relative to the attractor.
+        epoch : float
+            Time of the position and velocity.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        KeplerOrbit or EscapeOrbit
+            An orbit of the class.
+
+        Raises
+        ------
+        ValueError
+            If the two vectors are parallel, or the orbit is of the other class (`two_body_orbit` handles all orbits).
+        """
+        here = passage(mu, position, velocity)
+        shape, anomaly = cls._shape_of(here)
+        elements = shape | here.plane(anomaly) | {"epoch": epoch, "radius": radius}
+        return cls(here.mu, **elements)
+
+    @classmethod
+    @abstractmethod
+    def _shape_of(cls, here: Passage) -> tuple[dict[str, Any], float]:
+        """Return the elements in the plane of the orbit, by name, and the true anomaly in radians."""
 
     @property
     @abstractmethod

@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -17,8 +17,8 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import elapsed
-from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
-from poinsot.orbits.from_cartesian import passage
+from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius
+from poinsot.orbits.from_cartesian import Passage
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
 from poinsot.quantities import Angle, Duration, Inclination, Real, Rule, Time
 
@@ -33,7 +33,7 @@ def _refuse_bound(name: str, eccentricity: Any, hint: str) -> None:
 
 
 ESCAPING = Rule(_refuse_bound, "An ellipse is a KeplerOrbit.")
-"""Of an eccentricity."""
+"""Rule for the eccentricity of a parabola or hyperbola."""
 
 
 class EscapeOrbit(ConicOrbit):
@@ -81,10 +81,6 @@ class EscapeOrbit(ConicOrbit):
     time_since_periapsis: Duration = 0.0
     epoch: Time = 0.0
     radius: Radius = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_surface(self)
 
     @classmethod
     @checked
@@ -147,36 +143,8 @@ class EscapeOrbit(ConicOrbit):
         return cls(mu, **shape, **plane, epoch=epoch, radius=radius)
 
     @classmethod
-    def from_vectors(
-        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
-    ) -> EscapeOrbit:
-        """Return the hyperbola or parabola through a position and velocity at the epoch.
-
-        The position is reproduced to machine precision. The velocity error is up to r/q roundings, which is the effect
-        of rounding the eccentricity at the distance r.
-
-        Parameters
-        ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
-        position, velocity : array (3,), space axes
-            Position in length and velocity in length per time of the body relative to the attractor.
-        epoch : float
-            Time of the position and velocity.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
-
-        Returns
-        -------
-        EscapeOrbit
-            The hyperbola or parabola.
-
-        Raises
-        ------
-        ValueError
-            If the two vectors are parallel, or the orbit is an ellipse (`two_body_orbit` handles all orbits).
-        """
-        here = passage(mu, position, velocity)
+    @override
+    def _shape_of(cls, here: Passage) -> tuple[dict[str, Any], float]:
         if here.energy < 0:
             raise ValueError(
                 "position and velocity must belong to a parabola or hyperbola, but the orbital energy is "
@@ -189,7 +157,7 @@ class EscapeOrbit(ConicOrbit):
         since = universal_time(e, _anomaly_of(e, S1)) * np.sqrt(q**3 / here.mu)
         anomaly = float(np.arctan2(np.sqrt(1 + e) * S1, 1 - S2))
         shape = {"periapsis_distance": q, "eccentricity": e, "time_since_periapsis": since}
-        return cls(here.mu, **shape, **here.plane(anomaly), epoch=epoch, radius=radius)
+        return shape, anomaly
 
     @property
     def parameter(self) -> Any:
@@ -293,13 +261,13 @@ class EscapeBlock(ConicBlock):
 
     @override
     def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(np.arcsinh(self.orbit.place(time)[0]) / REACH)[..., None]
+        return np.asarray(np.arcsinh(self.orbit.place(time)[0]) / ANOMALY_SCALE)[..., None]
 
     @override
     def rates_at(self, time: Scalar, own: Any) -> functions.Vector:
         S1, S2 = self._place(time, own)
         e, slope = self.orbit.eccentricity, functions.sqrt(1 + S1 * S1)
-        return functions.Vector((self.orbit.rate / REACH * (1 + (e - 1) * S2) / ((1 + e * S2) * slope),))
+        return functions.Vector((self.orbit.rate / ANOMALY_SCALE * (1 + (e - 1) * S2) / ((1 + e * S2) * slope),))
 
     @override
     def true_anomaly(self, time: Scalar, own: Any) -> Scalar:
@@ -319,7 +287,7 @@ class EscapeBlock(ConicBlock):
 
     def _place(self, time: Scalar, own: Any) -> tuple[Scalar, Scalar]:
         """Return S_1 and S_2 at the time."""
-        e, grown = self.orbit.eccentricity, functions.exp(REACH * own[0])
+        e, grown = self.orbit.eccentricity, functions.exp(ANOMALY_SCALE * own[0])
         S1 = 0.5 * (grown - 1 / grown)
         square = S1 * S1
         cosh = functions.sqrt(1 + (e - 1) * square)
@@ -330,8 +298,8 @@ class EscapeBlock(ConicBlock):
         return S1 - cosh * change, S2 - S1 * change
 
 
-REACH = 32.0
-"""Of the inverse hyperbolic sine of distances: e^32 times that of the periapsis are beyond any orbit."""
+ANOMALY_SCALE = 32.0
+"""Scale of asinh(S_1). Distances of e^32 periapsis distances are beyond any orbit."""
 
 PARABOLIC = 1e-120
 """Added to e - 1, so that no kernel divides by zero at a parabola."""

@@ -56,7 +56,7 @@ class Passage:
 
 
 def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
-    """Return what position and velocity, space axes, shape (3,), say about the orbit.
+    """Return the orbit at a position and velocity, space axes, shape (3,).
 
     Raises
     ------
@@ -73,7 +73,7 @@ def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
 
 
 def passages(mu: Any, r: Array, v: Array) -> Passage:
-    """Return what positions and velocities, space axes, shapes (..., 3), say about orbits."""
+    """Return the orbits at positions and velocities, space axes, shapes (..., 3)."""
     h = np.cross(r, v)
     distance, size = np.sqrt(np.vecdot(r, r)), np.sqrt(np.vecdot(h, h))
     p = size * size / mu
@@ -87,7 +87,7 @@ def passages(mu: Any, r: Array, v: Array) -> Passage:
 
 def _orientation(radial: Array, normal: Array) -> tuple[Any, Any, Any]:
     """Return inclination, node and argument of latitude."""
-    # of vectors nearly parallel their product has lost digits
+    # The cross product of nearly parallel vectors has lost digits.
     normal = normal - np.vecdot(normal, radial)[..., None] * radial
     normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
     across = np.hypot(normal[..., 0], normal[..., 1])

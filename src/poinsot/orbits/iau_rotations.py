@@ -173,7 +173,8 @@ THETA, SIDEREAL = (0.0, 2004.191903, -0.4294934), (0.014506, 4612.156534, 1.3915
 Capitaine, Wallace and Chapront 2003, A&A 412, 567; cubes are below 0.02 arcseconds in 50 years."""
 
 TURN_AT_J2000, TURNS_A_DAY = Fraction("0.7790572732640"), Fraction("1.00273781191135448")
-"""Of the Earth rotation angle, by UT1; Capitaine, Guinot and McCarthy 2000, A&A 355, 398."""
+"""Earth rotation angle in revolutions: value at J2000 and rate per day of UT1.
+Capitaine, Guinot and McCarthy 2000, A&A 355, 398."""
 
 
 def earth_at_zero(calendar: Calendar, ut1_minus_utc: float, of_date: bool) -> dict[str, float]:

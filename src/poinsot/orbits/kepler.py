@@ -1,4 +1,4 @@
-"""The two-body ellipse."""
+"""Elliptic two-body orbits."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY
 from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -18,8 +18,8 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import NearbyAngle, angle_at, mean_motion_of
-from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius, check_surface
-from poinsot.orbits.from_cartesian import passage
+from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius
+from poinsot.orbits.from_cartesian import Passage
 from poinsot.quantities import Angle, Inclination, Real, Rule, Time
 
 __all__ = ["EccentricBlock", "EllipticBlock", "KeplerBlock", "KeplerOrbit", "LongEllipticBlock"]
@@ -34,7 +34,7 @@ def _refuse_unbound(name: str, eccentricity: Any, hint: str) -> None:
 
 
 ELLIPTIC = Rule(_refuse_unbound, "A Kepler orbit is an ellipse.")
-"""Of an eccentricity."""
+"""Rule for the eccentricity of an ellipse."""
 
 
 class KeplerOrbit(ConicOrbit):
@@ -82,10 +82,6 @@ class KeplerOrbit(ConicOrbit):
     true_anomaly: Angle = 0.0
     epoch: Time = 0.0
     radius: Radius = 0.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_surface(self)
 
     @classmethod
     @checked
@@ -150,36 +146,8 @@ class KeplerOrbit(ConicOrbit):
         return cls(mu, **shape, **plane, epoch=epoch, radius=radius)
 
     @classmethod
-    def from_vectors(
-        cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
-    ) -> KeplerOrbit:
-        """Return the ellipse through a position and velocity at the epoch.
-
-        The position is reproduced to machine precision, at any eccentricity and inclination. Undefined angles are zero:
-        the node of an equatorial orbit, the argument of periapsis of a circular orbit.
-
-        Parameters
-        ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
-        position, velocity : array (3,), space axes
-            Position in length and velocity in length per time of the body relative to the attractor.
-        epoch : float
-            Time of the position and velocity.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
-
-        Returns
-        -------
-        KeplerOrbit
-            The ellipse.
-
-        Raises
-        ------
-        ValueError
-            If the two vectors are parallel, or the orbit is not an ellipse (`two_body_orbit` handles all orbits).
-        """
-        here = passage(mu, position, velocity)
+    @override
+    def _shape_of(cls, here: Passage) -> tuple[dict[str, Any], float]:
         if not here.energy < 0:
             raise ValueError(
                 f"position and velocity must belong to an ellipse, but the orbital energy is {here.energy:.6g} >= 0."
@@ -189,7 +157,7 @@ class KeplerOrbit(ConicOrbit):
         # From the distance, r = a (1 - e)(1 + e)/(1 + e cos f), for that is what must come back.
         a = here.distance * ((1 - e) + 2 * e * np.cos(0.5 * anomaly) ** 2) / ((1 - e) * (1 + e))
         shape = {"semimajor_axis": a, "eccentricity": e, "true_anomaly": anomaly}
-        return cls(here.mu, **shape, **here.plane(anomaly), epoch=epoch, radius=radius)
+        return shape, anomaly
 
     @property
     def mean_motion(self) -> Any:
@@ -219,13 +187,13 @@ class KeplerOrbit(ConicOrbit):
     @cached_property
     def elongated(self) -> bool:
         """True if the eccentricity of any member is above 0.7, where rounding errors grow near the periapsis."""
-        return bool(np.any(np.asarray(self.eccentricity) > ELONGATED))
+        return bool(np.any(np.asarray(self.eccentricity) > ELONGATED_ECCENTRICITY))
 
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
         """Return the same orbit with other scalars and the present value of `elongated`, for use with symbols."""
-        twin = super().with_numbers(scalars)
-        object.__setattr__(twin, "elongated", self.elongated)
-        return twin
+        copy = super().with_numbers(scalars)
+        object.__setattr__(copy, "elongated", self.elongated)
+        return copy
 
     @property
     @override
@@ -316,9 +284,9 @@ class KeplerOrbit(ConicOrbit):
 
 
 class EllipticBlock(ConicBlock):
-    """The variable is f - M, the true less the mean anomaly.
+    """Block of an ellipse. The variable is f - M, the true minus the mean anomaly.
 
-    f itself would grow with every revolution and loosen the engine's step control, which looks at the largest variable.
+    The true anomaly f would grow with every revolution and loosen the step control, which uses the largest variable.
     """
 
     @override
@@ -335,16 +303,16 @@ class EllipticBlock(ConicBlock):
 
 
 class KeplerBlock(EllipticBlock):
-    """That of an ellipse at rest in space."""
+    """Block of an ellipse that is fixed in space."""
 
     orbit: KeplerOrbit
 
 
 class LongEllipticBlock(ConicBlock):
-    """That of a long ellipse; the variable is E - M, the eccentric less the mean anomaly.
+    """Block of an elongated ellipse. The variable is E - M, the eccentric minus the mean anomaly.
 
-    Whatever is read from it is one step of Newton's method for Kepler's equation further, its own rate too: the
-    error of the variable is squared, and does not grow from the apoapsis to the periapsis as one of the time would.
+    Every quantity, including the rate of the variable, is computed after one step of Newton's method for Kepler's
+    equation. The step squares the error of the variable, which therefore does not grow from apoapsis to periapsis.
     """
 
     @override
@@ -391,23 +359,22 @@ class LongEllipticBlock(ConicBlock):
 
 
 class EccentricBlock(LongEllipticBlock):
-    """That of a long ellipse at rest in space."""
+    """Block of an elongated ellipse that is fixed in space."""
 
     orbit: KeplerOrbit
 
 
-ELONGATED = 0.7
-"""The eccentricity above which the time at a periapsis is felt more than rounding, and Kepler's equation of the engine
-loses digits."""
+ELONGATED_ECCENTRICITY = 0.7
+"""Eccentricity above which the solution of Kepler's equation in a kernel loses digits near the periapsis."""
 
 
 def centre_equation(eccentricity: Any, mean_anomaly: Angle | None) -> NDArray[np.float64]:
-    """Return the true less the mean anomaly, radians, with a last axis of one."""
+    """Return the equation of the centre, the true minus the mean anomaly in radians, with a last axis of length 1."""
     e, E = eccentricity, functions.eccentric_anomaly(eccentricity, mean_anomaly)
     beta = e / (1 + np.sqrt((1 - e) * (1 + e)))
     return np.asarray(E - mean_anomaly + 2 * np.arctan2(beta * np.sin(E), 1 - beta * np.cos(E)))[..., None]
 
 
 def is_circle(orbit: KeplerOrbit) -> bool:
-    """Whether the eccentricity is zero to rounding, of all members."""
+    """Return True if the eccentricity of every member is zero to rounding."""
     return bool(np.all(np.asarray(orbit.eccentricity) < 1e-14))

@@ -19,7 +19,8 @@ __all__ = ["fitted", "interpolated", "powers", "values"]
 Array = NDArray[np.float64]
 
 DEGREE = 12
-"""Of fits. In a kernel a degree costs a product of series for each component, and a knot some ten microseconds."""
+"""Degree of the fitted polynomials. In a kernel a degree costs a product of series for each component, and a knot some
+ten microseconds."""
 
 CHECKS = np.array([-0.985, -0.83, -0.62, -0.31, -0.07, 0.19, 0.43, 0.71, 0.9, 0.993])
 ROUNDING = 1e-10
@@ -35,7 +36,7 @@ SLOW = 0.5
 small, the next order tells the error; of 300 tables of ellipses the true one was at most 30 times the ratio more."""
 HALVINGS = 40
 MOST_PIECES = 200_000
-BLOCK = 4096
+MAX_INTERVALS = 4096
 ROWS = (2, 4, 6)
 
 
@@ -177,7 +178,7 @@ def _worst(position: Callable[[Array], Array], coefficients: Array, left: Array,
 
 
 GOLDEN = 0.5 * (5**0.5 - 1)
-"""Whose multiples, less whole numbers, are spread evenly."""
+"""Golden ratio minus 1. The fractional parts of its multiples are spread evenly."""
 
 
 def interpolated(times: Array, positions: Array, velocities: Array) -> tuple[Array, float, float]:
@@ -212,8 +213,8 @@ def _hermite(times: Array, positions: Array, velocities: Array, rows: int) -> Ar
     """Return the coefficients of each interval, from the rows around it with their derivatives."""
     count = times.size - 1
     coefficients = np.empty((count, 3, 2 * rows))
-    for first in range(0, count, BLOCK):
-        interval = np.arange(first, min(first + BLOCK, count))
+    for first in range(0, count, MAX_INTERVALS):
+        interval = np.arange(first, min(first + MAX_INTERVALS, count))
         around = np.clip(interval - rows // 2 + 1, 0, times.size - rows)[:, None] + np.arange(rows)
         coefficients[interval] = _hermite_block(times[around], positions[around], velocities[around], times, interval)
     return coefficients

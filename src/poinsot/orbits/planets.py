@@ -34,7 +34,7 @@ FIRST, LAST = -60 * JULIAN_CENTURY, 60 * JULIAN_CENTURY
 MOON_IN_EARTH_AND_MOON = MU["MOON"] / MU["EARTH BARYCENTER"]
 
 TOLERANCE = 1e-12
-"""Of the polynomials; the theories have 1e-7 and worse."""
+"""Relative error of the fitted polynomials. The theories are accurate to 1e-7 at best."""
 
 Array = NDArray[np.float64]
 

@@ -176,8 +176,8 @@ class PrecessingOrbit(Orbit):
         return in_plane(plane_of(*self.angles_at(time)), ahead, aside)
 
 
-class _MovingBlock(ConicBlock):
-    """What the block of a moving ellipse has beyond that of one at rest."""
+class _PrecessingPlane(ConicBlock):
+    """Angles, angular velocity and velocity of a precessing ellipse."""
 
     orbit: PrecessingOrbit
 
@@ -212,9 +212,9 @@ class _MovingBlock(ConicBlock):
         return self.orbit.mean_motion * ((1 - e) * (1 + e)) ** -1.5
 
 
-class PrecessingBlock(_MovingBlock, EllipticBlock):
-    """That of the moving ellipse."""
+class PrecessingBlock(_PrecessingPlane, EllipticBlock):
+    """Block of a precessing ellipse."""
 
 
-class LongPrecessingBlock(_MovingBlock, LongEllipticBlock):
-    """That of a long one."""
+class LongPrecessingBlock(_PrecessingPlane, LongEllipticBlock):
+    """Block of an elongated precessing ellipse."""

@@ -48,7 +48,7 @@ Array = NDArray[np.float64]
 JULIAN_CENTURY = 36525 * 86400.0
 
 OBLIQUITY, NODE = math.radians(23 + 26 / 60 + 21.41136 / 3600), math.radians(-0.05188 / 3600)
-"""Of the dynamical ecliptic of VSOP2013 in the ICRF (Simon et al. 2013)."""
+"""Rotation from the dynamical ecliptic of VSOP2013 in the ICRF (Simon et al. 2013)."""
 
 PLANETS_TO_ICRF = np.array(
     [
@@ -65,7 +65,7 @@ MOON_TO_FK5 = np.array(
         [0.0, 0.397776981701, 0.917482137607],
     ]
 )
-"""From the dynamical ecliptic of ELP2000-82B."""
+"""Rotation from the dynamical ecliptic of ELP2000-82B."""
 
 TURN = PI.scaled(2.0)
 

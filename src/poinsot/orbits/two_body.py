@@ -1,4 +1,4 @@
-"""The two-body orbit of any kind from position and velocity."""
+"""Two-body orbit of any eccentricity from position and velocity."""
 
 from __future__ import annotations
 

@@ -21,8 +21,8 @@ from poinsot.taylor.graph import number
 
 __all__ = ["refuse_symbols", "universal_functions", "universal_place", "universal_time"]
 
-TERMS = 32
-"""Of the series up to an argument of 4: enough for 60 digits."""
+STUMPFF_TERMS = 32
+"""Terms of the Stumpff series for arguments up to 4, enough for 60 digits."""
 
 
 def universal_functions(eccentricity: Scalar, anomaly: Scalar) -> tuple[Scalar, Scalar, Scalar]:
@@ -60,7 +60,7 @@ def universal_place(eccentricity: Scalar, time: Scalar) -> tuple[Scalar, Scalar]
 
 
 def refuse_symbols(name: str, *scalars: Scalar, variable: str = "universal variable") -> None:
-    """Raise a TypeError if a scalar is no number; the sentence says which variable a kernel integrates instead."""
+    """Raise a TypeError if a scalar is not a number; the message names the variable that a kernel integrates."""
     for scalar in scalars:
         value = number(scalar)
         if functions._engine(value).__name__ == "sympy" or hasattr(value, "apply"):
@@ -104,7 +104,7 @@ def _stumpff(y: Scalar) -> tuple[Scalar, Scalar]:
     is_small = functions.less(y, 4)
     small, large = functions.where(is_small, y, 0 * y), functions.where(is_small, 4.0, y)
     c2, c3 = 1, 1
-    for k in range(TERMS, 0, -1):
+    for k in range(STUMPFF_TERMS, 0, -1):
         c2 = 1 + small / ((2 * k + 1) * (2 * k + 2)) * c2
         c3 = 1 + small / ((2 * k + 2) * (2 * k + 3)) * c3
     h = functions.sqrt(large)

@@ -72,7 +72,7 @@ class KaneDamper(Part):
         return functions.dot(own, own) / (2 * self.moment)
 
     @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
         p, omega = instant.own(self), instant.omega_body
         slip = p * (1 / self.moment) - omega
         return functions.Vector(functions.cross(p, omega) - slip * self.coefficient)

@@ -102,7 +102,7 @@ class ControlMomentGyro(Gimbal):
         return self.spin(own[0])
 
     @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
         return functions.Vector((self.gimbal_rate,))
 
     @of_arrays(own=(1,), omega_body=(3,))
@@ -185,7 +185,7 @@ class GimballedRotor(Gimbal):
         return p * p / (2 * self.moment) + self.stiffness / 2 * (angle * angle)
 
     @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
         angle, p = instant.own(self)
         omega = instant.omega_body
         rate = p * (1 / self.moment) - functions.dot(self.gimbal_axis, omega)

@@ -24,8 +24,8 @@ __all__ = ["MovingMasses", "VaryingInertia"]
 
 PositiveDuration = Annotated[Duration, Rule(refuse_nonpositive)]
 
-SYMMETRY = 1e-12
-"""Of a tensor, relative to its largest component; and of the triangle inequality of moments."""
+SYMMETRY_TOLERANCE = 1e-12
+"""Tolerance of the symmetry of a tensor relative to its largest component, and of the triangle inequality."""
 
 
 class Transition(Part):
@@ -74,7 +74,7 @@ class Transition(Part):
     def refuse_inertia(self, inertia: NDArray[Any], when: str) -> None:
         """Raise a ValueError for a tensor that no mass has."""
         masses = np.linalg.eigvalsh(np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2 * np.eye(3) - inertia)
-        if np.any(masses[..., 0] < -SYMMETRY * masses[..., 2]):
+        if np.any(masses[..., 0] < -SYMMETRY_TOLERANCE * masses[..., 2]):
             found = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(inertia).reshape(-1, 3)[0])
             raise ValueError(
                 f"the inertia {when} must be the inertia of a body, got principal moments {found}. "
@@ -124,7 +124,7 @@ class VaryingInertia(Transition):
     def __post_init__(self) -> None:
         super().__post_init__()
         off = np.abs(self.change - np.swapaxes(self.change, -1, -2))
-        if np.any(off > SYMMETRY * np.max(np.abs(self.change))):
+        if np.any(off > SYMMETRY_TOLERANCE * np.max(np.abs(self.change))):
             raise ValueError(f"change must be a symmetric tensor, got components that differ by {np.max(off):.3g}.")
 
     @override

@@ -184,7 +184,7 @@ class SloshPendulum(Part):
         return kinetic + self.stiffness * lift
 
     @override
-    def rates(self, instant: Instant, pull: Vector) -> Vector:
+    def rates(self, instant: Instant, generalised_force: Vector) -> Vector:
         own, omega = instant.own(self), instant.omega_body
         angles, _ = self._halves(own)
         y, slopes = self._placed(angles)
@@ -202,7 +202,7 @@ class SloshPendulum(Part):
                 self._turned(angles, turning), slope, slopes, turning, strict=True
             )
         ]
-        return Vector((*turning, *(force + pull[i] for i, force in enumerate(forces))))
+        return Vector((*turning, *(force + generalised_force[i] for i, force in enumerate(forces))))
 
     @override
     def start(self, time: Scalar, omega_body: Vector) -> Vector:

@@ -74,7 +74,7 @@ class Wheel(Part):
         return own[0] * own[0] / (2 * self.moment)
 
     @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
         (p,) = instant.own(self)
         return functions.Vector((self.torque_at(p * (1 / self.moment) - functions.dot(self.axis, instant.omega_body)),))
 

@@ -113,7 +113,7 @@ class SpringMass(Part):
         return p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
 
     @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
         rho, p = instant.own(self)
         omega, line = instant.omega_body, functions.Vector(self.direction)
         x = self._arm + line * rho
@@ -121,7 +121,7 @@ class SpringMass(Part):
         outward = functions.dot(x, line) * functions.dot(omega, omega)
         outward = outward - functions.dot(omega, x) * functions.dot(omega, line)
         force = self.reduced_mass * outward - self.stiffness * rho - self.damping * speed
-        return functions.Vector((speed, force + pull[0]))
+        return functions.Vector((speed, force + generalised_force[0]))
 
     @override
     def start(self, time: Scalar, omega_body: functions.Vector) -> functions.Vector:

@@ -80,9 +80,9 @@ class CreepingTide(Part):
         return (a * a + a * b + b * b + c * c + d * d + e * e) / self._compliance
 
     @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
-        # The pull is by variables: as a tensor without trace it is the one with P : dD = pull . d own.
-        a, b, c, d, e = pull
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
+        # The generalised force is per variable. As a trace-free tensor P it satisfies P : dD = force . d own.
+        a, b, c, d, e = generalised_force
         gravity = functions.Vector(((2 * a - b) / 3, (2 * b - a) / 3, c / 2, d / 2, e / 2))
         centrifugal = _trace_free(outer(instant.omega_body, instant.omega_body)) * 0.5
         force = (gravity + centrifugal) * self._compliance
@@ -111,11 +111,11 @@ class CreepingTide(Part):
         return _trace_free(tensor) * (self._compliance / 2)
 
 
-PLACES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
-"""Of the variables in the tensor."""
+TENSOR_INDICES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
+"""Row and column of each variable in the tensor."""
 
 
 def _trace_free(tensor: Matrix) -> functions.Vector:
     """Return the five components of a symmetric tensor less its trace."""
     third = (tensor[0][0] + tensor[1][1] + tensor[2][2]) / 3
-    return functions.Vector(tensor[i][j] - third if i == j else tensor[i][j] for i, j in PLACES)
+    return functions.Vector(tensor[i][j] - third if i == j else tensor[i][j] for i, j in TENSOR_INDICES)

@@ -134,7 +134,7 @@ class ReactionWheels(Part):
         return sum(p * p / (2 * moment) for p, moment in zip(own, self.moments, strict=True))
 
     @override
-    def rates(self, instant: Instant, pull: functions.Vector) -> functions.Vector:
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
         return functions.Vector(map(self._torque, range(self.count), *self._demand(instant)))
 
     @override

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from poinsot.algebra.solid_harmonics import SolidHarmonics
 
-__all__ = ["BLOCK", "ball", "cylinder", "gravity_of_points", "multipoles", "triangle"]
+__all__ = ["MAX_POINTS", "ball", "cylinder", "gravity_of_points", "multipoles", "triangle"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 4096
-"""How many points are taken at once: their harmonics stay in the caches."""
+MAX_POINTS = 4096
+"""Largest number of points in one block, whose harmonics fit in the processor caches."""
 
 
 def triangle(degree: int) -> tuple[Array, Array]:
@@ -36,7 +36,7 @@ def ball(degree: int) -> tuple[Array, Array]:
 
 
 def cylinder(degree: int) -> tuple[Array, Array]:
-    """Return the same over the cylinder of radius 1 about the third axis between heights -1 and 1."""
+    """Return points and weights over the cylinder of radius 1 about the third axis between heights -1 and 1."""
     from scipy.special import roots_legendre
 
     squares, rings = roots_legendre(degree // 4 + 1)  # and those over a ring of rho^2
@@ -60,8 +60,8 @@ def _rule(weights: Array, coordinates: tuple[Array, Array, Array]) -> tuple[Arra
 def multipoles(masses: Array, points: Array, degree: int) -> NDArray[np.complex128]:
     """Return the sums of masses (k,) times the solid harmonics Z_nm of points (k, 3), rows n, columns m <= n."""
     total = np.zeros((degree + 1, degree + 1), dtype=complex)
-    for start in range(0, len(masses), BLOCK):
-        part = slice(start, start + BLOCK)
+    for start in range(0, len(masses), MAX_POINTS):
+        part = slice(start, start + MAX_POINTS)
         harmonics = SolidHarmonics(tuple(points[part].T))
         for n in range(degree + 1):
             for m in range(n + 1):
@@ -73,7 +73,7 @@ def multipoles(masses: Array, points: Array, degree: int) -> NDArray[np.complex1
 def gravity_of_points(masses: Array, positions: Array, points: Array) -> tuple[Array, Array]:
     """Return potential (n,) and attraction (n, 3) of mass points at points (n, 3)."""
     potential, attraction = np.empty(len(points)), np.empty((len(points), 3))
-    rows = max(1, 16 * BLOCK // len(masses))
+    rows = max(1, 16 * MAX_POINTS // len(masses))
     for start in range(0, len(points), rows):
         part = slice(start, start + rows)
         away = positions - points[part, None]

@@ -20,7 +20,7 @@ TURN = 2 * np.pi
 CUT = np.sqrt(2.0)
 """Angle from the first axis to the meridian at which rotation phases begin; no regular mesh has edges there."""
 
-BLOCK = 4_000_000
+MAX_PAIRS = 4_000_000
 """Pairs of an arc and a latitude of the Sun that are processed at once, at most."""
 
 
@@ -90,7 +90,7 @@ class DailyShadows:
         """
         along, across = np.zeros(len(sines)), np.zeros(len(sines), dtype=complex)
         for outlines in self._outlines:
-            rows = max(1, BLOCK // (len(outlines.faces) + len(self._centers)))
+            rows = max(1, MAX_PAIRS // (len(outlines.faces) + len(self._centers)))
             for start in range(0, len(sines), rows):
                 part = slice(start, start + rows)
                 lost = self._lost(outlines, sines[part])

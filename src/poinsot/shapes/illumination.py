@@ -1,4 +1,4 @@
-"""Which faces of a mesh a distant light reaches, and how much of each."""
+"""Illuminated faces of a mesh under a distant light, and their illuminated areas."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["Lighting", "lit_areas", "lit_faces", "ray_hits"]
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-BLOCK = 4_000_000
-"""Pairs of faces, or of a face pair and a direction, looked at together."""
+MAX_PAIRS = 4_000_000
+"""Largest number of pairs of faces, or of a face pair and a direction, in one block."""
 
-SLACK = 1e-5
-"""By which the cones around faces are widened, in cosines: their axes have 24 bits."""
+CONE_MARGIN = 1e-5
+"""Widening of the cones around faces, in cosines, because their axes have 24 bits."""
 
 MOST_SHADED = 20_000
 """Faces of a mesh with shadows, which are sought among all pairs."""
@@ -41,7 +41,7 @@ class Lighting:
         self._low = GRAZING * mesh.circumscribing_radius
 
     def lit(self, directions: Array, shadows: bool = True) -> Flags:
-        """Return whether the light from unit vectors (n, 3) reaches the centroids of the faces; shape (n, faces)."""
+        """Return True where light from unit vectors (n, 3) reaches the centroids of the faces; shape (n, faces)."""
         facing = directions @ self.normals.T > 0
         if shadows:
             if len(self.areas) > MOST_SHADED:
@@ -70,7 +70,7 @@ class Lighting:
         A ray that leaves the body meets such a face last, wherever else it entered.
         """
         offsets = np.einsum("fi,fi->f", self.normals, self.centers)
-        rows = max(1, BLOCK // (3 * len(self.areas)))
+        rows = max(1, MAX_PAIRS // (3 * len(self.areas)))
         for start in range(0, len(self.areas), rows):
             part = slice(start, start + rows)
             heights = np.einsum("ai,fki->afk", self.normals[part], self.corners) - offsets[part, None, None]
@@ -81,12 +81,14 @@ class Lighting:
 
     def _shade(self, lit: Flags, directions: Array, face: NDArray[np.int64], other: NDArray[np.int64]) -> None:
         """Take the light from faces whose centroids others hide; the rays that miss a cone around them are left out."""
-        rows = max(1, BLOCK // max(1, len(directions)))
+        rows = max(1, MAX_PAIRS // max(1, len(directions)))
         for start in range(0, len(face), rows):
             one, two = face[start : start + rows], other[start : start + rows]
             seen = self.corners[two] - self.centers[one][:, None]
             axes, cosines = _cones(seen)
-            near = directions.astype(np.float32) @ axes.T.astype(np.float32) > (cosines - SLACK).astype(np.float32)
+            near = directions.astype(np.float32) @ axes.T.astype(np.float32) > (cosines - CONE_MARGIN).astype(
+                np.float32
+            )
             ray, pair = np.nonzero(near & lit[:, one])
             hit = ray_hits(directions[ray], seen[pair])
             lit[ray[hit], one[pair[hit]]] = False

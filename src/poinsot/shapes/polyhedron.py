@@ -37,7 +37,7 @@ def multipoles(vertices: Array, faces: Faces, degree: int) -> NDArray[np.complex
     """
     weights, places = cubature.triangle(degree)
     total = np.zeros((degree + 1, degree + 1), dtype=complex)
-    rows = max(1, cubature.BLOCK // len(weights))
+    rows = max(1, cubature.MAX_POINTS // len(weights))
     for start in range(0, len(faces), rows):
         corners = vertices[faces[start : start + rows]]
         points = np.einsum("qk,fki->fqi", places, corners).reshape(-1, 3)
@@ -54,7 +54,7 @@ def gravity(vertices: Array, faces: Faces, points: Array) -> tuple[Array, Array]
     """
     triangles = Triangles(vertices, faces)
     potential, attraction = np.empty(len(points)), np.empty((len(points), 3))
-    rows = max(1, cubature.BLOCK // len(faces))
+    rows = max(1, cubature.MAX_POINTS // len(faces))
     for start in range(0, len(points), rows):
         part = slice(start, start + rows)
         heights, sheets, _ = triangles.seen_from(points[part])
@@ -65,7 +65,7 @@ def gravity(vertices: Array, faces: Faces, points: Array) -> tuple[Array, Array]
 
 def winding_numbers(corners: Array, points: Array) -> Array:
     """Return how often closed triangles (faces, 3, 3) go around points (n, 3): 1 inside, 0 outside."""
-    total, rows = np.zeros(len(points)), max(1, cubature.BLOCK // len(points))
+    total, rows = np.zeros(len(points)), max(1, cubature.MAX_POINTS // len(points))
     for start in range(0, len(corners), rows):
         part = corners[start : start + rows].reshape(-1, 3)
         total += Triangles(part, np.arange(len(part)).reshape(-1, 3)).seen_from(points)[2].sum(axis=1)

@@ -15,8 +15,8 @@ Faces = NDArray[np.int64]
 FLAT = 64 * np.finfo(float).eps
 """The volume over that of the box around a surface below which it encloses nothing but rounding."""
 
-LOOKS = 8
-"""From the middles of how many of its faces it is judged whether one surface is inside another."""
+SAMPLED_FACES = 8
+"""Number of faces whose centroids decide whether one surface is inside another."""
 
 
 def check_closed(faces: Faces) -> Faces:
@@ -106,8 +106,8 @@ class _Surfaces:
         return np.flatnonzero(~apart)
 
     def _is_inside(self, i: int, j: int) -> bool:
-        """Return whether most of the middles of some faces of one are inside another."""
-        chosen = np.linspace(self.starts[i], self.ends[i] - 1, LOOKS).astype(int)
+        """Return True if most of the sampled face centroids of surface i are inside surface j."""
+        chosen = np.linspace(self.starts[i], self.ends[i] - 1, SAMPLED_FACES).astype(int)
         points = self.corners[chosen].mean(axis=1)
         around = polyhedron.winding_numbers(self.corners[self.starts[j] : self.ends[j]], points)
         return bool(np.mean(np.abs(around)) > 0.5)

@@ -236,7 +236,7 @@ class Following(pt.Part, pt.Torque):
         total = 0.9 * pt.functions.Vector(instant.own(self)[3:]) + self.period * error
         return pt.functions.Vector((*(-self.gain * (error + 0.1 * total)), *total))
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         return pt.functions.Vector((0.0,) * 6)
 
     def torque(self, instant):

@@ -61,7 +61,7 @@ class Gimbal(pt.Part):
     def internal_energy(self, own, time):  # noqa: ARG002
         return own[1] * own[1] / 0.6 + own[0] * own[0]
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         angle, p = instant.own(self)
         w1, w2, w3 = instant.omega_body
         return fn.Vector((p / 0.3 - w3, self.spin * (w2 * fn.cos(angle) - w1 * fn.sin(angle)) - 2 * angle))

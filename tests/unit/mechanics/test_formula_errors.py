@@ -61,7 +61,7 @@ def part(method):
             gain: float
             variables = {"angle": 1}  # noqa: RUF012
 
-            def rates(self, instant, pull):  # noqa: ARG002
+            def rates(self, instant, generalised_force):  # noqa: ARG002
                 return Vector((value("rates", self, instant, instant.time, 0.1),))
 
             def start(self, time, omega_body):  # noqa: ARG002

@@ -75,7 +75,7 @@ class Pendulum(Part):
     def inertia(self, own, time):  # noqa: ARG002
         return ((1.0, 0.0), (0.0, 1.0)) if self.wrong == "inertia" else ((0.0,) * 3,) * 3
 
-    def rates(self, instant, pull):  # noqa: ARG002
+    def rates(self, instant, generalised_force):  # noqa: ARG002
         angle, momentum = instant.own(self)
         if self.wrong == "if" and angle > 0:
             momentum = -momentum

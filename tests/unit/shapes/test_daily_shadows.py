@@ -120,7 +120,7 @@ def test_latitudes_in_blocks_give_the_same_torques(monkeypatch):
     shadows = DailyShadows(light, axes, np.cross(light.centers, light.normals))
     sines = np.linspace(-0.9, 0.9, 31)
     whole = shadows.torques(sines)
-    monkeypatch.setattr("poinsot.shapes.daily_shadows.BLOCK", 1)
+    monkeypatch.setattr("poinsot.shapes.daily_shadows.MAX_PAIRS", 1)
     for one, other in zip(whole, shadows.torques(sines), strict=True):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-15)
 

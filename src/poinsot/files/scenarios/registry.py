@@ -14,6 +14,7 @@ import pkgutil
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from itertools import filterfalse
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Self, Union, get_args, get_origin
@@ -143,8 +144,8 @@ def known_classes() -> tuple[type, ...]:
 @functools.lru_cache(maxsize=64)
 def _makers(group: Group, classes: tuple[type, ...]) -> dict[str, Maker]:
     ways: list[tuple[str, Callable[..., Any]]] = [(cls.__name__, cls) for cls in classes if not inspect.isabstract(cls)]
-    for cls in classes:
-        made = [name for name, found in vars(cls).items() if isinstance(found, classmethod | staticmethod)]
+    for cls in filterfalse(inspect.isabstract, classes):
+        made = [name for name, found in _members(cls).items() if isinstance(found, classmethod | staticmethod)]
         ways += [(f"{cls.__name__}.{name}", getattr(cls, name)) for name in made if not name.startswith("_")]
     named = (getattr(module, name) for module in _import_all() for name in module.__all__)
     ways += [(thing.__name__, thing) for thing in named if inspect.isfunction(thing)]
@@ -156,6 +157,12 @@ def _makers(group: Group, classes: tuple[type, ...]) -> dict[str, Maker]:
         found = [_on_one_of_two(maker) for maker in found]
     known = {maker.name: maker for maker in sorted(found, key=lambda maker: is_own(maker.call))}
     return {name: known[name] for name in sorted(known)}
+
+
+def _members(cls: type) -> dict[str, Any]:
+    """Return the attributes of a class, with those inherited from abstract classes, of which there are no objects."""
+    owners = [each for each in reversed(cls.__mro__) if each is cls or inspect.isabstract(each)]
+    return {name: found for owner in owners for name, found in vars(owner).items()}
 
 
 def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
