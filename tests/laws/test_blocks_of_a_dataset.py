@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from laws.test_every_force_in_files import FIRST, OF_ONE, OF_TWO, PAIR, RUN, label
-from laws.test_every_part import BODY, PARTS
+from kinds.forces_in_files import FIRST, OF_ONE, OF_TWO, PAIR, RUN, label
+from kinds.parts import BODY, PARTS
 from poinsot.mechanics.state import state_of
 from poinsot.propagation import column_reader
 from poinsot.propagation.row_source import MemoryRows

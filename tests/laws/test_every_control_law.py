@@ -1,4 +1,4 @@
-"""What holds for every control law that is shipped; a new one joins by one instance in `LAWS`."""
+"""What holds for every control law that is shipped; a new one joins by one instance in `kinds/control_laws.py`."""
 
 import dataclasses
 
@@ -8,32 +8,15 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from laws.test_every_force import (
-    ELLIPSE,
-    MAGNETIC_FIELDS,
-    compiled,
-    compiled_torque,
-    random_attitudes,
-    sympy_numbers,
-    turned_orbit,
-)
-from laws.test_every_force_in_files import comes_back
-from poinsot.control import NoisySensors, OrbitPointing, QuaternionFeedback, RateDamping, Sampled
+from kinds.control_laws import BODY, LAWS, SAMPLED, TARGET
+from kinds.forces import ELLIPSE, MAGNETIC_FIELDS, random_attitudes
+from kinds.forces_in_files import comes_back
+from poinsot.control import OrbitPointing, QuaternionFeedback, RateDamping, Sampled
 from poinsot.mechanics.part import Part
+from torques import compiled, compiled_torque, sympy_numbers, turned_orbit
 
-BODY = pt.Body.from_inertia([(1.2, 0.2, -0.1), (0.2, 1.0, 0.15), (-0.1, 0.15, 0.9)])
 START = {"attitude": (0.1, 0.7, -0.5, 0.5), "omega_body": (0.4, -0.6, 0.5)}
-TARGET = np.array((0.1, 0.3, -0.5, 0.8)) / np.sqrt(0.99)
 TIMES = np.linspace(0, 3, 7)
-LAWS = (
-    QuaternionFeedback(0.8, 0.7, 0.5, TARGET),
-    OrbitPointing(0.8, 0.7, 0.5, ELLIPSE, TARGET),
-    RateDamping(0.8, 0.4),
-)
-SAMPLED = (
-    *(Sampled(law, 0.2, 0.1) for law in LAWS),
-    Sampled(LAWS[0], 0.2, 0.1, NoisySensors(1e-3, 2e-3, 1e-4, 1e-3, 3.0), name="noisy"),
-)
 each_law = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 each = pytest.mark.parametrize("law", [*LAWS, *SAMPLED], ids=lambda law: repr(law)[:26])
 

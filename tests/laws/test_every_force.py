@@ -1,8 +1,7 @@
-"""What holds for every force that is shipped; a new one joins by one instance in `FORCES`."""
+"""What holds for every force that is shipped; a new one joins by one instance in `kinds/forces.py`."""
 
 import dataclasses
 import gc
-import itertools
 
 import mpmath
 import numpy as np
@@ -13,100 +12,20 @@ from scipy.spatial.transform import Rotation
 import formulas
 import poinsot as pt
 from kinds import concrete_subclasses
-from laws.test_pairs import PAIR_FORCES
+from kinds.forces import BODIES, FORCES, POTENTIALS, TIME, label, random_attitudes
+from kinds.pairs import PAIR_FORCES
 from poinsot.algebra.quaternion import product
-from poinsot.forces.gravity import Oblateness
 from poinsot.functions import Vector
-from poinsot.integration import equations
-from poinsot.integration.kernel_parameters import PreparedKernel
 from poinsot.integration.scaling import sample_torque
 from poinsot.mechanics.formula_trials import ATTITUDES
 from poinsot.mechanics.parameters import kinds_of, of_each, records_in
 from poinsot.quantities import Along, said_of
-from poinsot.taylor.evaluation import WideEvaluator
-from poinsot.taylor.graph import Graph, Node
+from poinsot.taylor.graph import Node
 from poinsot.taylor.lowering import Constants
+from torques import compiled, compiled_torque, sympy_numbers, turned_orbit
 
-ELLIPSE = pt.KeplerOrbit(
-    1.1,
-    semimajor_axis=1.3,
-    eccentricity=0.3,
-    inclination=0.7,
-    node=-0.4,
-    argument_of_periapsis=1.9,
-    true_anomaly=0.3,
-    epoch=0.2,
-)
-AT_REST = pt.orbits.FixedPosition(0.9, position=(0.8, -0.5, 0.7))
-AT_REST_BESIDE = pt.orbits.FixedPosition(0.9, position=(-0.9, 0.3, 0.4))
-COSINES = [(0, 0, 0, 0), (0, 0, 0, 0), (-0.3, 0.05, 0.1, 0), (0.2, 0.1, -0.05, 0.08)]
-SINES = [(0, 0, 0, 0), (0, 0, 0, 0), (0, -0.1, 0.15, 0), (0, 0.3, 0.04, -0.06)]
-FIELD = pt.GravityField(3, 1.1, 0.8, COSINES, SINES)
-POLE = {"right_ascension_rate": 0.1, "declination_rate": -0.08, "acceleration": 0.05}
-AXES = pt.orbits.RotationModel(0.7, 0.4, -0.3, rate=0.6, epoch=0.1, **POLE)
-GAUSS = np.array([(0, 0, 0), (-1.6, 0.7, 0), (0.8, -0.9, 0.5)]), np.array([(0, 0, 0), (0, 1.1, 0), (0, -0.6, 0.9)])
-DIPOLE = pt.forces.TiltedDipole(ELLIPSE, AXES, -3.0, 1.1, 1.9, 0.6)
-MAGNETIC_FIELDS = (
-    DIPOLE,
-    pt.forces.MagneticHarmonics(ELLIPSE, AXES, 2, 0.7, *GAUSS),
-    pt.forces.SecularHarmonics(ELLIPSE, AXES, 2, 0.7, *GAUSS, 0.3 * GAUSS[0], -0.4 * GAUSS[1], epoch=0.2),
-)
-TENSOR = np.array([(0.3, 0.05, -0.1), (0.05, 0.2, 0.04), (-0.1, 0.04, 0.4)])
-DIRECTIONAL = pt.forces.DirectionalTorque(
-    1, [(0.1, -0.2, 0.3, 0.15), (-0.1, 0.25, 0.05, -0.3), (0.2, 0.1, -0.15, 0.05)], 0.02, 0.01
-)
-
-
-def facets(*normals):
-    """Facets that the light or the air reaches in the motions below."""
-    places = [(0.2, 0.7, -0.3), (0.4, -0.5, 0.6)]
-    shares = {"specular": [0.3, 0.2], "diffuse": [0.2, 0.4], "drag": [2.2, 1.9], "accommodation": [0.7, 0.5]}
-    return pt.forces.Facets([1.3, 0.8], np.array(normals) / 3**0.5, places, **shares)
-
-
-SUN = pt.orbits.FixedPosition(0.9, position=(-3.0, 0.4, 0.9))
-AIR = pt.forces.ExponentialAtmosphere(0.8, 1.1, 0.7, omega_space=(0.1, -0.2, 0.3))
-FORCES = (
-    pt.UniformGravity(0.7, (0.3, -0.2, 0.5)),
-    pt.GravityGradient(ELLIPSE),
-    pt.GravityGradient(AT_REST),
-    Oblateness(ELLIPSE, 0.3, 0.7, (0.4, -0.3, 0.8)),
-    Oblateness(AT_REST, 0.3, 0.7, (0.4, -0.3, 0.8)),
-    pt.forces.HarmonicGravity(ELLIPSE, FIELD),
-    pt.forces.HarmonicGravity(AT_REST, FIELD),
-    pt.forces.MasconGravity(AT_REST, (0.6, 0.7), [(0.5, -0.3, 0.2), (-0.3, 0.4, -0.5)]),
-    pt.forces.EllipsoidGravity(AT_REST, 1.1, (0.9, 0.6, 0.4)),
-    pt.forces.LinearDamping(0.05),
-    pt.forces.TidalTorque(ELLIPSE, 0.6, 0.9, 0.5, 1.3),
-    *(pt.forces.MagneticMoment((0.5, -0.3, 0.7), field) for field in MAGNETIC_FIELDS),
-    pt.forces.EddyCurrents(4 * TENSOR, DIPOLE),
-    pt.forces.BDot(0.8, DIPOLE, 0.4),
-    pt.forces.MeshDrag(ELLIPSE, AIR, DIRECTIONAL, 1.9),
-    pt.forces.MeshRadiation(ELLIPSE, DIRECTIONAL, (), 0.7, 1.1, 0.1),
-    pt.forces.Yorp(ELLIPSE, DIRECTIONAL, (), 0.7, 1.1, 0.1),
-    pt.forces.AtmosphericDrag(ELLIPSE, AIR, facets((-1, 1, -1), (1, 1, -1))),
-    pt.forces.RadiationPressure(ELLIPSE, facets((1, 1, 1), (-1, -1, 1)), pressure=1.4, distance=1.2, sun_radius=0.2),
-    pt.forces.RadiationPressure(
-        SUN,
-        facets((1, 1, 1), (-1, -1, 1)),
-        [pt.forces.Occulter(AT_REST_BESIDE, 0.2)],
-        pressure=1.8,
-        distance=3.3,
-        sun_radius=0.6,
-    ),
-)
-POTENTIALS = tuple(force for force in FORCES if isinstance(force, pt.Potential))
-BODIES = (
-    pt.Body((1.3, 1.0, 0.7)),
-    pt.Body.from_inertia([(1.2, 0.2, -0.1), (0.2, 1.0, 0.15), (-0.1, 0.15, 0.9)]),
-)
 PARTS = pt.Orbit | pt.GravityField | pt.forces.MagneticField | pt.orbits.RotationModel | pt.forces.DirectionalTorque
-TIME = 0.9
 TIMES = np.linspace(0, 3, 4)
-
-
-def label(thing):
-    return " ".join(type(part).__name__ for part in (thing, *thing.records))
 
 
 each_force = pytest.mark.parametrize("force", FORCES, ids=label)
@@ -119,11 +38,6 @@ def any_body(monkeypatch):
     """These laws hold whether or not the body of a force is the one that turns."""
     for force in FORCES:
         monkeypatch.setattr(type(force), "check", lambda *_: None)
-
-
-def random_attitudes(count=4):
-    half_turns = np.eye(4)[1:]
-    return np.concatenate([Rotation.random(count, np.random.default_rng(11)).as_quat(scalar_first=True), half_turns])
 
 
 def test_every_force_of_the_package_is_here():
@@ -154,16 +68,6 @@ def torque_from_energy(system, q, time):
     return np.array([float((turned(k, -step) - turned(k, step)) / (2 * step)) for k in (1, 2, 3)])
 
 
-def compiled_torque(system):
-    """Return the torque as compiled in double-double arithmetic, a function of attitude, angular velocity and time."""
-    graph = Graph()
-    symbols = [graph.symbol(place) for place in range(8)]
-    symbolic = formulas.twin(system, map(graph.input, itertools.count()))
-    torque = formulas.torque(symbolic, symbols[:4], symbols[4:7], symbols[7])
-    compiled = WideEvaluator([*torque], symbols)
-    return lambda q, omega, time: np.array(compiled([*q, *omega, time, *system.dynamics.numbers])[:3])
-
-
 TOO_LONG = pt.forces.EllipsoidGravity, pt.forces.AtmosphericDrag, pt.forces.BDot, pt.forces.MeshDrag
 """Forces whose formulas are too long to write out."""
 
@@ -175,11 +79,6 @@ def sympy_torque(system, time):
     torque = formulas.torque(system, variables[:4], variables[4:], time)
     function = sympy.lambdify(variables, list(torque), "numpy")
     return lambda q, omega: np.array(function(*q, *omega), dtype=float)
-
-
-def sympy_numbers(system, q, omega, time):
-    q, omega = (Vector(sympy.Float(float(x), 17) for x in vector) for vector in (q, omega))
-    return list(formulas.torque(system, q, omega, time))
 
 
 @each_body
@@ -224,23 +123,12 @@ def turned_world(record, turn):
     if isinstance(record, pt.Orbit):
         return turned_orbit(record, turn)
     if isinstance(record, pt.orbits.RotationModel):
-        return turned_axes(record, turn)
         return turned_rotation(record, turn)
-        first, middle, last = (turn * record.attitude(TIME)).as_euler("ZXZ")
-        pole = {"right_ascension": first - np.pi / 2, "declination": np.pi / 2 - middle}
-        return dataclasses.replace(record, **pole, prime_meridian=last, epoch=TIME)
     axes = said_of(type(record), Along)
     directions = {
         name: turn.apply(np.array(getattr(record, name))) for name, along in axes.items() if along.axes == "space axes"
     }
     return with_each_part(dataclasses.replace(record, **directions), lambda part: turned_world(part, turn))
-
-
-def turned_axes(planet, turn):
-    """Those of a planet whose pole rests, for its rates are along the axes of space themselves."""
-    first, middle, last = (turn * planet.attitude(TIME)).as_euler("ZXZ")
-    pole = {"right_ascension": first - np.pi / 2, "declination": np.pi / 2 - middle, "prime_meridian": last}
-    return dataclasses.replace(planet, **pole, epoch=TIME, right_ascension_rate=0.0, declination_rate=0.0)
 
 
 def turned_rotation(axes, turn):
@@ -260,22 +148,14 @@ def turned_rotation(axes, turn):
     )
 
 
-def turned_orbit(orbit, turn):
-    if isinstance(orbit, pt.orbits.FixedPosition):
-        return pt.orbits.FixedPosition(orbit.mu, position=turn.apply(np.array(orbit.position)))
-    r, v = (turn.apply(np.array(x)) for x in (orbit.position_at(orbit.epoch), orbit.velocity_at(orbit.epoch)))
-    return pt.KeplerOrbit.from_vectors(orbit.mu, position=r, velocity=v, epoch=orbit.epoch)
-
-
 def with_each_part(force, change):
     parts = {name: of_each(getattr(force, name), change) for name in kinds_of(type(force))}
     return dataclasses.replace(force, **parts)
 
 
 @each_body
-@pytest.mark.parametrize("force", [force for force in FORCES if not isinstance(force, pt.forces.BDot)], ids=label)
+@each_force
 def test_energy_and_torque_are_unchanged_when_the_whole_world_turns(force, body):
-    """But for B-dot: the rate of its field has that of a pole, which is along no other axes."""
     vertical = Rotation.from_rotvec([[0, 0, 1.3], [0, 0, np.pi]])
     anywhere = Rotation.random(3, np.random.default_rng(5))
     for turn in vertical if isinstance(force, pt.UniformGravity) else anywhere:
@@ -336,11 +216,6 @@ def heavier(body):
 def motion(body, force):
     start = body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.6, 0.5))
     return pt.propagate(pt.System(body, force), start, TIMES)
-
-
-def compiled():
-    """Return all equations."""
-    return [known.code for known in equations.known._stored.values() if isinstance(known, PreparedKernel)]
 
 
 @each_body

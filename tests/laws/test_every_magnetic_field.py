@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from laws.test_every_force import AXES, MAGNETIC_FIELDS
+from kinds.forces import AXES, MAGNETIC_FIELDS
 from poinsot.forces import IGRF, MagneticField, MagneticMoment, TiltedDipole
 from poinsot.functions import Vector
 from poinsot.orbits import FixedPosition, RotationModel

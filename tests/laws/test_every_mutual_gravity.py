@@ -1,4 +1,4 @@
-"""What holds for every gravity between two bodies; a new one joins by one instance in `FORCES`."""
+"""What holds for every gravity between two bodies; a new one joins by one instance in `kinds/mutual_gravity.py`."""
 
 import itertools
 import re
@@ -12,18 +12,12 @@ from scipy.spatial.transform import Rotation
 import formulas
 import poinsot as pt
 from kinds import concrete_subclasses
+from kinds.mutual_gravity import FORCES, PAIR
 from poinsot.algebra.quaternion import product
-from poinsot.forces import MutualGravity, MutualHarmonics, MutualMascons
 from poinsot.functions import Vector
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, Node, gradient, ordered, tangents
 
-SHAPES = (
-    pt.shapes.Mascons([1.0, 2.0, 1.5, 0.5], [(1, 0.1, 0), (-0.7, 0.3, 0.1), (0.1, -0.4, 0.3), (0.3, 0.3, -0.8)]),
-    pt.shapes.Mascons([0.3, 0.2, 0.4], [(0.5, 0, 0.2), (-0.3, 0.4, 0), (0, -0.3, -0.1)]),
-)
-PAIR = pt.TwoBodies(*map(pt.Body.from_shape, SHAPES), G=1.3)
-FORCES = (MutualGravity(), MutualHarmonics.of_shapes(PAIR, 5), MutualMascons.of_shapes(PAIR))
 each_force = pytest.mark.parametrize("force", FORCES, ids=lambda force: type(force).__name__)
 
 SEPARATION = np.array([1.9, -1.2, 1.4])

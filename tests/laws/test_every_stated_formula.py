@@ -10,12 +10,12 @@ from scipy.spatial.transform import Rotation
 from scipy.special import lpmv
 
 import poinsot as pt
-from laws.test_every_control_law import LAWS
-from laws.test_every_force import AT_REST, BODIES, FORCES, TIME, label
-from laws.test_every_mutual_gravity import FORCES as GRAVITIES
-from laws.test_every_mutual_gravity import PAIR
-from laws.test_every_part import PARTS
-from laws.test_pairs import forces_of
+from kinds.control_laws import LAWS
+from kinds.forces import AT_REST, BODIES, FORCES, TIME, label
+from kinds.mutual_gravity import FORCES as GRAVITIES
+from kinds.mutual_gravity import PAIR
+from kinds.pairs import forces_of
+from kinds.parts import PARTS
 from poinsot.display.formulas import equations
 from poinsot.display.notation import LATEX, MATHML, split_name
 from poinsot.functions import Vector

@@ -7,11 +7,11 @@ import pytest
 
 import cuda_on_cpu
 import poinsot as pt
-from laws import test_every_mutual_gravity, test_every_system, test_pairs
-from laws.test_every_force import FORCES, label
-from laws.test_every_orbit import ORBITS
-from laws.test_every_part import PARTS
-from laws.test_every_system import switches
+from kinds import mutual_gravity, pairs, systems
+from kinds.forces import FORCES, label
+from kinds.orbits import ORBITS
+from kinds.parts import PARTS
+from kinds.systems import switches
 
 pytestmark = [
     cuda_on_cpu.needs_compiler,
@@ -24,10 +24,10 @@ SYSTEMS = (
     {label(force): (BODY, force) for force in FORCES}
     | {name: (BODY, pt.GravityGradient(orbit)) for name, orbit in ORBITS.items()}
     | {type(part).__name__: (PART_OF, part) for part in PARTS}
-    | {name: each for name, each in test_every_system.SYSTEMS.items() if ":" not in name and "table" not in name}
+    | {name: each for name, each in systems.SYSTEMS.items() if ":" not in name and "table" not in name}
 )
-PAIRS = {name: test_pairs.system_of(name) for name in test_pairs.NAMES} | {
-    label(force): pt.System(test_every_mutual_gravity.PAIR, force) for force in test_every_mutual_gravity.FORCES
+PAIRS = {name: pairs.system_of(name) for name in pairs.NAMES} | {
+    label(force): pt.System(mutual_gravity.PAIR, force) for force in mutual_gravity.FORCES
 }
 
 
@@ -63,7 +63,7 @@ def test_all_bits_are_those_of_the_processor(name):
     "name", [pytest.param(name, marks=[pytest.mark.slow] * (i > 0)) for i, name in enumerate(PAIRS)]
 )
 def test_all_bits_of_two_bodies_are_those_of_the_processor(name):
-    start = test_pairs.start_of(PAIRS[name], shift=np.linspace(0, 0.5, 3)[:, None] * (0.3, -0.8, 0.2))
+    start = pairs.start_of(PAIRS[name], shift=np.linspace(0, 0.5, 3)[:, None] * (0.3, -0.8, 0.2))
     here, there = (pt.propagate(PAIRS[name], start, TIMES, device=device) for device in ("cpu", "cuda"))
     assert (there.run.kernel, there.run.steps) == ("cuda", here.run.steps)
-    np.testing.assert_array_equal(test_pairs.rows(there), test_pairs.rows(here))
+    np.testing.assert_array_equal(pairs.rows(there), pairs.rows(here))

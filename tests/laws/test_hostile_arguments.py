@@ -16,8 +16,8 @@ import pytest
 import xarray as xr
 
 import poinsot as pt
-from laws.test_wrong_calls import is_ours, patience
 from public_calls import public_calls
+from refusals import is_ours, patience
 
 mpl.use("Agg")
 

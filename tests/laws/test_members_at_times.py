@@ -20,14 +20,14 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from laws.test_every_control_law import LAWS, SAMPLED
-from laws.test_every_force import ELLIPSE, FORCES
-from laws.test_every_mutual_gravity import FORCES as MUTUAL
-from laws.test_every_mutual_gravity import PAIR
-from laws.test_every_orbit import ORBITS
-from laws.test_every_part import PARTS
-from laws.test_helper_events import EVENTS
-from laws.test_pair_events import EVENTS as PAIR_EVENTS
+from kinds.control_laws import LAWS, SAMPLED
+from kinds.events import EVENTS
+from kinds.forces import ELLIPSE, FORCES
+from kinds.mutual_gravity import FORCES as MUTUAL
+from kinds.mutual_gravity import PAIR
+from kinds.orbits import ORBITS
+from kinds.pair_events import EVENTS as PAIR_EVENTS
+from kinds.parts import PARTS
 from poinsot.errors import refuse_other_length
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import OrbitBlock

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from laws.test_results_travel import DESCRIPTIONS, RESULTS
+from kinds.results import DESCRIPTIONS, RESULTS
 from public_calls import BODY, START, TIMES, TOP, ensemble, free, motion, pair_motion, public_calls
 
 COMPILED_LONG = {"both ways, in quadruple precision"}

@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import poinsot as pt
-from laws.test_results_travel import RESULTS
-from laws.test_systems_travel import RECORDS, SYSTEMS
+from kinds.records import RECORDS, SYSTEMS
+from kinds.results import RESULTS
 from poinsot.immutable import Immutable
 
 TURNING = pt.RotatingFrame((1, 0, 0, 0), omega_space=(0, 0, 0.5))

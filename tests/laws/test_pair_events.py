@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from kinds.pair_events import AXIS, EVENTS, TARGET
 from poinsot.events import pair_events
 
 PAIR = pt.TwoBodies(pt.Body((2.0, 2.5, 3.0), mass=3.0), pt.Body((0.1, 0.12, 0.15), mass=0.5), G=1.0)
@@ -14,31 +15,6 @@ SYSTEM = pt.System(PAIR, pt.forces.MutualGravity())
 START = PAIR.state(
     (6.0, 0.5, 0.3), (-0.1, 0.6, 0.05), [(1, 0, 0, 0)] * 2, omega_body=[(0.1, 0.2, 1.0), (0.01, 0.02, 0.12)]
 )
-AXIS, TARGET = np.array([0.2, 1.0, -0.4]), np.array([0.5, -0.3, 0.8])
-
-
-def axis_at_target(motion):
-    matrices = Rotation.from_quat(motion.secondary.quaternion, scalar_first=True).as_matrix()
-    return (matrices @ AXIS) @ TARGET
-
-
-def relative_rate(motion):
-    r, v = motion.position, motion.velocity
-    normal = np.cross(r, v)
-    omega = Rotation.from_quat(motion.secondary.quaternion, scalar_first=True).apply(motion.secondary.omega_body)
-    return np.sum(normal * (omega - normal / np.sum(r * r, axis=1)[:, None]), axis=1)
-
-
-EVENTS = {
-    "PairApsis": (pt.events.PairApsis(), lambda m: np.gradient(m.distance, m.times)),
-    "DistanceCrossing": (pt.events.DistanceCrossing(6.0), lambda m: m.distance - 6.0),
-    "LibrationExtreme": (pt.events.LibrationExtreme(), relative_rate),
-    "AxisCrossing, of the secondary": (pt.events.AxisCrossing(AXIS, TARGET).on("secondary"), axis_at_target),
-    "RateCrossing, of the primary": (
-        pt.events.RateCrossing((1, 0, 0), rate=0.05).on("primary"),
-        lambda m: m.primary.omega_body[:, 0] - 0.05,
-    ),
-}
 
 
 def test_every_event_of_two_bodies_is_here():

@@ -9,10 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import poinsot as pt
-from laws.test_every_control_law import SAMPLED
-from laws.test_every_part import BODY as MASSIVE
-from laws.test_every_part import PARTS, started
-from laws.test_samples import BODY, START, SYSTEMS, TABLE
+from kinds.control_laws import SAMPLED
+from kinds.parts import BODY as MASSIVE
+from kinds.parts import PARTS, started
+from kinds.sampled_systems import BODY, START, SYSTEMS, TABLE
 from poinsot.control import NoisySensors, RateDamping, Sampled
 from poinsot.functions import Vector
 

@@ -9,34 +9,10 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from laws import (
-    test_every_control_law,
-    test_every_force,
-    test_every_mutual_gravity,
-    test_every_orbit,
-    test_every_part,
-    test_helper_events,
-    test_pair_events,
-    test_pairs,
-)
-from laws.test_results_travel import contents
-from poinsot.forces import IGRF
+from kinds.records import RECORDS, SYSTEMS
+from kinds.results import contents
 from public_calls import public_calls
 
-FAR = pt.orbits.FixedPosition(398600.4, position=(6871.2, 0, 0))
-EARTH = pt.orbits.RotationModel.iau("earth", calendar=pt.Calendar("2026-11-21T00:00:00", "TT"))
-PAIR_FORCES = [force for name in test_pairs.NAMES for force in test_pairs.forces_of(name)]
-RECORDS = {
-    "force": test_every_force.FORCES,
-    "mutual gravity": test_every_mutual_gravity.FORCES,
-    "force on two bodies": PAIR_FORCES,
-    "orbit": test_every_orbit.ORBITS.values(),
-    "part": test_every_part.PARTS,
-    "control law": (*test_every_control_law.LAWS, *test_every_control_law.SAMPLED),
-    "magnetic field": (*test_every_force.MAGNETIC_FIELDS, IGRF(FAR, EARTH, 2)),
-    "event": [event for event, _ in test_helper_events.EVENTS.values()],
-    "event of two bodies": [event for event, _ in test_pair_events.EVENTS.values()],
-}
 WAYS = {
     "pickle": lambda thing: pickle.loads(pickle.dumps(thing)),
     "old pickle": lambda thing: pickle.loads(pickle.dumps(thing, protocol=0)),
@@ -71,15 +47,6 @@ def test_orbits_of_files_have_their_numbers_with_them(tmp_path):
         run = subprocess.run([sys.executable, "-c", code], input=sent, cwd=elsewhere, capture_output=True, check=True)
         assert run.stdout == expected.tobytes()
         assert str(tmp_path).encode() not in packed
-
-
-SYSTEMS = {
-    "ellipsoid": (pt.Body((1.3, 1.0, 0.7)), pt.GravityGradient(test_every_force.ELLIPSE)),
-    "table": (pt.Body((1.3, 1.0, 0.7)), pt.GravityGradient(test_every_orbit.ORBITS["table"])),
-    "part": (test_every_part.BODY, test_every_part.PARTS[1], test_every_force.FORCES[0]),
-    "own part": (test_every_part.BODY, test_every_part.Gimbal(0.7, 1.5)),
-    "sampled law": (test_every_control_law.BODY, test_every_control_law.SAMPLED[-1]),
-}
 
 
 @pytest.mark.parametrize("way", WAYS)

@@ -1,10 +1,7 @@
 """Whatever comes as an argument, a public call works, or refuses it in a sentence of the package."""
 
 import contextlib
-import linecache
 import random
-import signal
-import traceback
 import warnings
 from decimal import Decimal
 from pathlib import Path
@@ -18,13 +15,9 @@ from astropy import units
 
 import poinsot as pt
 from public_calls import BODY, START, TOP, public_calls
+from refusals import is_ours, patience
 
 mpl.use("Agg")
-
-PACKAGE = str(Path(pt.__file__).parent)
-
-PATIENCE = 20.0
-"""Seconds after which a call hangs."""
 
 
 class Awkward:
@@ -105,29 +98,6 @@ WRONG = {
     "path that is not there": lambda: Path("/nowhere/to be/found"),
     "folder": lambda: Path("/"),
 }
-
-
-def is_ours(error):
-    """Whether an error is a sentence of the package, or the system's about a file that it names."""
-    if isinstance(error, OSError) and error.filename is not None:
-        return True
-    frames = traceback.extract_tb(error.__traceback__)
-    line = linecache.getline(frames[-1].filename, frames[-1].lineno).strip()
-    return frames[-1].filename.startswith(PACKAGE) and line.startswith("raise ") and bool(str(error))
-
-
-@contextlib.contextmanager
-def patience():
-    def stop(*_):
-        raise RuntimeError(f"it takes longer than {PATIENCE} s")
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
 
 
 def raw_error(function, arguments):

@@ -9,7 +9,7 @@ import pytest
 import spiceypy as spice
 
 import poinsot as pt
-from mutants import mutant
+from fuzzing import mutant
 from poinsot.files import reader_process
 from poinsot.files.attitudes import ck
 from tumbling import MOTION, NAMED

@@ -10,7 +10,7 @@ import pytest
 
 import forked
 import poinsot as pt
-from laws.test_every_force import FORCES
+from kinds.forces import FORCES
 from poinsot.mechanics.parameters import Parametric
 from poinsot.propagation.fingerprint import fingerprint
 

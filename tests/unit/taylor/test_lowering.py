@@ -8,7 +8,7 @@ import pytest
 
 import poinsot as pt
 from decompositions import rates
-from laws.test_every_force import FORCES, label
+from kinds.forces import FORCES, label
 from poinsot import functions as fn
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS

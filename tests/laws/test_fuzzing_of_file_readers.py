@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from mutants import mutant
+from fuzzing import mutant
 from poinsot.files.attitudes import ck
 from poinsot.files.scenarios.template import START
 from tumbling import MOTION, NAMED
