@@ -147,7 +147,6 @@ COVERED_BY = {
     "taylor/canonical_form.py": "unit/taylor/test_lowering.py",
     "taylor/context.py": "unit/taylor/test_kernels.py",
     "taylor/decomposition.py": "unit/taylor/test_lowering.py",
-    "taylor/formula_code.py": "unit/taylor/test_evaluation.py",
     "taylor/kernel_program.py": "unit/taylor/test_kernels.py",
     "taylor/layouts.py": "unit/taylor/test_kernels.py",
     "taylor/llvm_functions.py": "unit/taylor/test_kernels.py",
