@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 __all__ = ["OfOneBody", "OfTwoBodies", "System", "is_of_two_bodies"]
 
-OF_EVERY_RUN = attrgetter("orbits", "knots", "span")
+OF_EVERY_RUN = attrgetter("structure", "alike", "numbers", "orbits", "knots", "span")
 """Quantities that every run requires: computed with the system."""
 
 Bodies = TypeVar("Bodies", bound=Body | TwoBodies, default=Body | TwoBodies, covariant=True)

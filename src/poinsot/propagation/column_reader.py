@@ -54,7 +54,7 @@ class ColumnReader:
 
     def __getstate__(self) -> dict[str, object]:
         """Return the reader without values that follow from the rows."""
-        return {name: value for name, value in vars(self).items() if name not in ("_variables", "_systems")}
+        return {name: value for name, value in vars(self).items() if name not in ("_variables", "_systems", "table")}
 
     @property
     def is_ensemble(self) -> bool:
@@ -66,7 +66,7 @@ class ColumnReader:
         """States in all rows."""
         return state_of(changed(self.rows.phase, np.asarray), self.times)
 
-    @property
+    @cached_property
     def table(self) -> dict[str, Column]:
         """Columns of the motion by name."""
         return columns_of(self.system, self._recorded)
