@@ -10,7 +10,7 @@ from poinsot.mechanics.dynamics import Turning
 
 def twin(system, numbers):
     """Return the system on other scalars: symbols, or long numbers."""
-    return pt.System.of(system.dynamics.with_numbers(numbers), system.units)
+    return pt.System._of(system.dynamics.with_numbers(numbers), system.units)
 
 
 def instant(system, q, time=0, omega=None):

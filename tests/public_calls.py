@@ -155,7 +155,10 @@ def pair_calls():
     moved = {"motion": pt.propagate(pair_motion().system, pair_motion().initial, np.linspace(0, 60, 601))}
     fields = {"primary": bodies[0].field(4), "secondary": bodies[1].field(4)}
     place, each = {"position": (4.0, 0, 0), "momentum": (0, 1.0, 0)}, ("primary", "secondary")
+    system = pair_motion().system
     return {
+        "System.force_space": (system.force_space, {"state": pair_motion().initial, "body": "primary"}),
+        "System.forces_space": (system.forces_space, {"state": pair_motion().initial, "body": "primary"}),
         "PairState": (pt.PairState, place | {name: getattr(synchronous, name) for name in each}),
         "TwoBodies": (
             pt.TwoBodies,
@@ -718,6 +721,8 @@ def public_calls(folder):
         "System.omega_body": (TOP.omega_body, {"state": START}),
         "System.potential_energy": (TOP.potential_energy, {"state": START}),
         "System.torque_body": (TOP.torque_body, {"state": START}),
+        "System.torques_body": (TOP.torques_body, {"state": START}),
+        "System.relative_errors": (TOP.relative_errors, {"state": START}),
         "ThreeBodyPath": (
             pt.orbits.ThreeBodyPath,
             {

@@ -81,7 +81,7 @@ def test_every_read_is_here():
     system = system_of()
     offered = {name for name in dir(system.at(started(system))) if not name.startswith("_")}
     named = {name.partition(".")[0] for name in TURNING}
-    assert offered == named | set(RATES) | OF_THE_FIELD
+    assert offered == named | set(RATES) | OF_THE_FIELD | {"of_bodies"}  # the instants of bodies by name
     of_attitude = {name for name in dir(pt.Attitude) if not name.startswith("_")}
     assert of_attitude == set(OF_ATTITUDE) | OF_CLOSED_RULES | {"from_quaternion"}  # and the flag comoving
 

@@ -124,7 +124,7 @@ class World:
         self.who, self.times = who, times
         self.body, self.forces = varied(body, who), tuple(varied(force, who) for force in forces)
         bare = pt.System(body)
-        self.system = pt.System.of(
+        self.system = pt.System._of(
             bare.dynamics.with_records((self.body, *self.forces)), bare.units
         )  # varied numbers need no check
 
@@ -269,6 +269,7 @@ OPENED = {
     Rotation: lambda turns, _: turns.as_quat(),
     Instant: lambda instant, _: (instant.attitude.quaternion, instant.omega_body),
     State: lambda state, _: {**state.phase},
+    pt.PairState: lambda state, _: {**state.phase},
     Frame: lambda frame, world: (frame.quaternion(world.time), frame.omega_space(world.time)),
     Parametric: lambda record, _: record.numbers,
 }

@@ -682,7 +682,9 @@ def test_equation_18_energy_of_the_top_is_minus_the_work_of_gravity():
 def test_equation_18_torque_of_the_top_is_that_of_its_weight():
     orientation = pt.Attitude.from_quaternion(q)
     force = orientation.to_body(-weight * THIRD)
-    assert_equal(TOP.torque_at(pt.Instant(TOP.body, orientation, pt.Environment(0), omega)), cross(centre, force))
+    assert_equal(
+        TOP.dynamics.torque_at(pt.Instant(TOP.body, orientation, pt.Environment(0), omega)), cross(centre, force)
+    )
 
 
 def test_initial_state_of_section_6():

@@ -490,7 +490,7 @@ def test_E7_the_six_printed_digits_are_not_tangent():
 def test_E8_the_printed_potential_pulls_upwards():
     orientation = pt.Attitude.from_quaternion(q)
     force = orientation.to_body(Vector((0, 0, -weight)))
-    shipped = TOP.torque_at(pt.Instant(TOP.body, orientation, pt.Environment(0), omega))
+    shipped = TOP.dynamics.torque_at(pt.Instant(TOP.body, orientation, pt.Environment(0), omega))
     printed = -quat.imaginary(quat.product(quat.conjugate(q), gradient(dot(centre, force), q))) / 2
     assert are_equal(shipped, cross(centre, force))
     assert are_equal(printed, -cross(centre, force), UNIT)

@@ -93,7 +93,7 @@ class System(Immutable, Generic[Bodies]):
         try_formulas(self.dynamics)
 
     @classmethod
-    def of(cls, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> Self:
+    def _of(cls, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> Self:
         """Return the system of equations of motion that are valid."""
         system = object.__new__(cls)
         system._complete(dynamics=dynamics, units=units)
@@ -116,7 +116,7 @@ class System(Immutable, Generic[Bodies]):
         return {"dynamics": 0} if self.dynamics._member_axes else {}
 
     def _with_values(self, dynamics: Dynamics[Bodies, Any]) -> Self:
-        return self.of(dynamics, self.units)
+        return self._of(dynamics, self.units)
 
     # ------------------------------------------------------------------ contents
 
@@ -297,16 +297,19 @@ class System(Immutable, Generic[Bodies]):
 
     # ------------------------------------------------------------------ validity of formulas
 
+    @checked
     def validity(self, state: AnyState, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
         """Return, by name, whether a formula is used at a state outside of its range; each of shape (...)."""
         return self._of_forces(lambda force: force.validity, np.logical_or, state, environment)
 
+    @checked
     def relative_errors(
         self, state: AnyState, environment: Environment | None = None
     ) -> dict[str, NDArray[np.float64]]:
         """Return estimates of the relative errors of formulas, by their names in `validity`; each of shape (...)."""
         return self._of_forces(lambda force: force.relative_errors, np.maximum, state, environment)
 
+    @checked
     def limits(self, state: AnyState, environment: Environment | None = None) -> dict[str, NDArray[np.bool_]]:
         """Return, by name, whether a quantity of a part or of a control law is at its limit; each of shape (...)."""
         return self._of_forces(lambda force: force.limits, np.logical_or, state, environment)

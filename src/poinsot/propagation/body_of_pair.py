@@ -28,4 +28,4 @@ def body_systems(system: System) -> Mapping[str, System]:
 
 
 def _system_of(body: Body, units: Mapping[str, str]) -> System[Body]:
-    return System.of(OneOfTwo(body, ()), units)
+    return System._of(OneOfTwo(body, ()), units)
