@@ -1,4 +1,4 @@
-"""What holds for every control law that is shipped; a new one joins by one instance in `kinds/control_laws.py`."""
+"""Laws of every shipped control law; a new one joins by one instance in `kinds/control_laws.py`."""
 
 import dataclasses
 

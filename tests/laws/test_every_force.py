@@ -1,4 +1,4 @@
-"""What holds for every force that is shipped; a new one joins by one instance in `kinds/forces.py`."""
+"""Laws of every shipped force; a new one joins by one instance in `kinds/forces.py`."""
 
 import dataclasses
 import gc

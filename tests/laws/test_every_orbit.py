@@ -1,4 +1,4 @@
-"""What holds for every orbit that is shipped; a new one joins by one instance in `kinds/orbits.py`."""
+"""Laws of every shipped orbit; a new one joins by one instance in `kinds/orbits.py`."""
 
 import dataclasses
 

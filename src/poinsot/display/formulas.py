@@ -43,13 +43,13 @@ LETTERS = {
     "w": "velocity relative to the air, body axes",
     "rho": "density of the air",
     "f": "visible part of the Sun's disc",
-    "s": "axes of space, along those of the body",
+    "s": "axes of space, resolved along the body axes",
     "P": "associated Legendre functions of the sine of the attractor's latitude, without normalisation",
     "phi": "longitude of the attractor",
     "T": "torque of a stream of unit pressure by the direction from which it comes",
     "epsilon": "vector part of the quaternion from the target to the body, q0 > 0",
     "nu": "angular velocity relative to the target, body axes",
-    "h": "momentum of the part: that of the body with it is g",
+    "h": "momentum of the part; g is the momentum of the body with the part",
     "p": "inertial angular momentum of the part along its axis",
     "sigma": "rate relative to the body",
     "alpha": "angle of the gimbal",
@@ -58,7 +58,7 @@ LETTERS = {
 
 LETTERS_OF_TWO_BODIES = {
     "I": "inertia tensor of a body",
-    "m": "mass of a body; of a tide, that of the body which raises it",
+    "m": "mass of a body; in a tide, mass of the body that raises it",
     "omega": "angular velocity of a body",
     "r": "distance of the bodies",
     "u": "unit vector from the primary to the secondary",
@@ -150,7 +150,7 @@ def equations(formula: Formula | None, notation: Notation) -> list[str]:
 
 
 def letters_of(formulas: Sequence[str], two_bodies: bool) -> dict[str, str]:
-    """Return the meanings of the letters in formulas in MathML, except those of parameters."""
+    """Return the meanings of the letters in MathML formulas, except letters of parameters."""
     letters = LETTERS | LETTERS_OF_TWO_BODIES if two_bodies else LETTERS
     return {name: what for name, what in letters.items() if any(MATHML.letter(name) in each for each in formulas)}
 

@@ -47,7 +47,7 @@ Compiler = Callable[[Program, "KernelKind"], Kernel]
 
 
 class KernelKind(NamedTuple):
-    """Properties of a kernel beside its equations."""
+    """Properties of a kernel in addition to its equations."""
 
     order: int
     layout: Layout

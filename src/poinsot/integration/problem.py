@@ -34,7 +34,7 @@ class Problem(Collection):
     Attributes
     ----------
     dynamics : Dynamics
-        Equations of motion of the system. A twin on other scalars has them, and no system.
+        Equations of motion of the system. A copy on other scalars has equations, but no system.
     """
 
     system: System

@@ -23,7 +23,7 @@ Members = NDArray[np.int_]
 class Rows:
     """Integrated variables along times by name, converted on access.
 
-    The names are those of a phase (`quaternion`, the integrated momenta, the variables of parts), `orbits` for the
+    The names are the names of a phase (`quaternion`, the integrated momenta, the variables of parts), `orbits` for the
     variables of all orbits, and `vectors`, `pairs` and `exponents` of variations. Shapes: (members, n, ...), or
     (n, ...) for one body.
     """

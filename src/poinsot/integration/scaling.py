@@ -269,7 +269,7 @@ def _sizes_of_orbit(system: Dynamics[TwoBodies, Any], state: AnyState) -> NDArra
 
 
 def _columns(array: NDArray[np.float64]) -> Any:
-    """Return the components of one vector as numbers, in a tenth of NumPy's time, or those of members as arrays."""
+    """Return components as numbers for one vector, in a tenth of NumPy's time, or as arrays for members."""
     return array.tolist() if array.ndim == 1 else array.T
 
 

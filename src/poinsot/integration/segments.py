@@ -24,7 +24,7 @@ class Segments:
     ----------
     knots : array (k,)
     tasks : structured array (n,)
-        Their ends and parameters are set to those of the first segment.
+        Their ends and parameters are set for the first segment.
     members, origins : arrays (n,)
         Member of each task, and time at which it starts.
     parameters : KernelParameters

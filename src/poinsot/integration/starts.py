@@ -32,8 +32,8 @@ def low_parts(variables: StateVector, state: AnyState, starts: NDArray[np.float6
 
     The variables of a chart are rounded functions of attitude and momentum, and the norm of a quaternion of doubles is
     1 to rounding only. One step of Newton on the formulas of the chart, in double-double arithmetic, gives the low
-    parts: the attitude has the direction of the quaternion, the angular momentum is that of the state. Variables of
-    parts are the numbers of the state.
+    parts. The attitude has the direction of the quaternion, and the angular momentum equals the momentum of the state.
+    Variables of parts are the numbers of the state.
     """
     below = np.zeros_like(starts)
     bodies = zip(variables.charts, state.of_bodies.values(), variables.scales(variables.scale), strict=True)

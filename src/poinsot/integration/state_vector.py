@@ -37,7 +37,7 @@ STRUCTURAL = ("structure", "along_orbits", "size", "charts", "momenta")
 """Attributes that the variables of all systems of one structure share."""
 
 CHART, TANGENT = "attitude and momentum", "tangent vectors"
-"""Names of slots beside the names of parts."""
+"""Names of slots in addition to the names of parts."""
 
 Number = float | Array
 Factors = tuple[Number | None, ...]

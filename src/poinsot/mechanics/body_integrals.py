@@ -220,7 +220,7 @@ def _change_of_energy(system: BodyDynamics, instant: Instant, rates: Mapping[str
 
 
 def _symmetric(system: BodyDynamics, axis: Array) -> bool:
-    """Whether the inertia tensor is a multiple of one across an axis."""
+    """Return True if the inertia tensor is isotropic in the plane across an axis."""
     inertia = system.body.inertia
     across = np.eye(3) - np.outer(axis, axis)
     moment = np.trace(across @ inertia, axis1=-2, axis2=-1)[..., None, None] / 2

@@ -487,7 +487,7 @@ class Array:
         function.line(f"store {self.type} {given.name}, ptr {self.at(index).name}, align {self._align}")
 
     def of(self, kind: str) -> Array:
-        """Return the same memory as elements of another type, in the same precision."""
+        """Return a view of the memory with elements of another type, in equal precision."""
         if isinstance(self.type, Wide):
             return Array(self.address, Wide(kind), self._distance * _lanes(self.type) // _lanes(kind))
         return Array(self.address, kind)
