@@ -55,7 +55,6 @@ COVERED_BY = {
     "integration/report.py": "unit/propagation/test_propagate.py",
     "integration/rows.py": "laws/test_every_system.py",
     "integration/samples.py": "laws/test_samples.py",
-    "integration/scaling.py": "laws/test_growing_momenta.py",
     "integration/segments.py": "unit/integration/test_run.py",
     "integration/starts.py": "laws/test_every_system.py",
     "integration/tangent_vectors.py": "oracles/test_chaos_of_motions.py",

@@ -131,3 +131,13 @@ def test_every_entry_says_what_it_is():
         assert column.meaning
         assert column.axis in ("", "axis", "parameter", "variable")
         assert not name.endswith(("_body", "_space")) or column.attributes == {"frame": name.rpartition("_")[2]}
+
+
+def test_velocity_of_a_pair_is_the_velocity_of_its_state():
+    ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
+    pair = pt.TwoBodies(ball, ball, G=1.0)
+    start = pair.state((2, 0, 0), (0.1, 1, -0.2), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1), (0, 0, 0.5)])
+    motion = pt.propagate(pt.System(pair, pt.forces.MutualGravity()), start, [0.0, 1.0])
+    # One rounding in the momentum, one in the quotient.
+    np.testing.assert_allclose(motion.column("velocity")[0], (0.1, 1, -0.2), rtol=4 * np.finfo(float).eps)
+    assert np.array_equal(motion.velocity, motion.column("velocity"))
