@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = [
+    "MAX_CHARACTERS",
+    "MAX_KEYS",
+    "MAX_NUMBERS",
     "METHODS",
-    "MOST_CHARACTERS",
-    "MOST_KEYS",
-    "MOST_NUMBERS",
     "OF_SCENARIOS",
     "SYSTEM",
     "WHOLE",
@@ -40,11 +40,11 @@ __all__ = [
     "with_texts",
 ]
 
-MOST_CHARACTERS = 1_000_000
+MAX_CHARACTERS = 1_000_000
 """Of a scenario: what is read in a second."""
 
-MOST_NUMBERS = 20_000
-MOST_KEYS = 5_000
+MAX_NUMBERS = 20_000
+MAX_KEYS = 5_000
 
 OF_SCENARIOS = ("title", "seed", "scenario", "scenario_of", "scenario_read")
 """What a trajectory knows of the scenario that made it, and a file too."""
@@ -62,7 +62,7 @@ METHODS = {
 }
 """What a scenario calls the methods that it can have."""
 
-MOST_WRITTEN = 100
+MAX_WRITTEN = 100
 """Numbers of one array in a text; longer ones are named there, and are variables beside it."""
 
 HEADER = "# Written for a system made in Python. State and times are variables of the file that has this text.\n"
@@ -93,9 +93,9 @@ def text_of(motion: Trajectory) -> Text:
     parts += [writer.section("[body]", system.body)]
     parts += [writer.section("[[forces]]", force) for force in system.forces]
     text = "\n".join([HEADER, *parts, *writer.orbits, _table("[run]", _options(motion))])
-    if len(text) > MOST_CHARACTERS or text.count(",") > MOST_NUMBERS:
+    if len(text) > MAX_CHARACTERS or text.count(",") > MAX_NUMBERS:
         given = text.count(",")
-        raise ValueError(f"a scenario must have at most {MOST_NUMBERS} numbers to be stored in a file, got {given}.")
+        raise ValueError(f"a scenario must have at most {MAX_NUMBERS} numbers to be stored in a file, got {given}.")
     return Text(text, writer.data)
 
 
@@ -143,7 +143,7 @@ def shape_of(body: Body, name: str) -> Text | None:
         return None
     writer = _Writer(name)
     text = _table("[body]", {"type": "Body.from_shape"}) + writer.section("[body.shape]", shape)
-    return Text(text, writer.data) if len(text) <= MOST_CHARACTERS and text.count("=") < 0.8 * MOST_KEYS else None
+    return Text(text, writer.data) if len(text) <= MAX_CHARACTERS and text.count("=") < 0.8 * MAX_KEYS else None
 
 
 def _parts_of(shape: Any) -> Iterator[Any]:
@@ -207,7 +207,7 @@ class _Writer:
 
     def _kept(self, value: Any) -> Any:
         """Return a value, or the name of a long array."""
-        if not isinstance(value, np.ndarray) or value.size <= MOST_WRITTEN:
+        if not isinstance(value, np.ndarray) or value.size <= MAX_WRITTEN:
             return value
         name = f"{self._name}_{len(self.data) + 1}"
         self.data[name] = value

@@ -34,11 +34,11 @@ from poinsot.propagation.arguments import (
 )
 from poinsot.propagation.run_record import Method, RunRecord
 
-__all__ = ["TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
+__all__ = ["MAX_COORDINATES_TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
 
 Array = NDArray[np.float64]
 
-TOGETHER = 12
+MAX_COORDINATES_TOGETHER = 12
 """The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""
 
 

@@ -22,7 +22,7 @@ from poinsot.printable import quoted, shortened
 from poinsot.propagation.chunk_plan import Chunking
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
-from poinsot.propagation.system_text import MOST_CHARACTERS, WHOLE, WITH_FILES, text_of
+from poinsot.propagation.system_text import MAX_CHARACTERS, WHOLE, WITH_FILES, text_of
 from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "repetition"]
@@ -139,7 +139,7 @@ def read_scenario(path: str | Path) -> Scenario:
     path = Path(path)
     if path.suffix != ".toml":
         raise ValueError(f"path must end in .toml, got {quoted(path.name)}.")
-    text = read_text(path, 4 * MOST_CHARACTERS)
+    text = read_text(path, 4 * MAX_CHARACTERS)
     return parsed_scenario(text.replace("\r\n", "\n"), shortened(path), path.parent)
 
 
