@@ -29,12 +29,12 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import RunSettings, checked_times
-from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
-from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.variational_run import TOGETHER, UserUnits, VariationalRun
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking, plan_of
+from poinsot.storage.run_record import RunRecord
 
 if TYPE_CHECKING:
     import xarray

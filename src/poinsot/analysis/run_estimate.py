@@ -16,10 +16,10 @@ from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, common_members
-from poinsot.propagation.chunk_plan import Chunking
-from poinsot.propagation.memory import available_memory
 from poinsot.propagation.propagate import propagate
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking
+from poinsot.storage.memory import available_memory
 
 __all__ = ["RunEstimate", "estimate_run"]
 

@@ -27,7 +27,6 @@ from poinsot.mechanics.system import OfOneBody, System
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import described, quoted
 from poinsot.propagation.arguments import checked_time
-from poinsot.propagation.chunk_plan import Plan
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import (
     Analysis,
@@ -41,6 +40,7 @@ from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Angle, Angles, AngularVelocities, Time
+from poinsot.storage.chunk_plan import Plan
 
 if TYPE_CHECKING:
     import xarray

@@ -27,13 +27,13 @@ from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import RunSettings, checked_times
-from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import TOGETHER, Derivatives, VariationalRun
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking, plan_of
 
 if TYPE_CHECKING:
     import xarray

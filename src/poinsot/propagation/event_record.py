@@ -18,7 +18,7 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.selection import Chosen
+from poinsot.storage.selection import Chosen
 
 __all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 

@@ -18,9 +18,9 @@ from poinsot.mechanics.state import named
 from poinsot.mechanics.system import System
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.printable import quoted
-from poinsot.propagation.run_record import Method
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.shapes.assembly import Assembly
+from poinsot.storage.run_record import Method
 
 if TYPE_CHECKING:
     import xarray

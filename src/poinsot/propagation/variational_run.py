@@ -32,7 +32,7 @@ from poinsot.propagation.arguments import (
     checked_times,
     common_members,
 )
-from poinsot.propagation.run_record import Method, RunRecord
+from poinsot.storage.run_record import Method, RunRecord
 
 __all__ = ["TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
 
@@ -246,7 +246,7 @@ class VariationalRun:
 
     def run(self, report: Report) -> RunRecord:
         """Return the record of the run."""
-        return RunRecord.of(report, Method.VARIATIONAL, self.formulation.name)
+        return RunRecord.of(report.totals, Method.VARIATIONAL, self.formulation.name)
 
     def failures(self, report: Report) -> dict[int, str]:
         """Return why members stopped; for one body `check` raises the reason."""

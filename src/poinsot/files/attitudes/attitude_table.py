@@ -23,8 +23,8 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
 from poinsot.propagation.row_source import MemoryRows
-from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.run_record import Method, RunRecord, versions
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

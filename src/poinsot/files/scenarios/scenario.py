@@ -19,11 +19,11 @@ from poinsot.files.untrusted import read_text
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened
-from poinsot.propagation.chunk_plan import Chunking
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.system_text import MOST_CHARACTERS, WHOLE, WITH_FILES, text_of
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.chunk_plan import Chunking
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "repetition"]
 
