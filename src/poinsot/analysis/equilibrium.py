@@ -33,9 +33,9 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import OfOneBody, System
+from poinsot.mechanics.times import checked_time
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import checked_time
 from poinsot.quantities import Time
 from poinsot.taylor.graph import Graph, Node, gradient
 

@@ -18,7 +18,8 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, common_members
+from poinsot.mechanics.times import common_members
+from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 

@@ -25,8 +25,9 @@ from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
+from poinsot.mechanics.times import checked_times
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings, checked_times
+from poinsot.propagation.arguments import RunSettings
 from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
