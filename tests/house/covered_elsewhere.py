@@ -54,7 +54,6 @@ COVERED_BY = {
     "integration/starts.py": "laws/test_every_system.py",
     "integration/tangent_vectors.py": "oracles/test_chaos_of_motions.py",
     "integration/variational.py": "oracles/test_state_transition_of_motions.py",
-    "lazy.py": "laws/test_nothing_changes_afterwards.py",
     "mechanics/block.py": "laws/test_restarts.py",
     "mechanics/body_dynamics.py": "unit/mechanics/test_system.py",
     "mechanics/body_integrals.py": "unit/mechanics/test_integrals.py",
