@@ -15,7 +15,8 @@ from poinsot.display.html_text import Summarized, rounded, told_times
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, common_members
+from poinsot.mechanics.times import checked_times, common_members
+from poinsot.propagation.arguments import broadcast_members, checked_threads
 from poinsot.propagation.propagate import propagate
 from poinsot.quantities import Times
 from poinsot.storage.chunk_plan import Chunking

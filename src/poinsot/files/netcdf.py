@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from poinsot.atomic_write import exists, new_file, new_folder, unwritable
 from poinsot.checked import checked
 from poinsot.files.reader_process import ReaderProcess
-from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.calendar import Calendar
@@ -29,6 +28,7 @@ from poinsot.propagation.columns import RENAMED, Requirement, names_with, static
 from poinsot.propagation.dataset import read_parts, state_variables, text_of_parts, with_present_names
 from poinsot.propagation.recorded import RecordedSystem, recorded_integral
 from poinsot.propagation.row_source import MemoryRows, RowSource, StoreRows
+from poinsot.propagation.scenario_of_motion import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.stored_motion import (
     arrays_in,
     crossings_in,
@@ -43,8 +43,8 @@ from poinsot.propagation.stored_motion import (
     told_crossings,
     told_events,
 )
-from poinsot.propagation.system_text import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.scenarios.system_text import rebuilt_system
 from poinsot.storage.ensemble_store import EnsembleStore, save_in_chunks
 from poinsot.storage.memory import available_memory
 from poinsot.storage.netcdf_writer import write_netcdf

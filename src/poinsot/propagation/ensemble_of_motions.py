@@ -19,6 +19,7 @@ from poinsot.mechanics.system import System
 from poinsot.propagation.columns import Column, Requirement, columns_of
 from poinsot.propagation.dataset import state_variables
 from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.scenario_of_motion import with_texts
 from poinsot.propagation.stored_motion import (
     crossings_in,
     motion_in,
@@ -27,7 +28,6 @@ from poinsot.propagation.stored_motion import (
     told_crossings,
     told_events,
 )
-from poinsot.propagation.system_text import with_texts
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
 from poinsot.storage.ensemble_store import EnsembleStore

@@ -23,7 +23,8 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, common_members
+from poinsot.mechanics.times import checked_times, common_members
+from poinsot.propagation.arguments import broadcast_members, check_bodies
 from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
