@@ -26,9 +26,10 @@ from poinsot.integration.scaling import fastest_rates
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
+from poinsot.mechanics.times import checked_times
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings, checked_times
+from poinsot.propagation.arguments import RunSettings
 from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks

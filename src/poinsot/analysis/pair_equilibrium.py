@@ -23,7 +23,7 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Vector, cross
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation_matrix
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.pair_instant import PairInstant

@@ -27,11 +27,11 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.state import AnyState, PairState, State
 from poinsot.mechanics.system import System, is_of_two_bodies
+from poinsot.mechanics.times import common_members
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.printable import described, kind_of
-from poinsot.propagation.arguments import common_members
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Inclination

@@ -15,7 +15,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.body import Body
 
 __all__ = ["InelasticRelaxation"]

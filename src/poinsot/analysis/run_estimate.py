@@ -15,7 +15,8 @@ from poinsot.display.html_text import Summarized, formatted_times, rounded
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, common_members
+from poinsot.mechanics.times import checked_times, common_members
+from poinsot.propagation.arguments import broadcast_members, checked_threads
 from poinsot.propagation.chunk_plan import Chunking
 from poinsot.propagation.memory import available_memory
 from poinsot.propagation.propagate import propagate

@@ -24,9 +24,9 @@ from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import same
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import OfOneBody, System
+from poinsot.mechanics.times import checked_time
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import described, quoted
-from poinsot.propagation.arguments import checked_time
 from poinsot.propagation.chunk_plan import Plan
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import (

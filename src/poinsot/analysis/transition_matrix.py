@@ -19,14 +19,15 @@ from typing_extensions import Unpack, override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import real_numbers
+from poinsot.immutable import cached_property
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
-from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
+from poinsot.mechanics.times import checked_times
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings, checked_times
+from poinsot.propagation.arguments import RunSettings
 from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks

@@ -213,7 +213,7 @@ def _kind_of(file: Path, head: bytes) -> str:
 
 
 def _of_scenario(file: Path) -> Contents:
-    from poinsot.files.scenarios.scenario import read_scenario
+    from poinsot.files.scenario import read_scenario
 
     job = read_scenario(file)
     lines = [

@@ -17,7 +17,6 @@ from poinsot.atomic_write import exists, new_file, new_folder, unwritable
 from poinsot.checked import checked
 from poinsot.files.netcdf_writer import write_netcdf
 from poinsot.files.reader_process import ReaderProcess
-from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.calendar import Calendar
@@ -33,6 +32,7 @@ from poinsot.propagation.memory import available_memory
 from poinsot.propagation.recorded import RecordedSystem, recorded_integral
 from poinsot.propagation.row_source import MemoryRows, RowSource, StoreRows
 from poinsot.propagation.run_record import Method, RunRecord
+from poinsot.propagation.scenario_of_motion import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.selection import Chosen
 from poinsot.propagation.stored_motion import (
     arrays_in,
@@ -49,9 +49,9 @@ from poinsot.propagation.stored_motion import (
     told_events,
     told_run,
 )
-from poinsot.propagation.system_text import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.zarr_group import GROUP, StoreError, plain
+from poinsot.scenarios.system_text import rebuilt_system
 
 if TYPE_CHECKING:
     import xarray

@@ -14,8 +14,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import member_array, real_numbers, refuse_other_members
-from poinsot.immutable import copied, owned, read_only
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property, copied, owned, read_only
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.each_body import OfTwoBodies

@@ -8,11 +8,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.immutable import cached_property
 from poinsot.integration import equations
 from poinsot.integration.formulations import formulation_of
 from poinsot.integration.problem import Problem
 from poinsot.integration.state_vector import StateVector
-from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Dated, Environment, within
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import AnyState, changed, state_of

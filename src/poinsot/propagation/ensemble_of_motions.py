@@ -22,6 +22,7 @@ from poinsot.propagation.ensemble import ChunkResult, Ensemble, digests
 from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.run_record import RunRecord
+from poinsot.propagation.scenario_of_motion import with_texts
 from poinsot.propagation.stored_motion import (
     crossings_in,
     motion_in,
@@ -30,7 +31,6 @@ from poinsot.propagation.stored_motion import (
     told_crossings,
     told_events,
 )
-from poinsot.propagation.system_text import with_texts
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:

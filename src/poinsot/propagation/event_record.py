@@ -11,9 +11,9 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, rounded
+from poinsot.immutable import cached_property
 from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
-from poinsot.lazy import cached_property
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, changed, state_of

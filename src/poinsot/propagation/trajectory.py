@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.immutable import ReadOnlyDict, owned
-from poinsot.lazy import cached_property
+from poinsot.immutable import ReadOnlyDict, cached_property, owned
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.members import members_of

@@ -23,15 +23,9 @@ from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
+from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import (
-    RunSettings,
-    broadcast_members,
-    check_bodies,
-    check_span,
-    checked_times,
-    common_members,
-)
+from poinsot.propagation.arguments import RunSettings, broadcast_members, check_bodies
 from poinsot.propagation.run_record import Method, RunRecord
 
 __all__ = ["TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]

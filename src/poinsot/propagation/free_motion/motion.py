@@ -23,7 +23,8 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, common_members
+from poinsot.mechanics.times import checked_times, common_members
+from poinsot.propagation.arguments import broadcast_members, check_bodies
 from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.chunk_run import run_in_chunks
 from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
