@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
 from poinsot.mechanics.andoyer import Andoyer
@@ -92,16 +92,16 @@ class Section(Summarized):
             if one
         }
         motion = self.motion
-        told = motion.run.attributes(motion.failures)
-        return dataset_of_result("Section of motions", motion.system, motion.times, found, {}, told)
+        attributes = motion.run.attributes(motion.failures)
+        return dataset_of_result("Section of motions", motion.system, motion.times, found, {}, attributes)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Section of {len(self.x)} motion{'s' * (len(self.x) > 1)} of {rounded(repr(self.motion.system))}", {
-            "times": told_times(self.motion.times, self.motion.system.units["time"]),
+            "times": formatted_times(self.motion.times, self.motion.system.units["time"]),
             "points": str(int(np.sum(np.isfinite(self.x)))),
-            self.labels[0]: told(self.x),
-            self.labels[1]: told(self.y),
+            self.labels[0]: formatted(self.x),
+            self.labels[1]: formatted(self.y),
         }
 
 
