@@ -6,10 +6,13 @@ import re
 import tomllib
 from typing import Any
 
-from poinsot.propagation.system_text import MAX_CHARACTERS, MAX_KEYS, MAX_NUMBERS
+__all__ = ["MAX_CHARACTERS", "MAX_KEYS", "MAX_NUMBERS", "Path", "lines_of", "parsed_toml"]
 
-__all__ = ["Path", "lines_of", "parsed_toml"]
+MAX_CHARACTERS = 1_000_000
+"""Of a scenario: what is read in a second."""
 
+MAX_NUMBERS = 20_000
+MAX_KEYS = 5_000
 MAX_PARTS = 8
 
 _KEY = r"(?:(?<![\w-])[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"
