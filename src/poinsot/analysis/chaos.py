@@ -32,7 +32,7 @@ from poinsot.printable import quoted
 from poinsot.propagation.arguments import RunSettings
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
-from poinsot.propagation.variational_run import TOGETHER, UserUnits, VariationalRun
+from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, UserUnits, VariationalRun
 from poinsot.quantities import Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.run_record import RunRecord
@@ -488,7 +488,7 @@ class _OrthonormalVectors:
 
     def __init__(self, run: VariationalRun) -> None:
         k, members = run.size, len(run.state.time)
-        self._run, self._copies = run, 1 if k <= TOGETHER else k
+        self._run, self._copies = run, 1 if k <= MAX_COORDINATES_TOGETHER else k
         self._along = run if self._copies == 1 else run.repeated(self._copies)
         self._state, count = self._along.state, members * self._copies
         system, variables = self._along.system, self._along.variables

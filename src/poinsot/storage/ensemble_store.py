@@ -21,7 +21,7 @@ from poinsot.atomic_write import synced
 from poinsot.printable import quoted, shortened
 from poinsot.storage.memory import available_memory
 from poinsot.storage.zarr_group import (
-    BLOCK,
+    BLOCK_BYTES,
     GROUP,
     Attributes,
     Described,
@@ -332,7 +332,7 @@ def save_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any])
 
 def block_of(chunk: int, member_bytes: int) -> int:
     """Return how many members a block has: as many as it has room for, and a chunk a whole number of."""
-    most = max(BLOCK // max(member_bytes, 1), 1)
+    most = max(BLOCK_BYTES // max(member_bytes, 1), 1)
     return next((n for n in range(min(most, chunk), 1, -1) if chunk % n == 0), 1)
 
 
