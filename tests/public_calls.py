@@ -273,8 +273,8 @@ def light_calls():
             {"surface": mesh, "obliquities": [0.1, 0.2], "axis": (0, 0.1, 1.0), **shadows},
         ),
         "plot.yorp": (pt.plot.yorp, {"coefficients": means, "ax": None, "angle_unit": "deg", "title": "t"}),
-        "lit_areas": (pt.shapes.lit_areas, lit),
-        "lit_faces": (pt.shapes.lit_faces, lit | shadows),
+        "illuminated_areas": (pt.shapes.illuminated_areas, lit),
+        "illuminated_faces": (pt.shapes.illuminated_faces, lit | shadows),
     }
 
 

@@ -300,9 +300,9 @@ def _with_tangents(update: Update, variables: StateVector, changes: list[list[Gr
 def _refuse_varied_samples(graph: Graph, parts: Sequence[Part], variations: Variations) -> None:
     """Raise a ValueError for derivatives by numbers that the times of samples depend on."""
     varied = {graph.input(number) for together in variations.inputs for number in together}
-    if varied & set(ordered([x for part in parts if part.jump for x in (part.jump.period, part.jump.phase)])):
+    if varied & set(ordered([x for part in parts if part.jump for x in (part.jump.period, part.jump.offset)])):
         raise ValueError(
-            "parameters must not be the period or the phase of a sampled law, got one. At samples motions jump; take "
+            "parameters must not be the period or the offset of a sampled law, got one. At samples motions jump; take "
             "differences of motions."
         )
 

@@ -79,7 +79,7 @@ class EventLog:
         self.failed: dict[int, str] = {}
         self.causes: dict[int, BaseException] = {}
         self._last = np.repeat(tasks["time"][:, :1], len(events), axis=1)
-        samples = tasks["numbers"] * tasks["periods"] + tasks["phases"]
+        samples = tasks["numbers"] * tasks["periods"] + tasks["offsets"]
         self._to_sample = np.min(samples, axis=1, initial=np.inf) - tasks["time"][:, 0]
         self._since, self._longest = np.zeros((2, tasks.size, len(events)))
         self._bits = [(i, *bit_of(i)) for i in range(len(events))]
@@ -161,7 +161,7 @@ class EventLog:
     def _samples_around(self, task: int) -> tuple[float, float]:
         """Return the times of the last completed sample of a task and of the next sample."""
         own = self._queue.tasks[task]
-        done, ahead = ((own["numbers"] - back) * own["periods"] + own["phases"] for back in (1.0, 0.0))
+        done, ahead = ((own["numbers"] - back) * own["periods"] + own["offsets"] for back in (1.0, 0.0))
         return float(np.max(done, initial=-np.inf)), float(np.min(ahead, initial=np.inf))
 
     def _act(self, task: int, number: int, time: float, row: Array) -> bool:
