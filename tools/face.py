@@ -29,7 +29,7 @@ SHARED = {
     "*.LOOSE *.bifurcations *.grows_with_time *.recognised *.refuse_open",
     "control": "",
     "events": "",
-    "files": "attitudes.adm.* ccsds.* conversions.* keys.* netcdf_reader.* netcdf_writer.* reader_process.* spice*.* "
+    "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
     "*.attitude_formats *.parsed_scenario *.repetition",
     "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "

@@ -18,7 +18,7 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.functions import Vector
 from poinsot.immutable import cached_property
 from poinsot.integration.scaling import momentum_scale
@@ -111,10 +111,10 @@ class Equilibrium(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Equilibrium: {self.stability}", {
-            "attitude (quaternion, body to frame)": told(self.attitude),
-            "frequencies": told(self.frequencies, PER_TIME),
-            "growth rates": told(self.growth_rates, "per unit of time"),
-            "dimension of its family": told(self.family) if self.family else "",
+            "attitude (quaternion, body to frame)": formatted(self.attitude),
+            "frequencies": formatted(self.frequencies, PER_TIME),
+            "growth rates": formatted(self.growth_rates, "per unit of time"),
+            "dimension of its family": formatted(self.family) if self.family else "",
         }
 
 

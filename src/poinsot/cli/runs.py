@@ -331,8 +331,8 @@ def _stored(job: Any, goes_on: str, overwrite: bool, threads: int | None, chunki
 
 def _remove_store(path: Path) -> None:
     """Remove the store of another run; refuse another folder."""
-    from poinsot.propagation.ensemble_store import EnsembleStore
-    from poinsot.propagation.zarr_group import StoreError
+    from poinsot.storage.ensemble_store import EnsembleStore
+    from poinsot.storage.zarr_group import StoreError
 
     try:
         EnsembleStore(path)

@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened
-from poinsot.propagation.chunk_plan import Chunking
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.scenario_of_motion import WHOLE, WITH_FILES, scenario_of
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.scenarios.toml_text import MOST_CHARACTERS
+from poinsot.storage.chunk_plan import Chunking
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "repetition"]
 
@@ -71,8 +71,8 @@ class Scenario(Summarized):
         return f"Scenario {self.name}: {rounded(repr(self.system))}", {
             "title": self.provenance.get("title") or "",
             "members": "".join(map(str, self.state.shape)),
-            "start": told(self.state.time, self.system.units["time"]),
-            "times": told_times(self.times, self.system.units["time"]),
+            "start": formatted(self.state.time, self.system.units["time"]),
+            "times": formatted_times(self.times, self.system.units["time"]),
             "run": rounded(", ".join(f"{name} {value}" for name, value in self.run.items())),
             "writes": ", ".join(self.outputs.values()),
         }

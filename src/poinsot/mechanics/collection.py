@@ -33,6 +33,11 @@ class Collection(Immutable):
     def records(self) -> tuple[Parametric, ...]:
         """The records."""
 
+    @property
+    def definition(self) -> tuple[Any, ...]:
+        """The records, and the units of a system."""
+        return *self.records, getattr(self, "units", None)
+
     @abstractmethod
     def with_records(self, records: Iterable[Any]) -> Self:
         """Return the same of other records, unchecked."""

@@ -21,7 +21,7 @@ from poinsot.propagation.body_of_pair import body_systems
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.propagation.row_source import LazyColumns, RowSource, recorded_columns, selected
-from poinsot.propagation.run_record import RunRecord
+from poinsot.storage.run_record import RunRecord
 
 __all__ = ["ColumnReader"]
 

@@ -18,10 +18,10 @@ from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.mechanics.times import common_members
 from poinsot.propagation.arguments import broadcast_members
-from poinsot.propagation.chunk_plan import Chunking, Plan, plan_of
-from poinsot.propagation.chunk_run import run_in_chunks
-from poinsot.propagation.ensemble import ChunkResult, Ensemble, digests
 from poinsot.propagation.stored_motion import result_in
+from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
+from poinsot.storage.chunk_run import run_in_chunks
+from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
 
 if TYPE_CHECKING:
     import xarray

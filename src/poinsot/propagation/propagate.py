@@ -25,12 +25,12 @@ from poinsot.propagation.arguments import (
     checked_formulation,
     checked_threads,
 )
-from poinsot.propagation.chunk_plan import Chunking, plan_of
-from poinsot.propagation.chunk_run import run_in_chunks
 from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking, plan_of
+from poinsot.storage.chunk_run import run_in_chunks
 
 __all__ = ["propagate"]
 

@@ -10,9 +10,9 @@ from poinsot.integration.formulations import formulations
 from poinsot.mechanics.state import named
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
-from poinsot.propagation.run_record import Method
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.scenarios.system_text import Text, shape_of, text_of
+from poinsot.storage.run_record import Method
 
 if TYPE_CHECKING:
     import xarray

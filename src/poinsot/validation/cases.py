@@ -43,8 +43,8 @@ from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.orbits.restricted_three_body import ThreeBodyPath
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
-from poinsot.propagation.run_record import versions
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.run_record import versions
 from poinsot.validation import paper
 
 __all__ = ["CASES", "Case", "Comparison", "comparisons_of", "installation"]
