@@ -5,11 +5,12 @@ from __future__ import annotations
 import functools
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
-from importlib import metadata
 from typing import TYPE_CHECKING
+
+from typing_extensions import override
 
 from poinsot.immutable import read_only
 
@@ -66,7 +67,7 @@ class RunRecord:
         """Return what a driver reports of a run."""
         steps = sum(report.steps.tolist())
         own = (report.tolerance, report.order, steps, report.wall_time)
-        return cls(method, formulation, precision, *own, versions(), report.kernel, report.lanes)
+        return cls(method, formulation, precision, *own, Versions(), report.kernel, report.lanes)
 
     @property
     def entries(self) -> dict[str, str | float]:
@@ -83,8 +84,34 @@ class RunRecord:
         }
 
 
+class Versions(Mapping[str, str]):
+    """The versions of this process, which are looked up when one of them is read first."""
+
+    @override
+    def __getitem__(self, name: str) -> str:
+        return versions()[name]
+
+    @override
+    def __iter__(self) -> Iterator[str]:
+        return iter(versions())
+
+    @override
+    def __len__(self) -> int:
+        return len(versions())
+
+    @override
+    def __repr__(self) -> str:
+        return repr(versions())
+
+    @override
+    def __reduce__(self) -> tuple[type[dict[str, str]], tuple[dict[str, str]]]:
+        return dict, (dict(versions()),)
+
+
 @functools.cache
 def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
+    from importlib import metadata
+
     packages = {name: metadata.version(name) for name in ("poinsot", "llvmlite", "numpy", "scipy")}
     return read_only({**packages, "python": platform.python_version()})
