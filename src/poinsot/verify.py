@@ -44,8 +44,8 @@ from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.orbits.restricted_three_body import ThreeBodyPath
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
-from poinsot.propagation.run_record import versions
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.run_record import versions
 
 __all__ = ["CASES", "Case", "Row", "installation", "rows_of"]
 

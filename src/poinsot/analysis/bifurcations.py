@@ -18,7 +18,7 @@ from typing_extensions import override
 from poinsot.analysis.family import Family, LostError, Place
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.periodic import PeriodicMotion
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 
 __all__ = ["LOOSE", "Bifurcation", "bifurcations"]
 
@@ -96,11 +96,11 @@ class Bifurcation(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         unit = self.motion.system.units["time"]
         return f"Bifurcation: {self.kind}", {
-            "value": told(self.value),
-            "interval": told(self.interval) if self.kind == "unresolved" else "",
-            "multipliers more outside the unit circle": told(self.change),
-            "period": told(self.motion.period, unit),
-            "point of the branch before it": told(self.after),
+            "value": formatted(self.value),
+            "interval": formatted(self.interval) if self.kind == "unresolved" else "",
+            "multipliers more outside the unit circle": formatted(self.change),
+            "period": formatted(self.motion.period, unit),
+            "point of the branch before it": formatted(self.after),
         }
 
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.display.progress import bar
 from poinsot.errors import PropagationInterrupted
 from poinsot.integration.report import Report
@@ -26,15 +26,16 @@ from poinsot.integration.scaling import fastest_rates
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
+from poinsot.mechanics.times import checked_times
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings, checked_times
-from poinsot.propagation.chunk_plan import Chunking, plan_of
+from poinsot.propagation.arguments import RunSettings
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
-from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.variational_run import TOGETHER, UserUnits, VariationalRun
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking, plan_of
+from poinsot.storage.run_record import RunRecord
 
 if TYPE_CHECKING:
     import xarray
@@ -141,19 +142,19 @@ class ChaosIndicators(Summarized):
             "unit": (("coordinate",), self.units, "", "units of the coordinates of tangent vectors"),
             "tangent_vector": (("vector", "coordinate"), self.vectors, "1", "tangent vectors at the start"),
         }
-        told = self.run.attributes(self.failures)
-        return dataset_of_result("Indicators of chaos", self.system, self.times, found, {}, told)
+        attributes = self.run.attributes(self.failures)
+        return dataset_of_result("Indicators of chaos", self.system, self.times, found, {}, attributes)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         last = np.atleast_1d(self.mean_megno[..., np.argmax(np.abs(self.times - np.mean(self.start)))])
         units = DerivedUnits(self.system.units)
         return f"Chaos indicators of {rounded(repr(self.system))}", {
-            "times": told_times(self.times, units.time),
+            "times": formatted_times(self.times, units.time),
             "members": f"{last.size}, {len(self.failures)} failed" if self.mean_megno.ndim == 2 else "",
-            "mean MEGNO at the last time": told(last),
-            "fast Lyapunov indicator": told(self.fli),
-            "maximal Lyapunov exponent": told(np.atleast_1d(self.lyapunov[..., -1]), units.per_time),
+            "mean MEGNO at the last time": formatted(last),
+            "fast Lyapunov indicator": formatted(self.fli),
+            "maximal Lyapunov exponent": formatted(np.atleast_1d(self.lyapunov[..., -1]), units.per_time),
         }
 
 
@@ -338,16 +339,16 @@ class LyapunovSpectrum(Summarized):
         """Exponents as an xarray Dataset along `time` and `vector`, with units and provenance."""
         unit = DerivedUnits(self.system.units).per_time
         found = {"exponents": (("time", "vector"), self.exponents, unit, "Lyapunov exponents")}
-        told = self.run.attributes(self.failures)
-        return dataset_of_result("Lyapunov spectrum", self.system, self.times, found, {}, told)
+        attributes = self.run.attributes(self.failures)
+        return dataset_of_result("Lyapunov spectrum", self.system, self.times, found, {}, attributes)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         members, units = self.exponents.ndim == 3, DerivedUnits(self.system.units)
         return f"Lyapunov spectrum of {rounded(repr(self.system))}", {
-            "times": told_times(self.times, units.time),
+            "times": formatted_times(self.times, units.time),
             "members": f"{len(self.exponents)}, {len(self.failures)} failed" if members else "",
-            "exponents at the last time": told(self.exponents[..., -1:, :].ravel(), units.per_time),
+            "exponents at the last time": formatted(self.exponents[..., -1:, :].ravel(), units.per_time),
         }
 
 

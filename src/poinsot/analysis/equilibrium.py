@@ -18,10 +18,10 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.polynomial_search import zeros_of_quartics
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.functions import Vector
+from poinsot.immutable import cached_property
 from poinsot.integration.scaling import momentum_scale
-from poinsot.lazy import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.body_dynamics import BodyDynamics
@@ -33,9 +33,9 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.probing import time_scale
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import OfOneBody, System
+from poinsot.mechanics.times import checked_time
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import checked_time
 from poinsot.quantities import Time
 from poinsot.taylor.graph import Graph, Node, gradient
 
@@ -111,10 +111,10 @@ class Equilibrium(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Equilibrium: {self.stability}", {
-            "attitude (quaternion, body to frame)": told(self.attitude),
-            "frequencies": told(self.frequencies, PER_TIME),
-            "growth rates": told(self.growth_rates, "per unit of time"),
-            "dimension of its family": told(self.family) if self.family else "",
+            "attitude (quaternion, body to frame)": formatted(self.attitude),
+            "frequencies": formatted(self.frequencies, PER_TIME),
+            "growth rates": formatted(self.growth_rates, "per unit of time"),
+            "dimension of its family": formatted(self.family) if self.family else "",
         }
 
 

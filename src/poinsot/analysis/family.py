@@ -17,8 +17,7 @@ from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.period_map import FIRM, SETTLED, PeriodMap, Point, largest_part
 from poinsot.analysis.periodic import PeriodicMotion, recognised
 from poinsot.errors import real_array, refuse_nonpositive
-from poinsot.immutable import Immutable
-from poinsot.lazy import cached_property
+from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.named_parameters import NamedNumber, named_numbers

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import array_of, level_of_user, real_array, refuse_nonpositive
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import kind_of
@@ -112,13 +112,13 @@ class LineSpectrum(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Lines of a signal: {self.frequencies.shape[-1]}", {
-            "frequencies": told(self.frequencies, PER_TIME),
-            "standard errors": told(self.errors, PER_TIME),
-            "not resolved": told(self.frequencies[~self.resolved & np.isfinite(self.frequencies)], PER_TIME)
+            "frequencies": formatted(self.frequencies, PER_TIME),
+            "standard errors": formatted(self.errors, PER_TIME),
+            "not resolved": formatted(self.frequencies[~self.resolved & np.isfinite(self.frequencies)], PER_TIME)
             if self._unresolved
             else "",
-            "amplitudes": told(np.abs(self.amplitudes)),
-            "residual": told(self.residual),
+            "amplitudes": formatted(np.abs(self.amplitudes)),
+            "residual": formatted(self.residual),
         }
 
 

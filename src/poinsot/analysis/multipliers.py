@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 
 __all__ = ["SLOW", "Multipliers"]
 

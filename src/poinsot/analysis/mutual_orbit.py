@@ -12,7 +12,7 @@ from typing_extensions import override
 
 from poinsot.analysis.line_spectrum import lines_of
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import level_of_user
 from poinsot.propagation.bodies_of_motion import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
@@ -70,8 +70,8 @@ class Revolutions(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Revolutions of two bodies: {self.periods.shape[-1]}", {
-            "mean period": told(self.mean_period),
-            "longest less shortest period": told(self.variation),
+            "mean period": formatted(self.mean_period),
+            "longest less shortest period": formatted(self.variation),
         }
 
 

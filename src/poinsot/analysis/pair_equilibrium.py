@@ -20,10 +20,10 @@ from poinsot.algebra import quaternion as quat
 from poinsot.analysis.equilibrium import grows_with_time
 from poinsot.analysis.pair_point import PairPoint, cross_matrix, symmetry_axis, units_of_pair
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Vector, cross
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude, rotation_matrix
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.pair_instant import PairInstant
@@ -156,10 +156,10 @@ class PairEquilibrium(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         units = DerivedUnits(self.system.units)
         return f"Equilibrium of two bodies: {self.stability}", {
-            "distance": told(self.distance, units.length),
-            "rate": told(np.linalg.norm(self.rate), units.rate_in_words),
-            "frequencies": told(self.frequencies, units.rate_in_words),
-            "growth rates": told(self.growth_rates, units.per_time),
+            "distance": formatted(self.distance, units.length),
+            "rate": formatted(np.linalg.norm(self.rate), units.rate_in_words),
+            "frequencies": formatted(self.frequencies, units.rate_in_words),
+            "growth rates": formatted(self.growth_rates, units.per_time),
         }
 
 

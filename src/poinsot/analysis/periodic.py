@@ -20,18 +20,18 @@ from poinsot.analysis.pair_equilibrium import refuse_open
 from poinsot.analysis.pair_period_map import PairPeriodMap
 from poinsot.analysis.period_map import PeriodMap, Point
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told
+from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.state import AnyState, PairState, State
 from poinsot.mechanics.system import System, is_of_two_bodies
+from poinsot.mechanics.times import common_members
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.printable import described, kind_of
-from poinsot.propagation.arguments import common_members
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Inclination
@@ -127,14 +127,14 @@ class PeriodicMotion(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         units = DerivedUnits(self.system.units)
         return f"Periodic motion of {rounded(repr(self.system))}", {
-            "period": told(self.period, units.time),
+            "period": formatted(self.period, units.time),
             "stable": "yes" if self.stable else "no",
-            "frequencies": told(self.frequencies, units.rate_in_words),
-            "growth rates": told(self.growth_rates, units.per_time),
-            "rotations in a period": told(np.round(self.rotations, 6), ""),
-            "turn of the frame in a period": told(self.turn, "rad"),
+            "frequencies": formatted(self.frequencies, units.rate_in_words),
+            "growth rates": formatted(self.growth_rates, units.per_time),
+            "rotations in a period": formatted(np.round(self.rotations, 6), ""),
+            "turn of the frame in a period": formatted(self.turn, "rad"),
             **{
-                f"{body and f'{body}: '}{what}": told(value, unit)
+                f"{body and f'{body}: '}{what}": formatted(value, unit)
                 for body, state in self.state.of_bodies.items()
                 for what, value, unit in (
                     ("attitude at the start (quaternion, body to space)", state.quaternion, ""),
@@ -287,10 +287,10 @@ class CassiniState(Summarized):
         units = DerivedUnits(self.motion.system.units)
         names = ("longitude", "precession", "wobble")
         return f"Cassini state of {rounded(repr(self.motion.system))}", {
-            "obliquity": told(self.obliquity, "rad"),
-            "inclination": told(self.inclination, "rad"),
-            **{f"frequency of {name}": told(getattr(self, name), units.rate_in_words) for name in names},
-            "period": told(self.motion.period, units.time),
+            "obliquity": formatted(self.obliquity, "rad"),
+            "inclination": formatted(self.inclination, "rad"),
+            **{f"frequency of {name}": formatted(getattr(self, name), units.rate_in_words) for name in names},
+            "period": formatted(self.motion.period, units.time),
         }
 
 

@@ -13,9 +13,9 @@ from scipy.special import ellipj, ellipk
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.body import Body
 
 __all__ = ["InelasticRelaxation"]
@@ -145,9 +145,9 @@ class InelasticRelaxation(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"InelasticRelaxation of {self.body!r}", {
-            "rigidity": told(self.rigidity),
-            "quality factor": told(self.quality_factor),
-            "Poisson's ratio": told(self.poisson_ratio),
+            "rigidity": formatted(self.rigidity),
+            "quality factor": formatted(self.quality_factor),
+            "Poisson's ratio": formatted(self.poisson_ratio),
         }
 
 

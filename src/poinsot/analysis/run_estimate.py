@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told_times
+from poinsot.display.html_text import Summarized, formatted_times, rounded
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, common_members
-from poinsot.propagation.chunk_plan import Chunking
-from poinsot.propagation.memory import available_memory
+from poinsot.mechanics.times import checked_times, common_members
+from poinsot.propagation.arguments import broadcast_members, checked_threads
 from poinsot.propagation.propagate import propagate
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking
+from poinsot.storage.memory import available_memory
 
 __all__ = ["RunEstimate", "estimate_run"]
 
@@ -88,7 +89,7 @@ class RunEstimate(Summarized):
         more = (f"{n}: {_duration(self.seconds_on(n))}" for n in (2, 10, 100))
         return f"Estimate of a run of {rounded(repr(self.system))}", {
             "members": str(self.members),
-            "times": told_times(self.times, self.system.units["time"]),
+            "times": formatted_times(self.times, self.system.units["time"]),
             "result": f"{_size(self.bytes)}, {fits} ({_size(self.memory)})",
             "time here": f"{_duration(self.seconds)} on {self.threads} thread{'s' * (self.threads > 1)}",
             "time on workers like this machine": ", ".join(more) if self.members > 1 else "",
@@ -151,8 +152,8 @@ def estimate_run(
     span, sampled = (float(np.max(np.abs(part - origin))) for part in (t, t[:rows]))
     share = sampled / span if span > 0 and sampled > 0 else rows / t.size
     size = count * t.size * row
-    told = (seconds * count / (some * share), compilation, some)
-    return RunEstimate(system, count, t, size, available_memory(), cores, *told)
+    timing = (seconds * count / (some * share), compilation, some)
+    return RunEstimate(system, count, t, size, available_memory(), cores, *timing)
 
 
 def _size(count: float) -> str:

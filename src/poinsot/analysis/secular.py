@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times
 from poinsot.errors import real_array
 from poinsot.printable import described, kind_of, quoted, shortened
 from poinsot.quantities import Times
@@ -68,8 +68,11 @@ class SecularEvolution(Summarized):
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
-        lines = {"times": told_times(self.times), **{name: told(values) for name, values in self.values.items()}}
-        return "SecularEvolution", {**lines, "stopped": told(self.stopped)}
+        lines = {
+            "times": formatted_times(self.times),
+            **{name: formatted(values) for name, values in self.values.items()},
+        }
+        return "SecularEvolution", {**lines, "stopped": formatted(self.stopped)}
 
 
 @checked
@@ -145,7 +148,7 @@ def _ascending(times: Times) -> Array:
     """Return two or more ascending times."""
     at = real_array("times", times, (None,))
     if len(at) < 2 or np.any(np.diff(at) <= 0):
-        raise ValueError(f"times must be two at least and ascend, got {told(at) or 'none'}.")
+        raise ValueError(f"times must be two at least and ascend, got {formatted(at) or 'none'}.")
     return at
 
 

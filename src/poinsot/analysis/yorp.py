@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_zero
 from poinsot.forces.directional_torque import DirectionalTorque
 from poinsot.quantities import Angles
@@ -80,10 +80,10 @@ class YorpCoefficients(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return "YorpCoefficients", {
-            "obliquities": told(self.obliquities, "rad"),
-            "spin": told(self.spin),
-            "tilt": told(self.tilt),
-            "error": told(self.error),
+            "obliquities": formatted(self.obliquities, "rad"),
+            "spin": formatted(self.spin),
+            "tilt": formatted(self.tilt),
+            "error": formatted(self.error),
         }
 
     @checked
@@ -189,7 +189,7 @@ def yorp_coefficients(
     """
     angles = np.atleast_1d(real_numbers("obliquities", obliquities))
     if angles.ndim > 1 or np.any((angles < 0) | (angles > np.pi)):
-        raise ValueError(f"obliquities must be a list of angles from 0 to pi, got {told(angles)}.")
+        raise ValueError(f"obliquities must be a list of angles from 0 to pi, got {formatted(angles)}.")
     pole = real_array("axis", axis, (3,))
     refuse_zero("axis", pole)
     turned = _axes_about(pole / np.linalg.norm(pole))

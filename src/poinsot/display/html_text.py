@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.immutable import Immutable
 from poinsot.printable import printable
 
-__all__ = ["Summarized", "curves", "markup_table", "rounded", "text_table", "told", "told_times"]
+__all__ = ["Summarized", "curves", "formatted", "formatted_times", "markup_table", "rounded", "text_table"]
 
 MOST_NUMBERS = 6
 """Numbers that a summary lists one by one; of more it states the range."""
@@ -132,13 +132,13 @@ def _drawn_points(y: NDArray[np.float64]) -> list[int]:
     return [int(i) for pair in extremes for i in pair]
 
 
-def told(values: ArrayLike | None, unit: str = "1") -> str:
+def formatted(values: ArrayLike | None, unit: str = "1") -> str:
     """Return numbers to 6 digits with their unit: up to six one by one, of more the range; "" for none.
 
     Examples
     --------
-    >>> from poinsot.display.html_text import told
-    >>> told(1 / 3, "s"), told([1.0, 2.0]), told(range(9), "rad")
+    >>> from poinsot.display.html_text import formatted
+    >>> formatted(1 / 3, "s"), formatted([1.0, 2.0]), formatted(range(9), "rad")
     ('0.333333 s', '[1, 2]', '9, 0 ... 8 rad')
     """
     array = np.asarray(() if values is None else values)
@@ -154,7 +154,7 @@ def told(values: ArrayLike | None, unit: str = "1") -> str:
     return f"{span}, shape {array.shape}" if array.ndim > 1 else f"{array.size}, {span}"
 
 
-def told_times(times: NDArray[np.float64], unit: str = "1") -> str:
+def formatted_times(times: NDArray[np.float64], unit: str = "1") -> str:
     """Return the number of times, and the first and the last time."""
     if not times.size:
         return "none"

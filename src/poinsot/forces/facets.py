@@ -12,7 +12,7 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Vector
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Parametric
 from poinsot.quantities import OR_NUMBER, Along, Rule

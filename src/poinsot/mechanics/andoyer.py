@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import member_array, refuse_other_members
 from poinsot.mechanics import euler
 from poinsot.mechanics.state import State, state_with
@@ -62,10 +62,10 @@ class Andoyer(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         members = f" of {np.size(self.G)} members" if np.ndim(self.G) else ""
-        angles = {name: told(getattr(self, name), "rad") for name in ("l", "g", "h")}
+        angles = {name: formatted(getattr(self, name), "rad") for name in ("l", "g", "h")}
         return f"Andoyer's variables{members}", {
             **angles,
-            **{name: told(getattr(self, name)) for name in ("L", "G", "H")},
+            **{name: formatted(getattr(self, name)) for name in ("L", "G", "H")},
         }
 
     def __post_init__(self) -> None:

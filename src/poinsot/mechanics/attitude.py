@@ -13,8 +13,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array, components
 from poinsot.errors import member_array, real_numbers
 from poinsot.functions import Scalar, Vector
-from poinsot.immutable import Immutable
-from poinsot.lazy import cached_property
+from poinsot.immutable import Immutable, cached_property
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

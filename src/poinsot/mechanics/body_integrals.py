@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.environment import Environment

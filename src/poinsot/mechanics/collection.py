@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
-from poinsot.immutable import Immutable
-from poinsot.lazy import cached_property
+from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.members import common_axis, expanded
@@ -33,6 +32,11 @@ class Collection(Immutable):
     @abstractmethod
     def records(self) -> tuple[Parametric, ...]:
         """The records."""
+
+    @property
+    def definition(self) -> tuple[Any, ...]:
+        """The records, and the units of a system."""
+        return *self.records, getattr(self, "units", None)
 
     @abstractmethod
     def with_records(self, records: Iterable[Any]) -> Self:

@@ -11,7 +11,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import array_of, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Scalar
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer

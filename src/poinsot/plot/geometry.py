@@ -26,8 +26,8 @@ from poinsot.plot.solids import (
     view_direction,
 )
 from poinsot.plot.time_axis import instant
-from poinsot.propagation.selection import checked_index
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.selection import checked_index
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

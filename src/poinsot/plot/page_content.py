@@ -87,21 +87,21 @@ MOST_GHOSTS = 8
 """Largest number of other motions on a page."""
 
 
-def others_of(motion: Trajectory, beside: Trajectory | Sequence[Trajectory] | None) -> list[Trajectory]:
+def others_of(motion: Trajectory, given: Trajectory | Sequence[Trajectory] | None) -> list[Trajectory]:
     """Return the motions to show together with the first one; of an ensemble, equally spaced members."""
-    given = [beside] if isinstance(beside, Trajectory) else list(beside or ())
-    others = [each for one in given for each in (one if one.is_ensemble else (one,))]
+    motions = [given] if isinstance(given, Trajectory) else list(given or ())
+    others = [each for one in motions for each in (one if one.is_ensemble else (one,))]
     for other in others:
         if len(other.of_bodies) != len(motion.of_bodies):
             raise ValueError(
-                "beside must be motions of as many bodies as the motion, "
-                f"got {len(other.of_bodies)} beside {len(motion.of_bodies)}."
+                "others must be motions of as many bodies as the motion, "
+                f"got {len(other.of_bodies)} for {len(motion.of_bodies)}."
             )
     if len(others) > MOST_GHOSTS:
         others = [others[i] for i in np.linspace(0, len(others) - 1, MOST_GHOSTS).astype(int)]
     for other in others:
         if other.times.size < 2:
-            raise ValueError(f"beside must be motions at two times or more, got {other.times.size}.")
+            raise ValueError(f"others must be motions at two times or more, got {other.times.size}.")
     return others
 
 

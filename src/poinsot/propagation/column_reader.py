@@ -8,11 +8,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.immutable import cached_property
 from poinsot.integration import equations
 from poinsot.integration.formulations import formulation_of
 from poinsot.integration.problem import Problem
 from poinsot.integration.state_vector import StateVector
-from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Dated, Environment, within
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import AnyState, changed, state_of
@@ -21,7 +21,7 @@ from poinsot.propagation.body_of_pair import body_systems
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.propagation.row_source import LazyColumns, RowSource, recorded_columns, selected
-from poinsot.propagation.run_record import RunRecord
+from poinsot.storage.run_record import RunRecord
 
 __all__ = ["ColumnReader"]
 

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told
+from poinsot.display.html_text import Summarized, formatted, rounded
+from poinsot.immutable import cached_property
 from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
-from poinsot.lazy import cached_property
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.selection import Chosen
+from poinsot.storage.selection import Chosen
 
 __all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 
@@ -73,7 +73,7 @@ class EventRecord(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         rising, falling = (int(np.sum(self.directions == sign)) for sign in (1, -1))
         return f"EventRecord of {rounded(repr(self.event))}: {len(self)}", {
-            "times": told(self.times, self.system.units["time"]) or "none",
+            "times": formatted(self.times, self.system.units["time"]) or "none",
             "directions": f"{rising} rising, {falling} falling" if len(self) else "",
             "members": f"{np.unique(self.members).size}" if np.any(self.members) else "",
         }

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
-from poinsot.display.html_text import text_table, told
+from poinsot.display.html_text import formatted, text_table
 from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
 from poinsot.immutable import Immutable
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
@@ -92,10 +92,10 @@ class Shape(Immutable):
         return text_table(
             repr(self),
             {
-                "mass": told(self.mass),
-                "centre of mass": told(self.center_of_mass),
-                "principal moments": told(np.linalg.eigvalsh(self.inertia)),
-                "farthest from the centre of mass": told(self.circumscribing_radius),
+                "mass": formatted(self.mass),
+                "centre of mass": formatted(self.center_of_mass),
+                "principal moments": formatted(np.linalg.eigvalsh(self.inertia)),
+                "farthest from the centre of mass": formatted(self.circumscribing_radius),
             },
         )
 

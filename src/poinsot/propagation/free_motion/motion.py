@@ -23,18 +23,19 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, common_members
-from poinsot.propagation.chunk_plan import Chunking, plan_of
-from poinsot.propagation.chunk_run import run_in_chunks
+from poinsot.mechanics.times import checked_times, common_members
+from poinsot.propagation.arguments import broadcast_members, check_bodies
 from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.integrator import Integrator, SinkRows
-from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.row_source import MemoryRows
-from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking, plan_of
+from poinsot.storage.chunk_run import run_in_chunks
+from poinsot.storage.memory import refuse_larger_than_memory
+from poinsot.storage.run_record import Method, RunRecord, versions
 
 __all__ = ["free_motion"]
 

@@ -14,13 +14,14 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.files.scenarios.quantities import quantity
-from poinsot.files.scenarios.registry import makers
-from poinsot.files.scenarios.scenario import parsed_scenario, rebuilt_system
-from poinsot.files.scenarios.schema import schema
+from poinsot.files.scenario import parsed_scenario
 from poinsot.parts import KaneDamper, ReactionWheel
+from poinsot.scenarios.quantities import quantity
+from poinsot.scenarios.registry import makers
+from poinsot.scenarios.schema import schema
+from poinsot.scenarios.system_text import rebuilt_system
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[3]
 
 SATELLITE = """\
 title = "test"

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from poinsot.files.scenarios.toml_text import lines_of, parsed_toml
+from poinsot.scenarios.toml_text import lines_of, parsed_toml
 
 TEXT = '''\
 title = "a # b = [c]"  # d = 1

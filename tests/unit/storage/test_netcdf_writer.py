@@ -9,7 +9,7 @@ import xarray
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 import forked
-from poinsot.files.netcdf_writer import write_netcdf
+from poinsot.storage.netcdf_writer import write_netcdf
 
 THREADS = """
 import sys, threading

@@ -15,14 +15,14 @@ import numpy as np
 from poinsot.display.progress import Progress, bar
 from poinsot.errors import PropagationInterrupted
 from poinsot.printable import shortened
-from poinsot.propagation.chunk_plan import Plan, Selection, selected, with_thinned_times
-from poinsot.propagation.ensemble import ChunkResult, Compute, Ensemble, Result
-from poinsot.propagation.ensemble_store import EnsembleStore, coordinates_of, dataset_of_arrays, plain_variables
-from poinsot.propagation.lease import lease
-from poinsot.propagation.reductions import concatenated, reduced, reduction
-from poinsot.propagation.store_opening import StoreDescription, UnwritableError, is_there, writing
-from poinsot.propagation.workers import on_workers
-from poinsot.propagation.zarr_group import StoreError
+from poinsot.storage.chunk_plan import Plan, Selection, selected, with_thinned_times
+from poinsot.storage.ensemble import ChunkResult, Compute, Ensemble, Result
+from poinsot.storage.ensemble_store import EnsembleStore, coordinates_of, dataset_of_arrays, plain_variables
+from poinsot.storage.lease import lease
+from poinsot.storage.reductions import concatenated, reduced, reduction
+from poinsot.storage.store_opening import StoreDescription, UnwritableError, is_there, writing
+from poinsot.storage.workers import on_workers
+from poinsot.storage.zarr_group import StoreError
 
 if TYPE_CHECKING:
     from concurrent.futures import Future

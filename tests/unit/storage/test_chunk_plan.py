@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray
 
-from poinsot.propagation import chunk_plan
-from poinsot.propagation.chunk_plan import Plan, StoredVariable, plan_of, selected, with_thinned_times
-from poinsot.propagation.ensemble import Ensemble
+from poinsot.storage import chunk_plan
+from poinsot.storage.chunk_plan import Plan, StoredVariable, plan_of, selected, with_thinned_times
+from poinsot.storage.ensemble import Ensemble
 
 ENSEMBLE = Ensemble(
     members=100,

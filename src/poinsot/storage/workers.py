@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
 from poinsot.printable import kind_of, message_of, quoted
-from poinsot.propagation.run_record import versions
+from poinsot.storage.run_record import versions
 
 __all__ = ["check_client", "on_workers"]
 

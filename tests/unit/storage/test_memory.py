@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.propagation import memory
+from poinsot.storage import memory
 
 GB = 1024**3
 

@@ -16,8 +16,8 @@ import pytest
 
 import forked
 import poinsot as pt
-from poinsot.propagation import ensemble_store, lease, store_opening, zarr_group
-from poinsot.propagation.run_record import versions
+from poinsot.storage import ensemble_store, lease, store_opening, zarr_group
+from poinsot.storage.run_record import versions
 
 PROBLEM = """
 import numpy as np, poinsot as pt

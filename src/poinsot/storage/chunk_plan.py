@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from poinsot.printable import quoted, shortened
-from poinsot.propagation.ensemble import Ensemble, Result
-from poinsot.propagation.ensemble_store import MAX_CHUNK_BYTES
-from poinsot.propagation.memory import available_memory
-from poinsot.propagation.selection import refuse_other_names
-from poinsot.propagation.workers import check_client
+from poinsot.storage.ensemble import Ensemble, Result
+from poinsot.storage.ensemble_store import MAX_CHUNK_BYTES
+from poinsot.storage.memory import available_memory
+from poinsot.storage.selection import refuse_other_names
+from poinsot.storage.workers import check_client
 
 if TYPE_CHECKING:
     import xarray

@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
 
 from poinsot.display.progress import Progress
-from poinsot.propagation.fingerprint import fingerprint
-from poinsot.propagation.run_record import RunRecord
-from poinsot.propagation.stored_motion import told_run
+from poinsot.storage.fingerprint import fingerprint
+from poinsot.storage.run_record import RunRecord
 
 if TYPE_CHECKING:
     import xarray
 
-    from poinsot.propagation.ensemble_store import EnsembleStore, Variables
+    from poinsot.storage.ensemble_store import EnsembleStore, Variables
 
 __all__ = ["ChunkResult", "Ensemble", "digests"]
 
@@ -60,7 +59,7 @@ class ChunkResult(NamedTuple):
     ) -> ChunkResult:
         """Return the result of members whose first one has a number in the ensemble."""
         failures = {str(first + member): why for member, why in computed.failures.items()}
-        return cls(data, extra, {"failures": failures, "run": told_run(computed.run)}, interrupted)
+        return cls(data, extra, {"failures": failures, "run": computed.run.of_chunk}, interrupted)
 
 
 class Compute(Protocol):

@@ -13,8 +13,9 @@ import pytest
 import xarray
 
 import poinsot as pt
-from poinsot.propagation import chunk_plan, chunk_run, ensemble_of_motions, zarr_group
-from poinsot.propagation.ensemble_store import EnsembleStore
+from poinsot.propagation import ensemble_of_motions
+from poinsot.storage import chunk_plan, chunk_run, zarr_group
+from poinsot.storage.ensemble_store import EnsembleStore
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TIMES = np.linspace(0, 5, 11)

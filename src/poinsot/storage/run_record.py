@@ -5,17 +5,17 @@ from __future__ import annotations
 import functools
 import json
 import platform
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import Any
 
 from typing_extensions import override
 
 from poinsot.immutable import read_only
 
-if TYPE_CHECKING:
-    from poinsot.integration.report import Report
+OF_RUN = ("order", "tolerance", "kernel", "lanes")
+"""Entries that are equal in all chunks of a run."""
 
 
 class Method(StrEnum):
@@ -63,11 +63,29 @@ class RunRecord:
     lanes: int = 0
 
     @classmethod
-    def of(cls, report: Report, method: Method, formulation: str, precision: str = "double") -> RunRecord:
-        """Return what a driver reports of a run."""
-        steps = sum(report.steps.tolist())
-        own = (report.tolerance, report.order, steps, report.wall_time)
-        return cls(method, formulation, precision, *own, Versions(), report.kernel, report.lanes)
+    def of(
+        cls,
+        totals: tuple[float, int, int, float, str, int],
+        method: Method,
+        formulation: str,
+        precision: str = "double",
+    ) -> RunRecord:
+        """Return the record of a run, from the totals of its report."""
+        tolerance, order, steps, wall_time, kernel, lanes = totals
+        own = (tolerance, order, steps, wall_time, Versions(), kernel, lanes)
+        return cls(method, formulation, precision, *own)
+
+    @property
+    def of_chunk(self) -> dict[str, Any]:
+        """Attributes of a chunk of members about its run, which `with_chunks` reads."""
+        return {name: getattr(self, name) for name in (*OF_RUN, "steps")}
+
+    def with_chunks(self, chunks: Sequence[Mapping[str, Any]]) -> RunRecord:
+        """Return the record of the run that computed chunks, from their attributes."""
+        if not chunks:
+            return self
+        first = {name: chunks[0][name] for name in OF_RUN}
+        return replace(self, **first, steps=sum(each["steps"] for each in chunks))
 
     @property
     def entries(self) -> dict[str, str | float]:

@@ -9,10 +9,10 @@ from typing import Any, get_args
 import numpy as np
 from pydantic import ValidationError
 
-from poinsot.files.scenarios.registry import Group, Maker, default_of, makers
-from poinsot.files.scenarios.schema import scenario_model, short
-from poinsot.files.scenarios.toml_text import Path, lines_of
 from poinsot.printable import message_of, nearest, quoted
+from poinsot.scenarios.registry import Group, Maker, default_of, makers
+from poinsot.scenarios.schema import scenario_model, short
+from poinsot.scenarios.toml_text import Path, lines_of
 
 __all__ = ["MISSING", "Errors", "has", "maker_at"]
 

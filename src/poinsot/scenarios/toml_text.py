@@ -6,10 +6,13 @@ import re
 import tomllib
 from typing import Any
 
-from poinsot.propagation.system_text import MOST_CHARACTERS, MOST_KEYS, MOST_NUMBERS
+__all__ = ["MOST_CHARACTERS", "MOST_KEYS", "MOST_NUMBERS", "Path", "lines_of", "parsed_toml"]
 
-__all__ = ["Path", "lines_of", "parsed_toml"]
+MOST_CHARACTERS = 1_000_000
+"""Of a scenario: what is read in a second."""
 
+MOST_NUMBERS = 20_000
+MOST_KEYS = 5_000
 MOST_PARTS = 8
 
 _KEY = r"(?:(?<![\w-])[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"

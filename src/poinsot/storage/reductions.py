@@ -6,8 +6,8 @@ from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from poinsot.printable import described, quoted
-from poinsot.propagation.ensemble_store import EnsembleStore, dataset_of_arrays
-from poinsot.propagation.zarr_group import plain_attributes
+from poinsot.storage.ensemble_store import EnsembleStore, dataset_of_arrays
+from poinsot.storage.zarr_group import plain_attributes
 
 if TYPE_CHECKING:
     import numpy as np

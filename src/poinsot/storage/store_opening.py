@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from poinsot.atomic_write import exists, new_folder
 from poinsot.printable import shortened
-from poinsot.propagation.chunk_plan import Plan, Selection, selected, with_thinned_times
-from poinsot.propagation.ensemble import Ensemble, Result
-from poinsot.propagation.ensemble_store import EnsembleStore, Frame, frame_of
-from poinsot.propagation.fingerprint import fingerprint
-from poinsot.propagation.run_record import versions
-from poinsot.propagation.zarr_group import GROUP, StoreError
+from poinsot.storage.chunk_plan import Plan, Selection, selected, with_thinned_times
+from poinsot.storage.ensemble import Ensemble, Result
+from poinsot.storage.ensemble_store import EnsembleStore, Frame, frame_of
+from poinsot.storage.fingerprint import fingerprint
+from poinsot.storage.run_record import versions
+from poinsot.storage.zarr_group import GROUP, StoreError
 
 if TYPE_CHECKING:
     import xarray

@@ -13,19 +13,20 @@ from numpy.typing import NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened
-from poinsot.propagation.chunk_plan import Chunking
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
-from poinsot.propagation.system_text import MOST_CHARACTERS, WHOLE, WITH_FILES, text_of
+from poinsot.propagation.scenario_of_motion import WHOLE, WITH_FILES, scenario_of
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.scenarios.toml_text import MOST_CHARACTERS
+from poinsot.storage.chunk_plan import Chunking
 
-__all__ = ["Scenario", "parsed_scenario", "read_scenario", "rebuilt_system", "repetition"]
+__all__ = ["Scenario", "parsed_scenario", "read_scenario", "repetition"]
 
 Array = NDArray[np.float64]
 
@@ -70,8 +71,8 @@ class Scenario(Summarized):
         return f"Scenario {self.name}: {rounded(repr(self.system))}", {
             "title": self.provenance.get("title") or "",
             "members": "".join(map(str, self.state.shape)),
-            "start": told(self.state.time, self.system.units["time"]),
-            "times": told_times(self.times, self.system.units["time"]),
+            "start": formatted(self.state.time, self.system.units["time"]),
+            "times": formatted_times(self.times, self.system.units["time"]),
             "run": rounded(", ".join(f"{name} {value}" for name, value in self.run.items())),
             "writes": ", ".join(self.outputs.values()),
         }
@@ -148,8 +149,8 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
 
     Without a folder it can name no file.
     """
-    from poinsot.files.scenarios.builder import Parts
-    from poinsot.files.scenarios.folder import Folder
+    from poinsot.scenarios.builder import Parts
+    from poinsot.scenarios.folder import Folder
 
     files = Folder(folder)
     parts = Parts(text, name, folder=files)
@@ -167,13 +168,6 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
     return Scenario(name, system, state, times, parts.run(system), parts.outputs(), provenance)
 
 
-def rebuilt_system(text: str, name: str, *, data: Mapping[str, Any] | None = None) -> System:
-    """Return the system alone that a text without state and times describes, which may name arrays in the data."""
-    from poinsot.files.scenarios.builder import Parts
-
-    return Parts(text, name, whole=False, data=data).system()
-
-
 def repetition(motion: Trajectory, name: str) -> Scenario:
     """Return what makes a motion again that a file has: by its scenario, or from its system, start and times."""
     if not isinstance(motion.system, System):
@@ -181,6 +175,6 @@ def repetition(motion: Trajectory, name: str) -> Scenario:
     known = motion.provenance
     if known.get("scenario_of") == WHOLE:
         return parsed_scenario(known["scenario"], name)
-    text = known.get("scenario_read") or known.get("scenario") or text_of(motion).text
+    text = known.get("scenario_read") or known.get("scenario") or scenario_of(motion).text
     run = tomllib.loads(text)["run"]
     return Scenario(name, motion.system, motion.initial, motion.times, run, provenance=motion.provenance)

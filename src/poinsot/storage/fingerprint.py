@@ -11,9 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.parameters import Parametric
-
 __all__ = ["fingerprint"]
 
 
@@ -21,7 +18,7 @@ def fingerprint(value: Any) -> str:
     """Return the SHA-256 of a system, arrays, texts, numbers, records of any class, or a user's function.
 
     Classes and modules count by their qualified names, functions by their code and the values that they close over,
-    and what cannot be written down, such as a lock, by its class.
+    an object with a `definition` by the values in it, and what cannot be written down, such as a lock, by its class.
     """
     digest = hashlib.sha256()
     for piece in _pieces(value, ()):
@@ -58,10 +55,7 @@ def _inside(value: Any) -> Iterator[Any]:
         yield from value
     elif isinstance(value, FunctionType | MethodType | functools.partial | CodeType):
         yield from _of_code(value)
-    elif isinstance(value, Collection):
-        yield from value.records
-        yield getattr(value, "units", None)
-    elif isinstance(value, Parametric):
+    elif hasattr(type(value), "definition"):
         yield from value.definition
     else:
         yield from _own(value)

@@ -8,7 +8,7 @@ import pytest
 
 import forked
 import poinsot as pt
-from poinsot.files.scenarios.scenario import parsed_scenario, repetition
+from poinsot.files.scenario import parsed_scenario, repetition
 from tumbling import CALENDAR
 from unit.files.test_netcdf import assert_same, why_not
 
@@ -263,7 +263,7 @@ def test_ephemerides_of_python_run_again_in_another_process(tmp_path):
     assert repr(back.system) == repr(system)
     assert back.system.calendar == CALENDAR
     code = (
-        "import sys, poinsot as pt\nfrom poinsot.files.scenarios.scenario import repetition\n"
+        "import sys, poinsot as pt\nfrom poinsot.files.scenario import repetition\n"
         "again = repetition(pt.load(sys.argv[1]), 'it').propagate(progress=False)\npt.save(again, sys.argv[2])"
     )
     done = forked.run(code, path, tmp_path / "again.nc")

@@ -1,66 +1,24 @@
-"""A system, and how it was run, as the text of a scenario: what a result needs to be run again."""
+"""Systems and shapes as the text of a scenario: written, and read again."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.integration.formulations import formulations
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Parametric, records_in
-from poinsot.mechanics.state import named
 from poinsot.mechanics.system import System
 from poinsot.orbits.restricted_three_body import CirclingPair
-from poinsot.printable import quoted
-from poinsot.propagation.run_record import Method
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.scenarios.toml_text import MOST_CHARACTERS, MOST_KEYS, MOST_NUMBERS
 from poinsot.shapes.assembly import Assembly
 
-if TYPE_CHECKING:
-    import xarray
-
-__all__ = [
-    "METHODS",
-    "MOST_CHARACTERS",
-    "MOST_KEYS",
-    "MOST_NUMBERS",
-    "OF_SCENARIOS",
-    "SYSTEM",
-    "WHOLE",
-    "WITH_FILES",
-    "Text",
-    "shape_of",
-    "text_of",
-    "with_texts",
-]
-
-MOST_CHARACTERS = 1_000_000
-"""Of a scenario: what is read in a second."""
-
-MOST_NUMBERS = 20_000
-MOST_KEYS = 5_000
-
-OF_SCENARIOS = ("title", "seed", "scenario", "scenario_of", "scenario_read")
-"""What a trajectory knows of the scenario that made it, and a file too."""
-
-SYSTEM, WHOLE = "system", "state, times and system"
-"""What the text of a scenario in a file is of: the rest is in the variables."""
-
-WITH_FILES = "state, times and system, with files"
-"""The scenario names files: what was read from them is in `scenario_read`, the text of the system, and variables."""
-
-METHODS = {
-    Method.TAYLOR: "integration",
-    Method.TAYLOR_OF_MEMBERS: "integration",
-    Method.CLOSED_FORM: "closed form",
-}
-"""What a scenario calls the methods that it can have."""
+__all__ = ["Text", "rebuilt_system", "shape_of", "text_of"]
 
 MOST_WRITTEN = 100
 """Numbers of one array in a text; longer ones are named there, and are variables beside it."""
@@ -75,15 +33,12 @@ class Text(NamedTuple):
     data: dict[str, NDArray[Any]]
 
 
-def text_of(motion: Trajectory) -> Text:
-    """Return body, forces, orbits, units and run as TOML, every number with all its digits.
+def text_of(system: System, run: Mapping[str, Any]) -> Text:
+    """Return body, forces, orbits and units of a system and the options of a run as TOML, numbers with all digits.
 
-    A ValueError says why one of them cannot be written: a class from outside the package, a motion not computed here.
+    A ValueError names classes from outside the package, and too many numbers.
     """
-    if motion.run.method not in METHODS:
-        source = f"{motion.run.method} ({motion.run.formulation})"
-        raise ValueError(f"a motion must be computed from a state to be run again, got a {source}.")
-    system, writer = motion.system, _Writer("system")
+    writer = _Writer("system")
     outside = {type(x).__qualname__: None for x in _all((system.body, *system.forces)) if _is_outside(x)}
     if outside:
         raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
@@ -92,45 +47,18 @@ def text_of(motion: Trajectory) -> Text:
     parts += [_table("[calendar]", vars(system.calendar))] if system.calendar else []
     parts += [writer.section("[body]", system.body)]
     parts += [writer.section("[[forces]]", force) for force in system.forces]
-    text = "\n".join([HEADER, *parts, *writer.orbits, _table("[run]", _options(motion))])
+    text = "\n".join([HEADER, *parts, *writer.orbits, _table("[run]", dict(run))])
     if len(text) > MOST_CHARACTERS or text.count(",") > MOST_NUMBERS:
         given = text.count(",")
         raise ValueError(f"a scenario must have at most {MOST_NUMBERS} numbers to be stored in a file, got {given}.")
     return Text(text, writer.data)
 
 
-def with_texts(data: xarray.Dataset, motion: Trajectory) -> xarray.Dataset:
-    """Return the dataset of a motion with the text that makes its system again, or why there can be none.
+def rebuilt_system(text: str, name: str, *, data: Mapping[str, Any] | None = None) -> System:
+    """Return the system alone that a text without state and times describes, which may name arrays in the data."""
+    from poinsot.scenarios.builder import Parts
 
-    Arrays that the text names are variables, and so are those of the body's shape, whose text is `shape`.
-    """
-    texts, arrays = _texts_of(motion)
-    about = {"units": "1", "long_name": "named in a text"}
-    own = {
-        name: ([f"{name}_axis{i}" for i in range(np.ndim(values))], values, about) for name, values in arrays.items()
-    }
-    return data.assign(own).assign_attrs(texts)
-
-
-def _texts_of(motion: Trajectory) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the texts of scenario and shape, or why there is none, and the arrays that they name."""
-    known = {key: motion.provenance[key] for key in OF_SCENARIOS if motion.provenance.get(key) is not None}
-    shapes: dict[str, Any] = {}
-    for body, one in zip(motion.initial.of_bodies, motion.system.of_bodies.values(), strict=True):
-        name = named(body, "shape")
-        if shape := shape_of(one, name):
-            known[name] = shape.text
-            shapes |= shape.data
-    if "scenario" in known and ("scenario_read" in known or known["scenario_of"] != WITH_FILES):
-        return known, {**motion.provenance.get("data", {}), **shapes}
-    if not isinstance(motion.system, System):
-        return known | {"not_rerunnable": motion.system.not_rerunnable}, shapes
-    try:
-        text = text_of(motion)
-    except ValueError as error:
-        return known | {"not_rerunnable": str(error)}, shapes
-    read = {"scenario_read": text.text} if "scenario" in known else {"scenario": text.text, "scenario_of": SYSTEM}
-    return known | read, {**text.data, **shapes}
+    return Parts(text, name, whole=False, data=data).system()
 
 
 def shape_of(body: Body, name: str) -> Text | None:
@@ -163,18 +91,6 @@ def _all(records: Iterable[Parametric]) -> Iterator[Parametric]:
     for record in records:
         yield record
         yield from _all(record.records)
-
-
-def _options(motion: Trajectory) -> dict[str, Any]:
-    run, known = motion.run, formulations()
-    if run.method is Method.CLOSED_FORM:
-        return {"method": "closed form"}
-    if run.formulation not in known:
-        raise ValueError(
-            f"the formulation of a scenario must be one of {', '.join(known)}, got {quoted(run.formulation)}."
-        )
-    options = {"formulation": run.formulation, "tolerance": run.tolerance, "precision": run.precision}
-    return options | ({"dense": True} if motion.has_dense_output else {})
 
 
 class _Writer:

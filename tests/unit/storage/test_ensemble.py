@@ -4,8 +4,8 @@ import numpy as np
 import xarray
 
 import poinsot as pt
-from poinsot.propagation.ensemble import ChunkResult, digests
-from poinsot.propagation.fingerprint import fingerprint
+from poinsot.storage.ensemble import ChunkResult, digests
+from poinsot.storage.fingerprint import fingerprint
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 FALLING = BODY.state((0.5**0.5, 0.5**0.5, 0, 0), omega_body=[(0, 0, 1), (-1, 0, 0)])

@@ -19,8 +19,8 @@ import numpy as np
 
 from poinsot.atomic_write import synced
 from poinsot.printable import quoted, shortened
-from poinsot.propagation.memory import available_memory
-from poinsot.propagation.zarr_group import (
+from poinsot.storage.memory import available_memory
+from poinsot.storage.zarr_group import (
     BLOCK,
     GROUP,
     Attributes,

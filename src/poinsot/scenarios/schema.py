@@ -25,14 +25,14 @@ from pydantic import (
 )
 
 from poinsot.errors import real_numbers
-from poinsot.files.scenarios.quantities import quantity
-from poinsot.files.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
-from poinsot.integration.equations import PRECISIONS
 from poinsot.integration.formulations import formulations
+from poinsot.integration.precision import PRECISIONS
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import quoted
+from poinsot.scenarios.quantities import quantity
+from poinsot.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
 
 __all__ = ["MOST_TIMES", "STARTS", "STATE", "converted", "scenario_model", "schema", "short"]
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import array_of
 from poinsot.printable import described, quoted
-from poinsot.propagation.zarr_group import JoinedArrays, StoredArray
+from poinsot.storage.zarr_group import JoinedArrays, StoredArray
 
 __all__ = [
     "Chosen",

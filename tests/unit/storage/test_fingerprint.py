@@ -12,7 +12,7 @@ import forked
 import poinsot as pt
 from kinds.forces import FORCES
 from poinsot.mechanics.parameters import Parametric
-from poinsot.propagation.fingerprint import fingerprint
+from poinsot.storage.fingerprint import fingerprint
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 
@@ -51,7 +51,7 @@ OWN = """
 import functools
 import numpy as np
 import poinsot as pt
-from poinsot.propagation.fingerprint import fingerprint
+from poinsot.storage.fingerprint import fingerprint
 
 class Push(pt.Torque):
     size: float
