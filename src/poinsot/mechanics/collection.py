@@ -21,8 +21,8 @@ __all__ = ["Collection"]
 
 Answer = TypeVar("Answer")
 
-SAME_KNOT = 64
-"""Roundings of a time by which two tables may miss each other's knots."""
+KNOT_ROUNDINGS = 64
+"""Largest difference of equal knots of two tables, in roundings of the time."""
 
 
 class Collection(Immutable):
@@ -91,7 +91,7 @@ class Collection(Immutable):
         knots = union_of_knots(self.records)
         if not knots.size:
             return knots
-        return knots[np.diff(knots, prepend=-np.inf) > SAME_KNOT * np.spacing(np.abs(knots))]
+        return knots[np.diff(knots, prepend=-np.inf) > KNOT_ROUNDINGS * np.spacing(np.abs(knots))]
 
     @cached_property
     def span(self) -> tuple[float, float]:

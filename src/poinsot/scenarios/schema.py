@@ -35,13 +35,13 @@ from poinsot.printable import quoted
 from poinsot.scenarios.quantities import quantity
 from poinsot.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
 
-__all__ = ["MOST_TIMES", "STARTS", "STATE", "converted", "scenario_model", "schema", "short"]
+__all__ = ["MAX_TIMES", "STARTS", "STATE", "converted", "scenario_model", "schema", "short"]
 
 STRICT = ConfigDict(extra="forbid", protected_namespaces=())
 
-LARGEST_WHOLE = 2**53
+MAX_INTEGER = 2**53
 
-MOST_TIMES = 10_000_000
+MAX_TIMES = 10_000_000
 
 UNITS = (
     Key("time", "text", "Unit of time, such as s. Values with units require s, min, h or d.", default="1"),
@@ -117,7 +117,7 @@ STATE = (
 TIMES = (
     Key("start", "time", "First time. Default: the time of the state.", default=0.0),
     Key("stop", "time", "Last time."),
-    Key("count", "whole", "Number of times from start to stop.", limits=(1, MOST_TIMES)),
+    Key("count", "whole", "Number of times from start to stop.", limits=(1, MAX_TIMES)),
     Key("step", "duration", "Interval between the times from start to stop."),
     Key("periods", "number", "Number of revolutions of an orbit, instead of stop."),
     Key("orbit", "orbit", "Orbit that defines the revolutions."),
@@ -362,7 +362,7 @@ def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float):
         rule = "a number in your own units" if isinstance(value, str) else "a number"
         raise ValueError(f"{name} must be {rule}, got {short(value)}.")
-    if abs(value) > LARGEST_WHOLE and isinstance(value, int):
+    if abs(value) > MAX_INTEGER and isinstance(value, int):
         raise ValueError(f"{name} must be at most 2^53 where it is whole, got more. Write it with a decimal point.")
     return value
 
