@@ -22,7 +22,7 @@ from poinsot.analysis.period_map import FAMILY_TOLERANCE, Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded
-from poinsot.display.progress import Report, bar
+from poinsot.display.progress import ReportProgress, bar
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.named_parameters import NamedNumber
@@ -290,7 +290,7 @@ class _Curve:
         self.found += bifurcations(self.family, self.places[-1], place, len(self.places) - 1)
         self.places.append(place)
 
-    def follow(self, tell: Report) -> str:
+    def follow(self, tell: ReportProgress) -> str:
         """Go along the curve and return why it ends."""
         size, name = FIRST_STEP, self.family.name
         while len(self.places) < MAX_POINTS:

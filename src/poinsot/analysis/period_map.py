@@ -21,7 +21,7 @@ from poinsot.mechanics.state import AnyState, State, changed, state_with
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 
-__all__ = ["MAX_ITERATIONS", "Passage", "PeriodMap", "Point", "carried"]
+__all__ = ["MAX_ITERATIONS", "PeriodMap", "PeriodPassage", "Point", "carried"]
 
 Array = NDArray[Any]
 
@@ -42,7 +42,7 @@ MAX_GROWTH = 1e9
 
 
 @dataclasses.dataclass(frozen=True)
-class Passage:
+class PeriodPassage:
     """One period from a point: where it leads, and its derivatives, as displacements.
 
     Attributes
@@ -124,12 +124,12 @@ class PeriodMap:
         rates = self.system.dynamics.rates(instant) | {"quaternion": instant.omega_body}
         return np.asarray(np.concatenate([list(map(float, values)) for values in rates.values()]) / self.units)
 
-    def passage(self, point: Point, names: Sequence[str] = ()) -> Passage:
+    def passage(self, point: Point, names: Sequence[str] = ()) -> PeriodPassage:
         """Return what a period does, with the derivatives by named numbers of the system."""
         last, matrix, slope = carried(self.system, self.state(point), self.period, names, self.units)
         to_frame = quat.conjugate(self.frame.quaternion(self.time + self.period))
         there = quat.product(to_frame, last.quaternion), self._rest(last)
-        return Passage(there, self.displacement(point, there), matrix, slope)
+        return PeriodPassage(there, self.displacement(point, there), matrix, slope)
 
     # ------------------------------------------------------------------ the motion that repeats itself
 
