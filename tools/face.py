@@ -25,8 +25,8 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
-    "analysis": "family.* multipliers.* pair_period_map.* pair_point.* period_map.* polhodes.* polynomial_search.* "
-    "*.CROSSING_TOLERANCE *.bifurcations *.grows_with_time *.recognised *.refuse_open",
+    "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* polynomial_search.* "
+    "*.CROSSING_TOLERANCE *.bifurcations *.grows_with_time *.motion_at *.refuse_open",
     "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
