@@ -26,7 +26,7 @@ from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings, checked_times
+from poinsot.propagation.arguments import checked_settings, checked_times
 from poinsot.propagation.chunk_plan import Chunking, plan_of
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
@@ -221,7 +221,7 @@ def state_transition(
         return cast("StateTransition", analysed_in_chunks(plan, analysis, progress))
     inputs = tuple(resolve(system, name) for name in parameters)
     sizes = np.array(np.broadcast_arrays(*(binary_size(system, name) for name in parameters)), dtype=int).T
-    settings = RunSettings.of(formulation, tolerance, threads, progress)
+    settings = checked_settings(formulation, tolerance, threads, progress)
     whole = VariationalRun.of(system, state, times, settings, Derivatives(inputs, order, sizes))
     out = _Columns(whole, order)
     report = Report(np.zeros(out.members, dtype=int))

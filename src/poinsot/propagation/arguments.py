@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
 from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
 from poinsot.integration.problem import Problem
-from poinsot.integration.run import ROUNDING
+from poinsot.integration.run import ROUNDING, RunSettings
 from poinsot.mechanics.calendar import holds_dates
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn
@@ -24,41 +23,19 @@ from poinsot.mechanics.system import System
 from poinsot.printable import nearest, quoted, shortened
 
 __all__ = [
-    "RunSettings",
     "broadcast_members",
     "check_bodies",
     "check_span",
     "check_starts",
     "checked_device",
     "checked_formulation",
+    "checked_settings",
     "checked_threads",
     "checked_time",
     "checked_times",
     "checked_tolerance",
     "common_members",
 ]
-
-
-@dataclass(frozen=True)
-class RunSettings:
-    """Checked settings of a run in double precision."""
-
-    formulation: Formulation
-    tolerance: float
-    threads: int
-    progress: bool
-
-    @classmethod
-    def of(
-        cls, formulation: str | Formulation | None, tolerance: float | None, threads: int | None, progress: bool | None
-    ) -> RunSettings:
-        """Return settings as `propagate` interprets its arguments; progress is shown on a terminal by default."""
-        return cls(
-            checked_formulation(formulation),
-            checked_tolerance(tolerance, "double"),
-            checked_threads(threads),
-            sys.stderr.isatty() if progress is None else progress,
-        )
 
 
 OWN_TIME = " Give the state its own: body.state(..., time=...)."
@@ -78,6 +55,15 @@ def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.
         relation = f"= times[{i + 1}] = {t[i]}" if t[i] == t[i + 1] else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
         raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
     return t
+
+
+def checked_settings(
+    formulation: str | Formulation | None, tolerance: float | None, threads: int | None, progress: bool | None
+) -> RunSettings:
+    """Return the settings of a run in double precision; progress is shown on a terminal by default."""
+    shown = sys.stderr.isatty() if progress is None else progress
+    form, error = checked_formulation(formulation), checked_tolerance(tolerance, "double")
+    return RunSettings(form, error, threads=checked_threads(threads), progress=shown)
 
 
 def checked_time(name: str, time: ArrayLike, system: System) -> NDArray[np.float64]:
