@@ -6,18 +6,16 @@ import functools
 import time as clock
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from threading import Lock
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.display.progress import Progress, bar
+from poinsot.display.progress import bar
 from poinsot.integration.dense_motion import DenseOutput
 from poinsot.integration.equations import LANES
 from poinsot.integration.event_log import EventLog
-from poinsot.integration.formulations import Formulation
 from poinsot.integration.kernel_parameters import KernelKind, KernelParameters
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report, Stop
@@ -25,6 +23,7 @@ from poinsot.integration.rows import Rows, Sink
 from poinsot.integration.saltation import Jump, NoDerivative
 from poinsot.integration.samples import Clock
 from poinsot.integration.segments import Segments
+from poinsot.integration.settings import RunSettings
 from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
@@ -41,7 +40,7 @@ from poinsot.taylor.lowering import Program
 from poinsot.taylor.queue import Kernel, Output, Queue, Worker
 from poinsot.taylor.tasks import Status
 
-__all__ = ["BOTH_WAYS", "ROUNDING", "Run", "RunSettings", "Slab"]
+__all__ = ["BOTH_WAYS", "Run", "Slab"]
 
 BOTH_WAYS = (True, False)
 """Forwards, then backwards."""
@@ -87,35 +86,6 @@ class LaneMemory(Protocol):
 
     def new_records(self) -> NDArray[np.void]:
         """Return the records of events since the last call."""
-
-
-class RunSettings(NamedTuple):
-    """Settings of a run.
-
-    Attributes
-    ----------
-    formulation : Formulation
-        Chart of attitude and momentum.
-    tolerance : float
-        Relative error per step.
-    precision : {"double", "quadruple"}
-    threads : int
-        Most threads of an ensemble.
-    progress : bool or callable
-        True to show a progress bar, or the function that receives the progress.
-    dense : bool
-        True to store the polynomials, for one body.
-    device : {"cpu", "cuda"}
-        "cuda" for ensembles only.
-    """
-
-    formulation: Formulation
-    tolerance: float
-    precision: str = "double"
-    threads: int = 1
-    progress: Progress = False
-    dense: bool = False
-    device: str = "cpu"
 
 
 class Run:
@@ -256,6 +226,8 @@ class Run:
         if count == 1:
             self._work(slabs, serve)
             return
+        from concurrent.futures import ThreadPoolExecutor, wait
+
         with ThreadPoolExecutor(count) as pool:
             workers = []
             try:

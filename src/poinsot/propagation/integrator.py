@@ -14,16 +14,17 @@ from poinsot.cuda.run import CudaRun, check_device
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, OneMotion, Sink
-from poinsot.integration.run import Run, RunSettings
+from poinsot.integration.run import Run
+from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.state import AnyState, Phase
 from poinsot.mechanics.system import System
 from poinsot.propagation.columns import ORBIT_VARIABLES
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords, crossings
-from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.row_source import ComputedRows
-from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.memory import refuse_larger_than_memory
+from poinsot.storage.run_record import Method, RunRecord
 
 __all__ = ["Integrator"]
 
@@ -111,7 +112,7 @@ class Integrator:
             state,
             kept.times,
             ComputedRows(lambda: kept.phase, columns, events),
-            RunRecord.of(report, method, variables.formulation.name, self.settings.precision),
+            RunRecord.of(report.totals, method, variables.formulation.name, self.settings.precision),
             (report.dense, *report.dense.ends) if report.dense else None,
             report.failures if many else {},
         )
