@@ -6,8 +6,7 @@ before adding the row. A new module has a test module of its name in `tests/unit
 
 COVERED_BY = {
     "analysis/bifurcations.py": "oracles/test_bifurcations_of_motions.py",
-    "analysis/family.py": "unit/analysis/test_continuation.py",
-    "analysis/pair_period_map.py": "oracles/test_periodic_motions_of_pairs.py",
+    "analysis/continuation_problem.py": "unit/analysis/test_continuation.py",
     "analysis/pair_point.py": "unit/analysis/test_pair_equilibrium.py",
     "analysis/period_map.py": "unit/analysis/test_periodic.py",
     "checked.py": "laws/test_wrong_calls.py",

@@ -20,7 +20,7 @@ from poinsot.integration.kernel_parameters import KernelKind, KernelParameters
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report, Stop
 from poinsot.integration.rows import Rows, Sink
-from poinsot.integration.saltation import Jump, NoDerivative
+from poinsot.integration.saltation import NoDerivative, TangentJump
 from poinsot.integration.samples import Clock
 from poinsot.integration.segments import Segments
 from poinsot.integration.settings import RunSettings
@@ -473,7 +473,7 @@ class Slab:
             task, time = tasks[k], tasks["time"][k, :1]
             inputs = parameters.inputs_around(time, self.owners[[k]])
             numbers = [float(np.ravel(number)[0]) for number in inputs]
-            jump = Jump(saltation, task["state"], time[0], numbers, float(task["simultaneity"]))
+            jump = TangentJump(saltation, task["state"], time[0], numbers, float(task["simultaneity"]))
             before, behind = task["branches"].copy(), task["next_branches"].copy()
             task["branches"][:], task["parameters"][conditions] = behind, behind
             task["below"][vectors] = 0.0
