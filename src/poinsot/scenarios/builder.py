@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers, refuse_other_members
-from poinsot.integration.precision import checked_tolerance
+from poinsot.integration.settings import checked_tolerance
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar, holds_dates
