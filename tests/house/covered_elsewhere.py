@@ -21,6 +21,7 @@ COVERED_BY = {
     "control/sampled.py": "laws/test_samples.py",
     "control/sensors.py": "laws/test_samples.py",
     "errors.py": "laws/test_wrong_calls.py",
+    "habits.py": "unit/test_suggestions.py",
     "events/impact.py": "laws/test_restarts.py",
     "events/pair_events.py": "laws/test_pair_events.py",
     "events/standard_events.py": "laws/test_helper_events.py",

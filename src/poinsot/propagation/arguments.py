@@ -21,7 +21,8 @@ from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.members import common_axis
 from poinsot.mechanics.state import AnyState, Bodies, changed
 from poinsot.mechanics.system import System
-from poinsot.printable import nearest, quoted, shortened
+from poinsot.printable import quoted, shortened
+from poinsot.suggestions import nearest
 
 __all__ = [
     "RunSettings",
@@ -68,6 +69,8 @@ def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.
     """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
     t = reals_or_nan("times", *_in_unit(times, system))
     if t.ndim != 1 or t.size == 0:
+        if t.ndim == 0:
+            raise ValueError(f"times must have shape (n,), got the number {t}. Write [{t}].")
         real_array("times", t, (None,))
         raise ValueError("times must not be empty, got shape (0,).")
     before, after = t[:-1], t[1:]

@@ -29,13 +29,14 @@ from poinsot.mechanics.state import AnyState, PairState, State
 from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.printable import nearest, quoted
+from poinsot.printable import quoted
 from poinsot.propagation.arguments import (
     check_span,
     checked_times,
     checked_tolerance,
     common_members,
 )
+from poinsot.suggestions import nearest
 
 __all__ = ["Parts"]
 

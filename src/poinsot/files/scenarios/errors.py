@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from poinsot.files.scenarios.registry import Group, Maker, default_of, makers
 from poinsot.files.scenarios.schema import scenario_model, short
 from poinsot.files.scenarios.toml_text import Path, lines_of
-from poinsot.printable import message_of, nearest, quoted
+from poinsot.printable import message_of, quoted
+from poinsot.suggestions import nearest
 
 __all__ = ["MISSING", "Errors", "has", "maker_at"]
 
