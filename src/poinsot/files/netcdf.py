@@ -168,7 +168,6 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     return path
 
 
-@checked
 def load(source: str | Path | xarray.Dataset) -> Trajectory:
     """Return the trajectory in a file that `save` wrote, or in a dataset that xarray read from such a file.
 
