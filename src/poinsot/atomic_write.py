@@ -28,7 +28,7 @@ PART, LOCK = ".poinsot-{}.part", "lock"
 BEFORE = "before"
 """The old folder in the hidden one, while a system that cannot exchange two names replaces it."""
 
-FRESH = 60.0
+LOCK_SECONDS = 60.0
 """Seconds in which a folder may wait for its lock."""
 
 AT_FOLDER, EXCHANGE = -100, 2
@@ -220,7 +220,7 @@ def _is_left(folder: Path) -> bool:
     """Return True if the process that made a folder has ended or abandoned the folder."""
     try:
         had_lock = (folder / BEFORE).exists()
-        if not had_lock and time.time() - folder.stat().st_mtime < FRESH:
+        if not had_lock and time.time() - folder.stat().st_mtime < LOCK_SECONDS:
             return False
         with (folder / LOCK).open("r+") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

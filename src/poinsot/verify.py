@@ -44,8 +44,8 @@ from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.orbits.restricted_three_body import ThreeBodyPath
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
-from poinsot.propagation.run_record import versions
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.run_record import versions
 
 __all__ = ["CASES", "Case", "Row", "installation", "rows_of"]
 
@@ -324,13 +324,13 @@ CIRCLE = KeplerOrbit(1.7, semimajor_axis=1.3, eccentricity=0.0, inclination=0.4,
 PHOBOS_MOMENTS = (0.3615, 0.4265, 0.5024)  # over M R^2; radial, transverse, normal
 PHOBOS_FREQUENCY = 0.6230063745604
 SLIMNESS = 1e-9  # of the dumbbell, which slows both its librations by the factor sqrt(1 - slimness)
-SMALL = 1e-5  # radians: the frequency is off by less than the square of it
+SMALL_AMPLITUDE = 1e-5  # radians: the frequency is off by less than the square of it
 
 
 @case("Librations on a circle", "linear theory; Phobos: unit test of Tudat")
 def _librations() -> Comparisons:
     """Compare the frequencies of small librations, over the mean motion."""
-    pitch, roll = (0.0, 0.0, SMALL), (0.0, -SMALL, 0.0)
+    pitch, roll = (0.0, 0.0, SMALL_AMPLITUDE), (0.0, -SMALL_AMPLITUDE, 0.0)
     dumbbell, slower = (SLIMNESS, 1.0, 1.0), np.sqrt(1 - SLIMNESS)
     yield "dumbbell in the plane, sqrt(3) n", _frequency(dumbbell, pitch, 1), np.sqrt(3) * slower, 5e-10
     yield "dumbbell across the plane, 2 n", _frequency(dumbbell, roll, 2), 2 * slower, 5e-10

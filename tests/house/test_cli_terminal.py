@@ -118,7 +118,7 @@ def test_an_interrupted_store_says_the_command_that_goes_on(tmp_path, number):
     scenario, store = tmp_path / "my tops.toml", tmp_path / "tops.zarr"
     scenario.write_text(TOP + "times = {stop = 30, count = 11}\n" + ENSEMBLE)
     command = ("run", scenario, "--out", store, "--chunk", "8", "--threads", "1")
-    done = interrupted("poinsot.propagation.ensemble_store", "EnsembleStore.write", 3, *command, number=number)
+    done = interrupted("poinsot.storage.ensemble_store", "EnsembleStore.write", 3, *command, number=number)
     goes_on = f"poinsot run '{scenario}' --out {store} --resume"
     said = re.fullmatch(
         r"poinsot: propagation was interrupted: (\d+) of 40 members are done\. `(.*)` continues the run\.\n",

@@ -41,8 +41,6 @@ from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions
 from poinsot.taylor.rescaling import MOMENTUM_SCALE, powers_of
 from poinsot.taylor.sampling import Update
 
-PRECISIONS = ("double", "quadruple")
-
 LANES = 8 if host_features().get("avx512f") else 4 if host_features().get("avx") else 2
 """Members in a vector. On processors that run 512-bit code 8 are faster than 4 at every order: 1.1 to 1.5 times on an
 AMD Zen 4, 1.4 to 1.8 times on an Intel Xeon."""

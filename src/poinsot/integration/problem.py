@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from typing_extensions import override
 
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.event import Event

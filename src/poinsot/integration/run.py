@@ -42,7 +42,7 @@ from poinsot.taylor.lowering import Program
 from poinsot.taylor.queue import Kernel, Output, Queue, Worker
 from poinsot.taylor.tasks import Status
 
-__all__ = ["BOTH_WAYS", "ROUNDING", "Run"]
+__all__ = ["BOTH_WAYS", "Run"]
 
 BOTH_WAYS = (True, False)
 """Forwards, then backwards."""

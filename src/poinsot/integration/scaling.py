@@ -14,7 +14,7 @@ from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body_dynamics import BodyDynamics
-from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
+from poinsot.mechanics.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
 from poinsot.mechanics.circular_pair import mean_motion
 from poinsot.mechanics.dynamics import AnyDynamics, Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
@@ -46,7 +46,7 @@ Array = NDArray[np.float64]
 MIN_SCALE, MAX_SCALE = 2.0**-512, 2.0**512
 """Limits of a momentum scale: squares of smaller scales underflow to zero, and squares of larger scales overflow."""
 
-AT_REST = 1e-9
+MAX_PART_AT_REST = 1e-9
 """Part of the rate of a variable with a momentum below which the part counts as resting: the rate is then rounding."""
 
 
@@ -159,8 +159,8 @@ def _summed(forces: Sequence[Force], sizes: Sequence[Any]) -> Any:
 
 def traced_sizes(system: BodyDynamics) -> tuple[Graph, list[Any]]:
     """Return the graph and the sizes of energies or torques on a body at rest at samples, one for each force."""
-    (q, _, _), t = samples(system, BRANCHES), sample_times(system, BRANCHES)
-    graph, twin, at_rest = Graph(), system.beside((*system.members, BRANCHES)), Vector((0.0, 0.0, 0.0))
+    (q, _, _), t = samples(system, BRANCH_SAMPLES), sample_times(system, BRANCH_SAMPLES)
+    graph, twin, at_rest = Graph(), system.beside((*system.members, BRANCH_SAMPLES)), Vector((0.0, 0.0, 0.0))
     time = graph.variable(t)
     body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)
     instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), Environment(time), at_rest)
@@ -253,7 +253,7 @@ def sizes_of_blocks(system: AnyDynamics, state: AnyState) -> dict[str, NDArray[n
     for name in names:
         here, *there = (np.abs(np.stack(np.broadcast_arrays(*rates[name]), axis=-1)) for rates in each)
         farthest = np.max(there, axis=0)
-        changes = np.where(here > AT_REST * farthest, here, farthest) / fastest
+        changes = np.where(here > MAX_PART_AT_REST * farthest, here, farthest) / fastest
         sizes[name] = np.maximum(np.abs(state.own[name]), changes)
     return sizes
 

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.functions import Scalar
-from poinsot.immutable import Immutable
-from poinsot.lazy import cached_property
+from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.members import common_axis, expanded
@@ -22,8 +21,8 @@ __all__ = ["Collection"]
 
 Answer = TypeVar("Answer")
 
-SAME_KNOT = 64
-"""Roundings of a time by which two tables may miss each other's knots."""
+KNOT_ROUNDINGS = 64
+"""Largest difference of equal knots of two tables, in roundings of the time."""
 
 
 class Collection(Immutable):
@@ -33,6 +32,11 @@ class Collection(Immutable):
     @abstractmethod
     def records(self) -> tuple[Parametric, ...]:
         """The records."""
+
+    @property
+    def definition(self) -> tuple[Any, ...]:
+        """The records, and the units of a system."""
+        return *self.records, getattr(self, "units", None)
 
     @abstractmethod
     def with_records(self, records: Iterable[Any]) -> Self:
@@ -87,7 +91,7 @@ class Collection(Immutable):
         knots = union_of_knots(self.records)
         if not knots.size:
             return knots
-        return knots[np.diff(knots, prepend=-np.inf) > SAME_KNOT * np.spacing(np.abs(knots))]
+        return knots[np.diff(knots, prepend=-np.inf) > KNOT_ROUNDINGS * np.spacing(np.abs(knots))]
 
     @cached_property
     def span(self) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array
 from poinsot.functions import Scalar, Vector
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body

@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body

@@ -30,8 +30,7 @@ from poinsot.errors import (
     warn_of_negative,
 )
 from poinsot.functions import Scalar
-from poinsot.immutable import Immutable
-from poinsot.lazy import cached_property
+from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.formula_errors import explain_formulas
 from poinsot.mechanics.members import common_axis, expanded, inherited_formula
 from poinsot.printable import described, quoted

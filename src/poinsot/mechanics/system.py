@@ -13,8 +13,7 @@ from typing_extensions import TypeIs, TypeVar
 from poinsot.checked import checked
 from poinsot.display.formulas import SystemSummary, system_html, system_latex
 from poinsot.functions import Vector
-from poinsot.immutable import Immutable
-from poinsot.lazy import cached_property
+from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.body_integrals import integrals_of_body
