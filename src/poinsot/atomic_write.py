@@ -11,7 +11,6 @@ import contextlib
 import ctypes
 import fcntl
 import os
-import secrets
 import shutil
 import sys
 import time
@@ -168,7 +167,7 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
     _clean_up(path.parent)
     if not overwrite:
         _check_free(path)
-    folder = path.parent / PART.format(secrets.token_hex(8))
+    folder = path.parent / PART.format(os.urandom(8).hex())
     try:
         folder.mkdir()
         with (folder / LOCK).open("x") as lock:

@@ -1,6 +1,5 @@
 """The public names of poinsot.analysis, by the module of each, as `make face` writes them."""
 
-from .bifurcations import CROSSING_TOLERANCE
 from .chaos import ChaosIndicators, LyapunovSpectrum, chaos_indicators, lyapunov_spectrum
 from .continuation import Bifurcation, Branch, continue_motion
 from .equilibrium import Equilibrium, equilibria
@@ -17,10 +16,9 @@ from .secular import SecularEvolution, secular_evolution
 from .transition_matrix import StateTransition, state_transition
 from .yorp import YorpCoefficients, yorp_coefficients
 
-__all__ = [  # noqa: RUF022
+__all__ = [
     "Bifurcation",
     "Branch",
-    "CROSSING_TOLERANCE",
     "CassiniState",
     "ChaosIndicators",
     "Equilibrium",

@@ -6,7 +6,7 @@ from .damping import LinearDamping
 from .directional_torque import DirectionalTorque
 from .drag import AtmosphericDrag, MeshDrag
 from .ellipsoid import EllipsoidGravity
-from .facets import Facets, PLATE_DRAG_COEFFICIENT
+from .facets import Facets
 from .gravity import GravityGradient, HarmonicGravity, Oblateness, UniformGravity
 from .magnetic_fields import IGRF, MagneticField, MagneticHarmonics, SecularHarmonics, TiltedDipole
 from .magnetic_torques import BDot, EddyCurrents, MagneticMoment
@@ -43,7 +43,6 @@ __all__ = [  # noqa: RUF022
     "MutualMascons",
     "Oblateness",
     "Occulter",
-    "PLATE_DRAG_COEFFICIENT",
     "RadiationPressure",
     "SecularHarmonics",
     "TabulatedAtmosphere",

@@ -46,11 +46,6 @@ class Clock:
         found: Array = samples.first(times[:, None])
         return found + (self._jumped[members] & samples.falls_on(times[:, None]))
 
-    def times(self, numbers: Array, members: Array) -> Array:
-        """Return the times of samples of members, shape (..., jumps)."""
-        times: Array = numbers * self.periods[members] + self.phases[members]
-        return times
-
     def set(self, tasks: Array, times: Array, members: Array) -> None:
         """Set the first samples of tasks of members that start at times."""
         tasks["numbers"], tasks["keys"] = self.first(times, members), self.keys[members].view(np.int64)

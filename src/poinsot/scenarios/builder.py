@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers, refuse_other_members
-from poinsot.integration.precision import checked_tolerance
+from poinsot.integration.settings import checked_tolerance
 from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.calendar import SECONDS, Calendar, holds_dates
@@ -29,7 +29,7 @@ from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import quoted
 from poinsot.scenarios.errors import MISSING, Errors, has, maker_at
 from poinsot.scenarios.folder import Folder
-from poinsot.scenarios.registry import Group, Key, default_of, makers
+from poinsot.scenarios.registry import RENAMED, Group, Key, default_of, makers
 from poinsot.scenarios.schema import MAX_TIMES, STARTS, STATE, converted, scenario_model, short
 from poinsot.scenarios.toml_text import Path, parsed_toml
 from poinsot.suggestions import nearest
@@ -169,6 +169,8 @@ class Parts:
         node: Any = self.values if parts[0] in VARIED else {}
         for part in parts[:-1]:
             node = node[part] if has(node, part) else {}
+        if isinstance(node, dict):
+            parts[-1] = RENAMED.get((str(node.get("type")), str(parts[-1])), parts[-1])
         if not has(node, parts[-1]) or not isinstance(node[parts[-1]], np.ndarray):
             near = nearest(path, _places(self.values))
             raise self._errors.at((*place, "of"), f"must be the place of a number, got {short(path)}.{near}")

@@ -6,8 +6,7 @@ import contextlib
 import fcntl
 import json
 import os
-import secrets
-import socket
+import platform
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -46,7 +45,7 @@ class Lease:
 
     def __init__(self, path: Path) -> None:
         self._path, self._mine, self._ended = path, False, threading.Event()
-        self._token = {"host": socket.gethostname(), "process": os.getpid(), "token": secrets.token_hex(8)}
+        self._token = {"host": platform.node(), "process": os.getpid(), "token": os.urandom(8).hex()}
         self._renewing = threading.Thread(target=self._renew, daemon=True)
         self._number = self._opened()
 

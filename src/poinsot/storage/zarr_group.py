@@ -12,10 +12,8 @@ import hashlib
 import json
 import math
 import os
-import secrets
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -367,6 +365,8 @@ def _write_description(folder: Path, metadata: Attributes) -> None:
 
 def side_by_side(writes: Iterable[Callable[[], None]]) -> None:
     """Write files on several threads: each of them waits for the disk most of its time."""
+    from concurrent.futures import ThreadPoolExecutor
+
     with ThreadPoolExecutor(WRITER_THREADS) as writers:
         for written in [writers.submit(write) for write in writes]:
             written.result()
@@ -452,7 +452,7 @@ def _write_json(path: Path, told: Attributes) -> None:
 
 def _part_of(path: Path) -> Path:
     """Return the name of a file until it is whole, which no other process, thread or machine has."""
-    return path.with_name(f"{path.name}.{secrets.token_hex(8)}.part")
+    return path.with_name(f"{path.name}.{os.urandom(8).hex()}.part")
 
 
 def _plain_file(path: str, flags: int) -> int:

@@ -75,7 +75,7 @@ def test_sums_pass_where_the_determinants_do(rng):
         found = Multipliers(matrix)
         for sign in (1, -1):
             determinant = np.linalg.det(matrix - sign * np.eye(6))
-            assert abs(found.beside(sign, 0)) == pytest.approx(abs(determinant), rel=1e-6, abs=1e-9)
+            assert abs(found.distance(sign, 0)) == pytest.approx(abs(determinant), rel=1e-6, abs=1e-9)
 
 
 def test_matrix_that_is_not_symplectic_has_its_eigenvalues(rng):
