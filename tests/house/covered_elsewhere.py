@@ -42,6 +42,7 @@ COVERED_BY = {
     "forces/point_masses.py": "laws/test_extended_bodies.py",
     "forces/radiation.py": "oracles/test_surfaces.py",
     "forces/same_body.py": "laws/test_extended_bodies.py",
+    "habits.py": "unit/test_suggestions.py",
     "integration/dense_motion.py": "laws/test_every_system.py",
     "integration/event_log.py": "unit/propagation/test_event_record.py",
     "integration/kernel_parameters.py": "laws/test_every_force.py",

@@ -15,7 +15,8 @@ from poinsot.integration.settings import RunSettings, checked_tolerance
 from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.state import AnyState, Bodies, changed
 from poinsot.mechanics.system import System
-from poinsot.printable import nearest, quoted, shortened
+from poinsot.printable import quoted, shortened
+from poinsot.suggestions import nearest
 
 __all__ = [
     "broadcast_members",

@@ -26,12 +26,13 @@ from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.printable import nearest, quoted
+from poinsot.printable import quoted
 from poinsot.scenarios.errors import MISSING, Errors, has, maker_at
 from poinsot.scenarios.folder import Folder
 from poinsot.scenarios.registry import RENAMED, RENAMED_TYPES, Group, Key, default_of, makers
 from poinsot.scenarios.schema import MAX_TIMES, STARTS, STATE, converted, scenario_model, short
 from poinsot.scenarios.toml_text import Path, parsed_toml
+from poinsot.suggestions import nearest
 
 __all__ = ["Parts"]
 

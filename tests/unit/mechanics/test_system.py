@@ -268,3 +268,11 @@ def test_a_question_about_a_structure_is_asked_once():
     assert pickle.loads(pickle.dumps(systems[0])).dynamics.known(question) == 1
     assert pt.System(systems[0].body, Push(2.0), Push(3.0)).dynamics.known(question) == 2
     assert len(asked) == 2
+
+
+@pytest.mark.parametrize(
+    ("word", "symbol"),
+    [("seconds", "s"), ("sec", "s"), ("Minutes", "min"), ("hours", "h"), ("days", "d"), ("years", "yr"), ("TU", "TU")],
+)
+def test_words_for_units_of_time(word, symbol):
+    assert pt.System(pt.Body((1.0, 1.0, 1.0)), units={"time": word}).units["time"] == symbol
