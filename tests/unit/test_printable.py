@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from poinsot.printable import described, kind_of, message_of, printable, quoted, shortened
-from poinsot.suggestions import nearest
+from poinsot.printable import described, kind_of, message_of, nearest, printable, quoted, shortened
 
 
 class Silent:

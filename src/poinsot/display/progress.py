@@ -14,26 +14,24 @@ if TYPE_CHECKING:
     from rich import progress as rich_progress
     from rich.console import Console, RenderableType
 
-__all__ = ["Progress", "ReportProgress", "bar", "later"]
+__all__ = ["Progress", "Report", "bar", "later"]
 
 DELAY = 0.5
 """Seconds before a progress bar appears."""
 
 
-class ReportProgress(Protocol):
+class Report(Protocol):
     """Function that receives the progress of a run."""
 
     def __call__(self, more: float, part: str = "") -> None:
         """Add an amount to the part of the run that is done, and name the next part, if it has a name."""
 
 
-Progress = bool | ReportProgress
+Progress = bool | Report
 """True to show a progress bar, or the function that receives the progress as a part of a longer run."""
 
 
-def bar(
-    what: str, total: float, wanted: Progress, console: Console | None = None
-) -> AbstractContextManager[ReportProgress]:
+def bar(what: str, total: float, wanted: Progress, console: Console | None = None) -> AbstractContextManager[Report]:
     """Return a context in which a progress bar shows what is done, the rate or the part, and the remaining time.
 
     Parameters
@@ -42,7 +40,7 @@ def bar(
         Name of the quantity that is counted.
     total : float
         Amount of the whole run.
-    wanted : bool or ReportProgress
+    wanted : bool or Report
         True to show the bar. A function receives the progress in its place.
     console : Console, optional
         Default: the standard error.
@@ -53,7 +51,7 @@ def bar(
 
 
 @contextmanager
-def _shown(what: str, total: float, console: Console | None) -> Iterator[ReportProgress]:
+def _shown(what: str, total: float, console: Console | None) -> Iterator[Report]:
     lock, done, text, start = threading.Lock(), 0.0, "", clock.perf_counter()
 
     def started() -> rich_progress.Progress:

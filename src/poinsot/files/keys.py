@@ -9,8 +9,7 @@ from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from poinsot.errors import level_of_user
-from poinsot.printable import quoted, shortened
-from poinsot.suggestions import nearest
+from poinsot.printable import nearest, quoted, shortened
 
 __all__ = ["Entry", "Keys"]
 
