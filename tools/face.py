@@ -32,10 +32,10 @@ SHARED = {
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
     "*.attitude_formats *.parsed_scenario *.repetition",
-    "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
-    "radiation.[A-Z][A-Z]* radiation.Sunlight facets.ORDINARY_DRAG",
+    "forces": "point_masses.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
+    "radiation.[A-Z][A-Z]* radiation.Sunlight facets.PLATE_DRAG_COEFFICIENT",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
-    "solutions.* theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
+    "theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
     "fixed.HeldPosition",
     "parts": "",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "

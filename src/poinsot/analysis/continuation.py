@@ -21,7 +21,7 @@ from poinsot.analysis.period_map import FAMILY_TOLERANCE, Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded
-from poinsot.display.progress import Report, bar
+from poinsot.display.progress import ReportProgress, bar
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.named_parameters import NamedNumber
@@ -293,7 +293,7 @@ class _Curve:
         self.found += bifurcations(self.problem, self.places[-1], place, len(self.places) - 1)
         self.places.append(place)
 
-    def follow(self, report: Report) -> str:
+    def follow(self, report: ReportProgress) -> str:
         """Follow the curve and return the reason for its end."""
         size, name = FIRST_STEP, self.problem.name
         while len(self.places) < MAX_POINTS:

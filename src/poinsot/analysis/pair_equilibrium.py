@@ -206,7 +206,7 @@ def pair_equilibria(
     place = np.linalg.norm(guess.position)
     lengths = np.atleast_1d(real_array("distances", [place] if distances is None else distances, (None,)))
     refuse_nonpositive("distances", lengths)
-    found, here = [], _Balance.of(system, guess)
+    found, here = [], _PairBalance.of(system, guess)
     for length in lengths:
         here = here.at_distance(float(length)).settled()
         found.append(here.equilibrium(guess.time))
@@ -214,7 +214,7 @@ def pair_equilibria(
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class _Balance:
+class _PairBalance:
     """Two bodies at rest in turning axes, nearly.
 
     Attributes
@@ -236,7 +236,7 @@ class _Balance:
     spins: tuple[float, ...]
 
     @classmethod
-    def of(cls, system: System[TwoBodies], guess: PairState) -> _Balance:
+    def of(cls, system: System[TwoBodies], guess: PairState) -> _PairBalance:
         flow, states = _Flow(system), list(guess.of_bodies.values())
         attitudes = np.array([state.quaternion for state in states])
         position, velocity = guess.position, guess.momentum / float(system.body.reduced_mass)
@@ -246,7 +246,7 @@ class _Balance:
         spins = tuple(0.0 if axis is None else float(w @ axis) for w, axis in zip(omegas, axes, strict=True))
         return cls(flow, attitudes, position, rate, axes, spins)
 
-    def at_distance(self, distance: float) -> _Balance:
+    def at_distance(self, distance: float) -> _PairBalance:
         """Return the same at another distance, with the rate that Kepler's third law makes of it."""
         ratio = distance / float(np.linalg.norm(self.position))
         return dataclasses.replace(self, position=ratio * self.position, rate=self.rate * ratio**-1.5)
@@ -321,7 +321,7 @@ class _Balance:
         places = [3, 4, 5, 9, 10, 11, 15, 16, 17]
         return rates[places], slope[places]
 
-    def settled(self) -> _Balance:
+    def settled(self) -> _PairBalance:
         """Return the equilibrium to which Newton's method leads."""
         here = self
         for _ in range(MAX_ITERATIONS):
@@ -341,7 +341,7 @@ class _Balance:
             "Only a body that is symmetric about an axis may spin about it."
         )
 
-    def _moved(self, step: Array) -> _Balance:
+    def _moved(self, step: Array) -> _PairBalance:
         turns = np.array([[1.0, *step[:3] / 2], [1.0, *step[3:6] / 2]])
         attitudes = quat.product(self.attitudes, turns / np.linalg.norm(turns, axis=1, keepdims=True))
         return dataclasses.replace(self, attitudes=attitudes, rate=self.rate + step[6:])
