@@ -9,10 +9,10 @@ from functools import partial
 
 import numpy as np
 
-from poinsot.taylor import llvm_functions
 from poinsot.taylor.context import Body, Context, Work
-from poinsot.taylor.decomposition import Decomposition
+from poinsot.taylor.decomposition import Decomposition, Schedule
 from poinsot.taylor.detection import Detection
+from poinsot.taylor.elementary import rough_exp2, rough_log2
 from poinsot.taylor.layouts import Layout, Single, layout_of
 from poinsot.taylor.llvm_ir import (
     ATTRIBUTES,
@@ -28,7 +28,6 @@ from poinsot.taylor.llvm_ir import (
 from poinsot.taylor.recurrences import HigherOrder, ZerothOrder
 from poinsot.taylor.rescaling import Rescaling
 from poinsot.taylor.sampling import SAMPLE, Jumps, Sampling
-from poinsot.taylor.schedule import Schedule
 from poinsot.taylor.tasks import Status, Tasks
 
 __all__ = ["KernelProgram"]
@@ -203,11 +202,9 @@ class KernelProgram:
         for order, least in zip(orders, (1.0, 1e-300, 1e-300), strict=True):
             states = work.states(order)
             sizes = [abs(states[k].high) for k in range(self.context.variables)]
-            largest.append(llvm_functions.rough_log2(_in_pairs(sizes, Value.larger).larger(least)))
+            largest.append(rough_log2(_in_pairs(sizes, Value.larger).larger(least)))
         radius = [(largest[0] - high) * (1 / n) for n, high in zip(orders[1:], largest[1:], strict=True)]
-        length = llvm_functions.rough_exp2(
-            radius[0].smaller(radius[1]) + (-0.7 / (self.context.order - 1) - 2.0) / math.log(2.0)
-        )
+        length = rough_exp2(radius[0].smaller(radius[1]) + (-0.7 / (self.context.order - 1) - 2.0) / math.log(2.0))
         return work.in_unit(length).smaller(work.doubles("limit")[0])
 
     def _step(self, work: Work) -> None:

@@ -6,15 +6,13 @@ lanes. Both layouts, in vectors of any length, give the same bits.
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import math
 
 from poinsot.taylor.decomposition import Decomposition
 from poinsot.taylor.kernel_program import KernelProgram
 from poinsot.taylor.layouts import Layout
-from poinsot.taylor.llvm_functions import LIBRARY
-from poinsot.taylor.llvm_ir import machine_code
+from poinsot.taylor.object_cache import function_of
 from poinsot.taylor.queue import Kernel
 
 __all__ = ["ROUNDING", "Code", "compiled", "order_of"]
@@ -35,9 +33,7 @@ class Code(Kernel):
     def __init__(self, program: KernelProgram) -> None:
         super().__init__(program)
         self.budget = max(BUDGET * SMALL_SYSTEM // max(program.sums, SMALL_SYSTEM), 1)
-        self._engine = machine_code(str(program.module), LIBRARY)
-        address = self._engine.get_function_address("advance")
-        self.advance = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64)(address)
+        self.advance = function_of(program.module, "advance")
 
 
 @functools.lru_cache(MAX_KERNELS)

@@ -13,8 +13,8 @@ from typing import Literal, TypeVar
 
 from typing_extensions import override
 
+from poinsot.taylor.decomposition import CoefficientRow, Schedule
 from poinsot.taylor.llvm_ir import DOUBLE, Array, Value, Wide, host_features, vector
-from poinsot.taylor.schedule import CoefficientRow, Schedule
 
 __all__ = ["Batch", "Layout", "Rolled", "Single", "layout_of"]
 

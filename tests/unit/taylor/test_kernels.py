@@ -12,7 +12,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from poinsot.taylor import layouts, llvm_ir, recurrences, rescaling
+from poinsot.taylor import layouts, object_cache, recurrences, rescaling
 from poinsot.taylor.decomposition import (
     Coefficient,
     Decomposition,
@@ -278,7 +278,7 @@ def test_optimization_changes_no_bit(layout, name, monkeypatch):
     times, states = np.linspace(0.0, SYSTEMS[name][1], 23)[1:], starts(name, 3)
     found = []
     for level in (0, 1, 2):
-        monkeypatch.setattr(llvm_ir, "CODE_GENERATION", level)
+        monkeypatch.setattr(object_cache, "CODE_GENERATION", level)
         code = Code(KernelProgram(DECOMPOSITIONS[name], ORDER, 8, layout))
         found.append(integrated(code, states, times)[0])
     for other in found[1:]:

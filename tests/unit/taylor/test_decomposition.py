@@ -5,8 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from poinsot.taylor.decomposition import Decomposition, Product, Variable
-from poinsot.taylor.schedule import GROUP, Schedule
+from poinsot.taylor.decomposition import GROUP, Decomposition, Product, Schedule, Variable
 
 
 @pytest.mark.parametrize(("states", "products"), [(4, 9), (7, 28), (9, 60), (30, 200)])
