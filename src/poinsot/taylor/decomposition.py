@@ -32,6 +32,7 @@ __all__ = [
     "Crossing",
     "Decomposition",
     "Draft",
+    "DraftOperand",
     "Function",
     "InnerSum",
     "Invariant",
@@ -48,6 +49,7 @@ __all__ = [
     "Time",
     "Variable",
     "magnitude",
+    "operands_of",
     "varying",
 ]
 
@@ -182,6 +184,23 @@ Draft: TypeAlias = (
     Variable | Time | Sum[Monomial] | Quotient[Monomial] | Function[Monomial] | Select[Monomial] | Invariant[Monomial]
 )
 """An operation on monomials."""
+
+DraftOperand: TypeAlias = Coefficient | Monomial
+"""A coefficient, or the numbers of drafts that are multiplied."""
+
+
+def operands_of(draft: Draft) -> tuple[DraftOperand, ...]:
+    """Return the coefficients and monomials that a draft combines."""
+    match draft:
+        case Sum(terms):
+            return tuple([x for _, x in terms])
+        case Quotient() | Select():
+            return draft[-2:]
+        case Invariant(roots):
+            return roots
+        case Function(_, arguments):
+            return arguments
+    return ()
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,6 @@ from typing import TypeAlias
 import numpy as np
 from typing_extensions import override
 
-from poinsot.taylor.decomposition import Number
-
 __all__ = [
     "ATTRIBUTES",
     "BOOL",
@@ -42,6 +40,9 @@ __all__ = [
 ]
 
 DOUBLE, INTEGER, BOOL, POINTER = "double", "i64", "i1", "ptr"
+
+Number: TypeAlias = float | Fraction
+"""A constant."""
 
 Argument: TypeAlias = "Value | Number"
 """The second operand of an operator."""
@@ -503,6 +504,11 @@ class Structure:
 
     def __init__(self, address: Value, kind: np.dtype[np.void]) -> None:
         self.address, self._kind = address, kind
+
+    @staticmethod
+    def of(array: Value, index: Value, kind: np.dtype[np.void]) -> Structure:
+        """Return a structure of an array of structures, from the address of the array."""
+        return Structure(Array(array, f"[{kind.itemsize} x i8]").at(index), kind)
 
     def array(self, name: str, kind: str = DOUBLE) -> Array:
         """Return a field as elements of a type; low parts of double-double numbers fill the second half of a field."""

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 
 from typing_extensions import override
 
-from poinsot.taylor.context import Work
 from poinsot.taylor.decomposition import Coefficient, CoefficientRow, Invariant, Operand, Schedule, magnitude, varying
 from poinsot.taylor.elementary import elementary
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Value
+from poinsot.taylor.memory import Work
 
 __all__ = ["HigherOrder", "ZerothOrder"]
 
