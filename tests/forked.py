@@ -17,8 +17,8 @@ CLEAN = """
 import atexit, gc, json, os, sys, traceback
 import astropy.time, dask.distributed, llvmlite.binding, matplotlib.figure, netCDF4, typer, xarray
 import poinsot.cli.app, poinsot.cli.runs, poinsot.integration.run, poinsot.files.netcdf
-import poinsot.files.scenarios.schema
-xarray.Dataset({"x": ("t", [0.0])}), poinsot.files.scenarios.schema.scenario_model()  # they import and build for long
+import poinsot.scenarios.schema
+xarray.Dataset({"x": ("t", [0.0])}), poinsot.scenarios.schema.scenario_model()  # they import and build for long
 gc.freeze()
 for line in sys.stdin:
     child = os.fork()

@@ -899,7 +899,7 @@ def public_calls(folder):
         ),
         "view": (
             pt.view,
-            {"motion": motion(), "path": folder / "out.html", "beside": motion(), "overwrite": True},
+            {"motion": motion(), "path": folder / "out.html", "others": motion(), "overwrite": True},
         ),
         "write_aem": (
             pt.files.write_aem,

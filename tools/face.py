@@ -19,7 +19,7 @@ from typing import Any, get_args, get_type_hints
 from poinsot.cli import app
 from poinsot.cli.terminal import listed_formats
 from poinsot.files.attitudes.attitude_format import attitude_formats
-from poinsot.files.scenarios.schema import schema
+from poinsot.scenarios.schema import schema
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "poinsot"
@@ -29,9 +29,9 @@ SHARED = {
     "*.LOOSE *.bifurcations *.grows_with_time *.recognised *.refuse_open",
     "control": "",
     "events": "",
-    "files": "attitudes.adm.* ccsds.* conversions.* keys.* netcdf_reader.* netcdf_writer.* reader_process.* spice*.* "
-    "untrusted.* rows.* scenarios.[!s]* scenarios.schema.* *.*_of *.rates_per_second *.dated_calendar "
-    "*.attitude_formats *.parsed_scenario *.rebuilt_system *.repetition",
+    "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
+    "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
+    "*.attitude_formats *.parsed_scenario *.repetition",
     "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
     "radiation.[A-Z][A-Z]* radiation.Sunlight facets.ORDINARY_DRAG",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "

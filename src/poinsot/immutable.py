@@ -7,6 +7,7 @@ after the construction would be shown and not integrated.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import inspect
 import operator
 from abc import ABCMeta
@@ -17,7 +18,7 @@ import numpy as np
 
 from poinsot.printable import quoted
 
-__all__ = ["Immutable", "ReadOnlyDict", "copied", "owned", "read_only"]
+__all__ = ["Immutable", "ReadOnlyDict", "cached_property", "copied", "owned", "read_only"]
 
 Kind = TypeVar("Kind")
 
@@ -99,7 +100,23 @@ def _seal(attributes: dict[str, Any], change: Any) -> None:
 
 if TYPE_CHECKING:
     from abc import ABCMeta as Construction
+    from functools import cached_property
 else:
+
+    class cached_property(functools.cached_property):  # noqa: N801
+        """A cached property without a lock, as in Python 3.12, whose arrays are read-only.
+
+        A lock doubles the time. Two threads may both compute a value; one of the two values stays.
+        """
+
+        def __get__(self, instance: Any, owner: type | None = None) -> Any:
+            if instance is None:
+                return self
+            value = self.func(instance)
+            if value.__class__ is np.ndarray or self.attrname[0] != "_":  # a private dictionary may be a cache
+                value = read_only(value)
+            instance.__dict__[self.attrname] = value
+            return value
 
     class Construction(ABCMeta):
         """The class of immutable classes: it opens an object for its `__init__`, and closes the object afterwards."""

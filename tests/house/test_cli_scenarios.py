@@ -17,7 +17,7 @@ import forked
 import poinsot as pt
 from poinsot.cli import app, plots
 from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
-from poinsot.files.scenarios import scenario as scenarios
+from poinsot.files import scenario as scenarios
 from poinsot.plot.distribution import QUANTITIES
 from poinsot.propagation.row_source import MemoryRows
 

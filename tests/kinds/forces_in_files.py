@@ -4,9 +4,9 @@ import numpy as np
 
 import poinsot as pt
 from kinds.forces import MAGNETIC_FIELDS
-from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.propagation.row_source import MemoryRows
-from poinsot.propagation.system_text import text_of
+from poinsot.propagation.scenario_of_motion import scenario_of
+from poinsot.scenarios.system_text import rebuilt_system
 
 ELLIPSE = pt.KeplerOrbit(1.1, semimajor_axis=1.3, eccentricity=0.3, inclination=0.7, node=-0.4, epoch=0.2)
 ROCKS = [
@@ -69,7 +69,7 @@ def comes_back(body, force) -> bool:
     """Whether a system comes back from its own text with the same formulas and the same numbers, to the bit."""
     system = pt.System(body, force)
     motion = pt.Trajectory(system, FIRST.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.zeros(1), MemoryRows({}), RUN)
-    text = text_of(motion)
+    text = scenario_of(motion)
     again = rebuilt_system(text.text, "it", data=text.data)
     here, there = system.dynamics, again.dynamics
     same = [own.tobytes() == other.tobytes() for own, other in zip(here.numbers, there.numbers, strict=True)]

@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 import poinsot as pt
-from poinsot.propagation.ensemble_store import EnsembleStore
+from poinsot.storage.ensemble_store import EnsembleStore
 
 COUNT, CHUNK = 10, 4
 BODY = pt.Body((1.25, 1.0, 0.75))

@@ -8,7 +8,7 @@ import poinsot as pt
 from kinds import concrete_subclasses
 from kinds.forces_in_files import FIRST, OF_ONE, OF_TWO, PAIR, comes_back, label
 from kinds.parts import PARTS
-from poinsot.files.scenarios.registry import keys_of
+from poinsot.scenarios.registry import keys_of
 
 
 @pytest.fixture(autouse=True)

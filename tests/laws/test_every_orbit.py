@@ -9,10 +9,10 @@ from numpy.polynomial.legendre import leggauss
 import poinsot as pt
 from kinds import concrete_subclasses
 from kinds.orbits import ORBITS, along
-from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.orbits.ephemeris import PolynomialArc
 from poinsot.orbits.restricted_three_body import ThreeBodyView
-from poinsot.propagation.system_text import text_of
+from poinsot.propagation.scenario_of_motion import scenario_of
+from poinsot.scenarios.system_text import rebuilt_system
 
 EPS = np.finfo(float).eps
 
@@ -228,7 +228,7 @@ def test_the_text_of_a_system_makes_the_orbit_again(orbit):
     if isinstance(orbit, PolynomialArc | pt.orbits.Ephemeris):  # kept beside the text
         return
     motion = pt.propagate(pt.System(BODY, pt.GravityGradient(orbit)), START, [-0.4])
-    again = rebuilt_system(text_of(motion).text, "it")
+    again = rebuilt_system(scenario_of(motion).text, "it")
     assert [float(x).hex() for x in again.dynamics.numbers] == [float(x).hex() for x in motion.system.dynamics.numbers]
     assert again.dynamics.structure == motion.system.dynamics.structure
 

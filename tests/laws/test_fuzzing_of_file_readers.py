@@ -15,7 +15,7 @@ import pytest
 import poinsot as pt
 from fuzzing import mutant
 from poinsot.files.attitudes import ck
-from poinsot.files.scenarios.template import START
+from poinsot.scenarios.template import START
 from tumbling import MOTION, NAMED
 from unit.files.bodies import test_fields
 from unit.files.orbits import test_oem, test_tle

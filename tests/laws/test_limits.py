@@ -122,7 +122,7 @@ def measure(folder):
     import trimesh.exchange.obj  # noqa: F401
     import xarray
 
-    from poinsot.files.scenarios.schema import scenario_model
+    from poinsot.scenarios.schema import scenario_model
 
     assert astropy.time
     assert netCDF4

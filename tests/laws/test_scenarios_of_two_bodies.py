@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.files.scenarios.scenario import parsed_scenario, repetition
+from poinsot.files.scenario import parsed_scenario, repetition
 
 PAIR = """\
 title = "two"

@@ -10,7 +10,7 @@ from astropy import units as u
 from astropy.time import Time
 
 import poinsot as pt
-from poinsot.propagation.run_record import RunRecord
+from poinsot.storage.run_record import RunRecord
 from public_calls import ELLIPSE, START, TOP, public_calls
 
 ANGLES = {

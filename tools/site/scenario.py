@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import poinsot
-from poinsot.files.scenarios.registry import makers
-from poinsot.files.scenarios.schema import schema
 from poinsot.mechanics.gravity_field import GravityField
+from poinsot.scenarios.registry import makers
+from poinsot.scenarios.schema import schema
 
 __all__ = ["pages"]
 

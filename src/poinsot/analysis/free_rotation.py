@@ -9,16 +9,17 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told
+from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.double_double import DoubleDouble
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.andoyer import Andoyer
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, common_members
+from poinsot.mechanics.times import common_members
+from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 
@@ -215,11 +216,11 @@ class FreeRotation(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Free rotation of {rounded(repr(self.body))}", {
             "mode": ", ".join(np.unique(self.mode)),
-            "precession period": told(self.precession_period),
-            "rotation period": told(self.rotation_period),
-            "nutation range": told(np.stack(self.nutation_range), "rad"),
-            "angular momentum": told(self.angular_momentum),
-            "energy": told(self.energy),
+            "precession period": formatted(self.precession_period),
+            "rotation period": formatted(self.rotation_period),
+            "nutation range": formatted(np.stack(self.nutation_range), "rad"),
+            "angular momentum": formatted(self.angular_momentum),
+            "energy": formatted(self.energy),
         }
 
 

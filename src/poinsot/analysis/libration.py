@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.members import expanded
@@ -75,10 +75,10 @@ class Librations(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return "Librations", {
-            "yaw": told(self.yaw, "rad"),
-            "pitch": told(self.pitch, "rad"),
-            "roll": told(self.roll, "rad"),
-            "tumbles": told(self.tumbles),
+            "yaw": formatted(self.yaw, "rad"),
+            "pitch": formatted(self.pitch, "rad"),
+            "roll": formatted(self.roll, "rad"),
+            "tumbles": formatted(self.tumbles),
         }
 
 

@@ -15,23 +15,23 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.analysis.multipliers import SLOW, Multipliers
+from poinsot.analysis.multipliers import MULTIPLIER_TOLERANCE, Multipliers
 from poinsot.analysis.pair_equilibrium import refuse_open
 from poinsot.analysis.pair_period_map import PairPeriodMap
 from poinsot.analysis.period_map import PeriodMap, Point
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told
+from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.state import AnyState, PairState, State
 from poinsot.mechanics.system import System, is_of_two_bodies
+from poinsot.mechanics.times import common_members
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.printable import described, kind_of
-from poinsot.propagation.arguments import common_members
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Inclination
@@ -43,8 +43,8 @@ __all__ = ["CassiniState", "PeriodicMotion", "cassini_state", "periodic_motion",
 
 Array = NDArray[Any]
 
-SAMPLES = 256
-"""Of a mean over a period."""
+SAMPLES_PER_PERIOD = 256
+"""Number of samples of a mean over a period."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -103,7 +103,7 @@ class PeriodicMotion(Summarized):
     @property
     def turn(self) -> float:
         """Angle by which the frame rotates in a period; for two bodies, about their total angular momentum."""
-        times = self.state.time + self.period * np.arange(SAMPLES) / SAMPLES
+        times = self.state.time + self.period * np.arange(SAMPLES_PER_PERIOD) / SAMPLES_PER_PERIOD
         return self.period * float(np.mean(np.linalg.norm(self.frame.omega_space(times), axis=-1)))
 
     @property
@@ -118,7 +118,7 @@ class PeriodicMotion(Summarized):
         return self.period / (2 * np.pi) * np.array(means)
 
     @checked
-    def over_period(self, count: int = SAMPLES) -> Trajectory:
+    def over_period(self, count: int = SAMPLES_PER_PERIOD) -> Trajectory:
         """Return the motion at evenly spaced times of one period, including its initial state but not its end."""
         refuse_nonpositive("count", count)
         return propagate(self.system, self.state, self.state.time + self.period * np.arange(count) / count)
@@ -127,14 +127,14 @@ class PeriodicMotion(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         units = DerivedUnits(self.system.units)
         return f"Periodic motion of {rounded(repr(self.system))}", {
-            "period": told(self.period, units.time),
+            "period": formatted(self.period, units.time),
             "stable": "yes" if self.stable else "no",
-            "frequencies": told(self.frequencies, units.rate_in_words),
-            "growth rates": told(self.growth_rates, units.per_time),
-            "rotations in a period": told(np.round(self.rotations, 6), ""),
-            "turn of the frame in a period": told(self.turn, "rad"),
+            "frequencies": formatted(self.frequencies, units.rate_in_words),
+            "growth rates": formatted(self.growth_rates, units.per_time),
+            "rotations in a period": formatted(np.round(self.rotations, 6), ""),
+            "turn of the frame in a period": formatted(self.turn, "rad"),
             **{
-                f"{body and f'{body}: '}{what}": told(value, unit)
+                f"{body and f'{body}: '}{what}": formatted(value, unit)
                 for body, state in self.state.of_bodies.items()
                 for what, value, unit in (
                     ("attitude at the start (quaternion, body to space)", state.quaternion, ""),
@@ -212,7 +212,9 @@ def _motion(system: System, state: AnyState, period: float, frame: Frame, matrix
     multipliers = Multipliers(free).values
     with np.errstate(divide="ignore"):  # what a sample sets anew has the multiplier 0
         exponents = np.log(multipliers)
-    frequencies, growth = (np.sort(part[part > SLOW]) / period for part in (exponents.imag, exponents.real))
+    frequencies, growth = (
+        np.sort(part[part > MULTIPLIER_TOLERANCE]) / period for part in (exponents.imag, exponents.real)
+    )
     return PeriodicMotion(system, state, period, frame, matrix, multipliers, frequencies, growth)
 
 
@@ -230,7 +232,7 @@ def _of_pair(system: System[TwoBodies], guess: Any, period: float) -> PeriodicMo
 
 def _revolutions(system: System[TwoBodies], state: PairState, period: float, about: Array, turn: float) -> float:
     """Return how often the line of centres turns in a period beyond a turn in (-pi, pi]."""
-    motion: Any = propagate(system, state, state.time + period * np.arange(SAMPLES + 1) / SAMPLES)
+    motion: Any = propagate(system, state, state.time + period * np.arange(SAMPLES_PER_PERIOD + 1) / SAMPLES_PER_PERIOD)
     first = state.position - (state.position @ about) * about
     longitudes = np.unwrap(np.arctan2(motion.position @ np.cross(about, first), motion.position @ first))
     return float(np.round((longitudes[-1] - longitudes[0] - turn) / (2 * np.pi)))
@@ -287,10 +289,10 @@ class CassiniState(Summarized):
         units = DerivedUnits(self.motion.system.units)
         names = ("longitude", "precession", "wobble")
         return f"Cassini state of {rounded(repr(self.motion.system))}", {
-            "obliquity": told(self.obliquity, "rad"),
-            "inclination": told(self.inclination, "rad"),
-            **{f"frequency of {name}": told(getattr(self, name), units.rate_in_words) for name in names},
-            "period": told(self.motion.period, units.time),
+            "obliquity": formatted(self.obliquity, "rad"),
+            "inclination": formatted(self.inclination, "rad"),
+            **{f"frequency of {name}": formatted(getattr(self, name), units.rate_in_words) for name in names},
+            "period": formatted(self.motion.period, units.time),
         }
 
 
@@ -373,7 +375,7 @@ def _named(motion: PeriodicMotion) -> tuple[float, float, float]:
     """Return the frequencies of longitude, precession and wobble, told apart by how axis and momentum move in them."""
     multipliers, modes = np.linalg.eig(motion.matrix)
     angles, growth = np.angle(multipliers), np.log(np.abs(multipliers))
-    swings = (angles > SLOW) & (np.abs(growth) < SLOW)
+    swings = (angles > MULTIPLIER_TOLERANCE) & (np.abs(growth) < MULTIPLIER_TOLERANCE)
     if np.sum(swings) != 3:
         return float("nan"), float("nan"), float("nan")
     frequencies, sizes = angles[swings] / motion.period, np.abs(modes[:, swings])

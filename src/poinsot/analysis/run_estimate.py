@@ -11,23 +11,24 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told_times
+from poinsot.display.html_text import Summarized, formatted_times, rounded
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, checked_threads, checked_times, common_members
-from poinsot.propagation.chunk_plan import Chunking
-from poinsot.propagation.memory import available_memory
+from poinsot.mechanics.times import checked_times, common_members
+from poinsot.propagation.arguments import broadcast_members, checked_threads
 from poinsot.propagation.propagate import propagate
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking
+from poinsot.storage.memory import available_memory
 
 __all__ = ["RunEstimate", "estimate_run"]
 
-LONG_ENOUGH = 0.3
-"""Seconds of a sample from which the whole is estimated."""
+MIN_SAMPLE_SECONDS = 0.3
+"""Shortest sample from which the whole is estimated, seconds."""
 
-AT_ONCE = 16
-"""Members of the first sample for each thread: two batches."""
+FIRST_SAMPLE_MEMBERS = 16
+"""Number of members of the first sample for each thread: two batches."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,7 +89,7 @@ class RunEstimate(Summarized):
         more = (f"{n}: {_duration(self.seconds_on(n))}" for n in (2, 10, 100))
         return f"Estimate of a run of {rounded(repr(self.system))}", {
             "members": str(self.members),
-            "times": told_times(self.times, self.system.units["time"]),
+            "times": formatted_times(self.times, self.system.units["time"]),
             "result": f"{_size(self.bytes)}, {fits} ({_size(self.memory)})",
             "time here": f"{_duration(self.seconds)} on {self.threads} thread{'s' * (self.threads > 1)}",
             "time on workers like this machine": ", ".join(more) if self.members > 1 else "",
@@ -141,18 +142,18 @@ def estimate_run(
         motion = propagate(*given, t[:rows], **options | {"threads": threads, "progress": False})
         return clock.perf_counter() - began, sum(8 * x.shape[-1] for x in motion.phase.values())
 
-    some, rows = min(AT_ONCE * cores, count), max(t.size // 64, min(t.size, 2))
+    some, rows = min(FIRST_SAMPLE_MEMBERS * cores, count), max(t.size // 64, min(t.size, 2))
     first, _ = run(some, rows)
     seconds, row = run(some, rows)
     compilation = max(first - seconds, 0.0)
-    while seconds < LONG_ENOUGH and (some, rows) != (count, t.size):
+    while seconds < MIN_SAMPLE_SECONDS and (some, rows) != (count, t.size):
         some, rows = (some, min(4 * rows, t.size)) if rows < t.size else (min(4 * some, count), rows)
         seconds, row = run(some, rows)
     span, sampled = (float(np.max(np.abs(part - origin))) for part in (t, t[:rows]))
     share = sampled / span if span > 0 and sampled > 0 else rows / t.size
     size = count * t.size * row
-    told = (seconds * count / (some * share), compilation, some)
-    return RunEstimate(system, count, t, size, available_memory(), cores, *told)
+    timing = (seconds * count / (some * share), compilation, some)
+    return RunEstimate(system, count, t, size, available_memory(), cores, *timing)
 
 
 def _size(count: float) -> str:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
 from poinsot.mechanics.andoyer import Andoyer
@@ -24,10 +24,9 @@ from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import same
 from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import OfOneBody, System
+from poinsot.mechanics.times import checked_time
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import described, quoted
-from poinsot.propagation.arguments import checked_time
-from poinsot.propagation.chunk_plan import Plan
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import (
     Analysis,
@@ -41,6 +40,7 @@ from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Angle, Angles, AngularVelocities, Time
+from poinsot.storage.chunk_plan import Plan
 
 if TYPE_CHECKING:
     import xarray
@@ -49,8 +49,8 @@ __all__ = ["Section", "andoyer_section", "section", "spin_orbit_section"]
 
 Array = NDArray[Any]
 
-ON_SECTION = 64 * np.finfo(float).eps
-"""How far from the angle of a section, in radians, a start lies on it."""
+SECTION_TOLERANCE = 64 * np.finfo(float).eps
+"""Largest distance from the angle of a section, radians, at which a start lies on the section."""
 
 Coordinates = Callable[[EventRecord], tuple[ArrayLike, ArrayLike]]
 
@@ -92,16 +92,16 @@ class Section(Summarized):
             if one
         }
         motion = self.motion
-        told = motion.run.attributes(motion.failures)
-        return dataset_of_result("Section of motions", motion.system, motion.times, found, {}, told)
+        attributes = motion.run.attributes(motion.failures)
+        return dataset_of_result("Section of motions", motion.system, motion.times, found, {}, attributes)
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"Section of {len(self.x)} motion{'s' * (len(self.x) > 1)} of {rounded(repr(self.motion.system))}", {
-            "times": told_times(self.motion.times, self.motion.system.units["time"]),
+            "times": formatted_times(self.motion.times, self.motion.system.units["time"]),
             "points": str(int(np.sum(np.isfinite(self.x)))),
-            self.labels[0]: told(self.x),
-            self.labels[1]: told(self.y),
+            self.labels[0]: formatted(self.x),
+            self.labels[1]: formatted(self.y),
         }
 
 
@@ -330,7 +330,7 @@ def _with_starts(found: Section, starts: Andoyer, angle: Angles) -> Section:
     """Return a section with the starts that lie on it as first points: no zero is an event where a motion starts."""
     own = (starts.g - angle, starts.l, starts.L / starts.G)
     off, l, height = (np.broadcast_to(part, len(found.x)) for part in own)
-    on = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) <= ON_SECTION
+    on = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) <= SECTION_TOLERANCE
     if not np.any(on):
         return found
     first = np.where(on[:, None], np.stack([l, height], axis=-1), np.nan)

@@ -17,23 +17,24 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import real_numbers
+from poinsot.immutable import cached_property
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
-from poinsot.lazy import cached_property
 from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
+from poinsot.mechanics.times import checked_times
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings, checked_times
-from poinsot.propagation.chunk_plan import Chunking, plan_of
+from poinsot.propagation.arguments import RunSettings
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.variational_run import TOGETHER, Derivatives, VariationalRun
+from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, Derivatives, VariationalRun
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking, plan_of
 
 if TYPE_CHECKING:
     import xarray
@@ -82,10 +83,10 @@ class StateTransition(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return f"State transition along a motion of {rounded(repr(self.motion.system))}", {
-            "times": told_times(self.motion.times, self.motion.system.units["time"]),
+            "times": formatted_times(self.motion.times, self.motion.system.units["time"]),
             "parameters": ", ".join(self.parameters),
             "order": "1" if self.second is None else "2",
-            "growth (ln of a column)": told(np.nanmax(self.growth[..., : self._k], axis=(-2, -1))),
+            "growth (ln of a column)": formatted(np.nanmax(self.growth[..., : self._k], axis=(-2, -1))),
         }
 
     @property
@@ -137,7 +138,7 @@ class StateTransition(Summarized):
         if self.second is not None:
             names["other_column"] = list(columns)
             found["second"] = (("coordinate", "column", "other_column"), self.second, "second derivatives")
-        own = {name: ((*rows, *dims), x, {"long_name": told}) for name, (dims, x, told) in found.items()}
+        own = {name: ((*rows, *dims), x, {"long_name": meaning}) for name, (dims, x, meaning) in found.items()}
         return motion.assign(own).assign_coords(names)
 
     def covariance(self, initial: ArrayLike, of_parameters: ArrayLike | None = None) -> Array:
@@ -227,7 +228,7 @@ def state_transition(
     report = Report(np.zeros(out.members, dtype=int))
     for some, groups in _shares(whole.size, len(inputs), order):
         of_some = Derivatives(tuple(inputs[i] for i in some), order, sizes[..., list(some)])
-        run = whole if whole.size <= TOGETHER else whole.repeated(len(groups), of_some)
+        run = whole if whole.size <= MAX_COORDINATES_TOGETHER else whole.repeated(len(groups), of_some)
         unit = np.eye(whole.size)
         start = np.tile(unit[np.array(groups)[:, : len(groups[0]) - len(some)]], (out.members, 1, 1))
         found = run.integrate(start, whole.times, _Share(out, run, groups))
@@ -247,7 +248,7 @@ def state_transition(
 def _shares(k: int, parameters: int, order: int) -> Iterator[Share]:
     """Yield what each kernel integrates."""
     columns, inputs = range(k), range(parameters)
-    if k <= TOGETHER:
+    if k <= MAX_COORDINATES_TOGETHER:
         yield inputs, [range(k + parameters)]
     elif order == 1:
         yield (), [[i] for i in columns]

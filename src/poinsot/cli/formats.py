@@ -213,7 +213,7 @@ def _kind_of(file: Path, head: bytes) -> str:
 
 
 def _of_scenario(file: Path) -> Contents:
-    from poinsot.files.scenarios.scenario import read_scenario
+    from poinsot.files.scenario import read_scenario
 
     job = read_scenario(file)
     lines = [
@@ -262,7 +262,7 @@ def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
 
 def _of_dataset(file: Path, found: Any) -> Contents:
     """Return the contents of a store without whole states: selected variables, or the results of a reduction."""
-    from poinsot.propagation.ensemble_store import EnsembleStore
+    from poinsot.storage.ensemble_store import EnsembleStore
 
     store = EnsembleStore(file)
     sizes = ", ".join(f"{size} along {name}" for name, size in found.sizes.items())

@@ -174,8 +174,8 @@ def view(
     check_ending(path, ".html")
     with busy(f"Reading {file}"):
         motion = _chosen(_loaded(file, member, time), body)
-        beside = None if other is None else _chosen(_loaded(other, None, time), body)
-    report_path(viewed(motion, path, overwrite, beside))
+        others = None if other is None else _chosen(_loaded(other, None, time), body)
+    report_path(viewed(motion, path, overwrite, others))
     advise((path.resolve().as_uri(), "the 3D view, for any browser"))
 
 
@@ -241,12 +241,12 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, *
     return path
 
 
-def viewed(motion: Any, path: Path, overwrite: bool, beside: Any = None) -> Path:
+def viewed(motion: Any, path: Path, overwrite: bool, others: Any = None) -> Path:
     """Write the page of a motion, and return its path."""
     from poinsot.plot.view import view as page_of
 
     with busy(f"Writing {path}"):
-        return page_of(motion, path, beside=beside, overwrite=overwrite)
+        return page_of(motion, path, others=others, overwrite=overwrite)
 
 
 def _check_options(kind: str, given: dict[str, Any]) -> None:

@@ -39,8 +39,8 @@ from poinsot.printable import quoted
 
 __all__ = ["new", "run"]
 
-BYTES = 150
-"""The minimum size of a result, for each time and member."""
+MIN_BYTES_PER_ROW = 150
+"""Smallest size of a result in bytes, for each time and member."""
 
 MAX_LISTED_FAILURES = 10
 """Largest number of members whose failures are listed one by one."""
@@ -66,13 +66,13 @@ def new(
     if schema:
         import json
 
-        from poinsot.files.scenarios.schema import schema as of_scenarios
+        from poinsot.scenarios.schema import schema as of_scenarios
 
         hand_over(json.dumps(of_scenarios(), indent=1) + "\n")
         advise(("poinsot new NAME.toml", "writes an example scenario"))
         return
     from poinsot.atomic_write import write_text
-    from poinsot.files.scenarios.template import START
+    from poinsot.scenarios.template import START
 
     check_ending(file, ".toml")
     check_new(file, overwrite)
@@ -233,7 +233,7 @@ def _report(motion: Any, original: Any, written: dict[str, Any] | None) -> int:
 
 def _store(job: Any, out: Path | None, **of_stores: Any) -> Path | None:
     """Return the store of an ensemble if one is asked for; refuse options that go with one alone."""
-    from poinsot.propagation.arguments import common_members
+    from poinsot.mechanics.times import common_members
 
     named = out is not None and out.suffix == ".zarr"
     if named and common_members(job.system, job.state):
@@ -247,7 +247,7 @@ def _store(job: Any, out: Path | None, **of_stores: Any) -> Path | None:
 
 def _job_in(file: Path) -> tuple[Any, Any]:
     """Return the job that a file describes, and the original motion if the file is a result."""
-    from poinsot.files.scenarios.scenario import read_scenario, repetition
+    from poinsot.files.scenario import read_scenario, repetition
 
     check_there(file)
     if file.suffix == ".toml":
@@ -276,7 +276,7 @@ def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store:
 
 def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bool) -> None:
     """Check the output files before the run."""
-    from poinsot.propagation.arguments import common_members
+    from poinsot.mechanics.times import common_members
 
     members = common_members(job.system, job.state)
     if "view" in names and members:
@@ -288,7 +288,7 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bo
         check_new(path, overwrite or (store and resume), " or --resume" if store else " or --out DIR")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder} must be a folder that can be written, but it is not.")
-    needed, free = BYTES * job.times.size * max(members or (1,)), shutil.disk_usage(folder).free
+    needed, free = MIN_BYTES_PER_ROW * job.times.size * max(members or (1,)), shutil.disk_usage(folder).free
     if free < needed and "partial" in names:
         raise OSError(f"{folder} must have room for some {needed / 1e6:.0f} MB, but {free / 1e6:.0f} MB are free.")
 
@@ -331,8 +331,8 @@ def _stored(job: Any, goes_on: str, overwrite: bool, threads: int | None, chunki
 
 def _remove_store(path: Path) -> None:
     """Remove the store of another run; refuse another folder."""
-    from poinsot.propagation.ensemble_store import EnsembleStore
-    from poinsot.propagation.zarr_group import StoreError
+    from poinsot.storage.ensemble_store import EnsembleStore
+    from poinsot.storage.zarr_group import StoreError
 
     try:
         EnsembleStore(path)

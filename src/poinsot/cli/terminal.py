@@ -90,7 +90,7 @@ RESULTS = (".nc", ".zarr")
 OPTIONS = {
     **{name: f"--{name}" for name in ("body", "chunk", "frame", "member", "orbit", "out", "overwrite")},
     **{name: f"--{name}" for name in ("part", "quantity", "scenario", "zero")},
-    **{"client": "--scheduler", "beside": "--with"},
+    **{"client": "--scheduler", "others": "--with"},
     **{"angle_unit": "--angle-unit", "rate_unit": "--rate-unit", "time_unit": "--time-unit", "other": "--with"},
     "seconds": "--seconds",
     **{"ensemble": "the result", "reference_frame": "--frame", "epoch": "--zero", "calendar": "--zero"},

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.display.html_text import curves, rounded, told, told_times
+from poinsot.display.html_text import curves, formatted, formatted_times, rounded
 
 __all__ = [
     "MotionDescription",
@@ -102,19 +102,19 @@ def motion_summary(motion: MotionDescription) -> tuple[str, dict[str, str]]:
     drift = [(name.removeprefix("drift_"), size) for name, size in known.items() if name.startswith("drift_")]
     kernel, lanes, wall_time = known["kernel"], float(known["lanes"]), float(known["wall_time"])
     return f"Trajectory of {rounded(motion.system)}", {
-        "times": told_times(motion.times, unit),
+        "times": formatted_times(motion.times, unit),
         "members": f"{motion.members}, {motion.failed} failed" if motion.members else "",
         "store": motion.store,
         "method": str(known["method"]) + (steps if known["steps"] else ""),
         "kernel": f"{kernel}, {lanes:g} lanes" if lanes > 1 else str(kernel),
         "variables": f"{known['formulation']}, {known['precision']} precision",
-        "wall time": told(wall_time, "s") if np.isfinite(wall_time) else "",
-        "dense output": "any time" if motion.dense[:1] == (-np.inf,) else told(motion.dense or None, unit),
+        "wall time": formatted(wall_time, "s") if np.isfinite(wall_time) else "",
+        "dense output": "any time" if motion.dense[:1] == (-np.inf,) else formatted(motion.dense or None, unit),
         **{text: f"{known[name]:.3g}" for name, text in ERRORS.items() if name in known},
         "drift": ", ".join(f"{name} {size:.2g}" for name, size in drift) or str(known.get("integrals", "")),
         "events": ", ".join(f"{kind} {count}" for kind, count in motion.events),
         "ended": "; ".join(
-            f"{f'{count} members' if motion.members else f'at t = {told(time)}'}, by {kind}"
+            f"{f'{count} members' if motion.members else f'at t = {formatted(time)}'}, by {kind}"
             for kind, count, time in motion.ends
         ),
         **{name: str(text) for name, text in known.items() if name not in ENTRIES and not name.startswith("drift_")},

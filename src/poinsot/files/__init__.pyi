@@ -13,7 +13,7 @@ from .netcdf import load, save
 from .orbits.oem import read_oem
 from .orbits.spk import spice_orbit
 from .orbits.tle import omm_orbit, tle_orbit
-from .scenarios.scenario import Scenario, read_scenario
+from .scenario import Scenario, read_scenario
 
 __all__ = [
     "AttitudeFormat",

@@ -8,12 +8,12 @@ from typing import Any
 from poinsot.files.attitudes.attitude_format import AttitudeFormat, attitude_formats, format_of
 from poinsot.files.attitudes.attitude_table import table_of
 from poinsot.files.netcdf import SUFFIXES, load, save
-from poinsot.files.scenarios.builder import Parts
-from poinsot.files.scenarios.folder import Folder
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.bodies_of_motion import of_one_body
+from poinsot.scenarios.builder import Parts
+from poinsot.scenarios.folder import Folder
 
 __all__ = ["convert"]
 

@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 
 from poinsot.atomic_write import exists, new_file, new_folder, unwritable
 from poinsot.checked import checked
-from poinsot.files.netcdf_writer import write_netcdf
 from poinsot.files.reader_process import ReaderProcess
-from poinsot.files.scenarios.scenario import rebuilt_system
 from poinsot.mechanics.body import Body, ObliqueBody
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.calendar import Calendar
@@ -28,12 +26,9 @@ from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.printable import described, quoted, shortened
 from poinsot.propagation.columns import RENAMED, Requirement, names_with, static_columns
 from poinsot.propagation.dataset import read_parts, state_variables, text_of_parts, with_present_names
-from poinsot.propagation.ensemble_store import EnsembleStore, save_in_chunks
-from poinsot.propagation.memory import available_memory
 from poinsot.propagation.recorded import RecordedSystem, recorded_integral
 from poinsot.propagation.row_source import MemoryRows, RowSource, StoreRows
-from poinsot.propagation.run_record import Method, RunRecord
-from poinsot.propagation.selection import Chosen
+from poinsot.propagation.scenario_of_motion import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.stored_motion import (
     arrays_in,
     crossings_in,
@@ -47,11 +42,15 @@ from poinsot.propagation.stored_motion import (
     times_in,
     told_crossings,
     told_events,
-    told_run,
 )
-from poinsot.propagation.system_text import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.zarr_group import GROUP, StoreError, plain
+from poinsot.scenarios.system_text import rebuilt_system
+from poinsot.storage.ensemble_store import EnsembleStore, save_in_chunks
+from poinsot.storage.memory import available_memory
+from poinsot.storage.netcdf_writer import write_netcdf
+from poinsot.storage.run_record import Method, RunRecord
+from poinsot.storage.selection import Chosen
+from poinsot.storage.zarr_group import GROUP, StoreError, plain
 
 if TYPE_CHECKING:
     import xarray
@@ -97,8 +96,8 @@ FOREIGN = (OSError, RuntimeError, KeyError, IndexError, TypeError, AttributeErro
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 
-SECONDS_OF_BYTE = 1e-8
-"""Of a processor, to read one."""
+SECONDS_PER_BYTE = 1e-8
+"""Processor time to read a byte, seconds."""
 
 
 @checked
@@ -163,7 +162,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     else:
         with new_folder(path, overwrite, GROUP) as part:
             summary = {name: of_all.attrs[name] for name in of_all.attrs.keys() - motion.variables(()).attrs.keys()}
-            about = {"failures": motion.failures, "run": told_run(motion.run), "summary": summary}
+            about = {"failures": motion.failures, "run": motion.run.of_chunk, "summary": summary}
             save_in_chunks(data, part, about)
     return path
 
@@ -291,10 +290,10 @@ def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     size, left = path.stat().st_size, available_memory()
     if size > left:  # also of a file with holes, which takes less on a disk
         raise ValueError(f"it needs {size} bytes of memory, of which {left} are left")
-    process = ReaderProcess("poinsot.files.netcdf_reader", "", memory=2 * size, files=1)
+    process = ReaderProcess("poinsot.storage.netcdf_reader", "", memory=2 * size, files=1)
     with contextlib.closing(process):
         (attributes, told), arrays = process.call(
-            "content", str(path), size, sorted(_names()), list(PREFIXES), seconds=SECONDS_OF_BYTE * size
+            "content", str(path), size, sorted(_names()), list(PREFIXES), seconds=SECONDS_PER_BYTE * size
         )
     told = {name: (dims, array, said) for (name, dims, said), array in zip(told, arrays, strict=True)}
     return told, attributes

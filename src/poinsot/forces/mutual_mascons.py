@@ -20,7 +20,7 @@ from poinsot.forces.same_body import (
     refuse_other_mass,
 )
 from poinsot.functions import Scalar, Vector
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential

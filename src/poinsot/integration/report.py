@@ -84,6 +84,11 @@ class Report:
         """Error message of each member that failed."""
         return {member: stop.sentence for member, stop in sorted(self.stops.items())}
 
+    @property
+    def totals(self) -> tuple[float, int, int, float, str, int]:
+        """Tolerance, order, steps of all members together, wall time, kernel and lanes."""
+        return self.tolerance, self.order, sum(self.steps.tolist()), self.wall_time, self.kernel, self.lanes
+
     def check(self, what: str, last: float, result: object) -> None:
         """Raise a PropagationInterrupted with the result of the finished members after an interruption."""
         if self.interrupted:

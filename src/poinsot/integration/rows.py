@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.immutable import cached_property
 from poinsot.integration.state_vector import StateVector
-from poinsot.lazy import cached_property
 from poinsot.mechanics.state import Phase
 
 __all__ = ["Memory", "OneMotion", "Rows", "Sink"]

@@ -7,7 +7,6 @@ import functools
 import time as clock
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from threading import Lock
 from typing import ClassVar, NamedTuple, Protocol
 
@@ -41,7 +40,7 @@ from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel, Output, Queue, Worker
 from poinsot.taylor.tasks import Status
 
-__all__ = ["BOTH_WAYS", "ROUNDING", "Run"]
+__all__ = ["BOTH_WAYS", "Run"]
 
 BOTH_WAYS = (True, False)
 """Forwards, then backwards."""
@@ -282,6 +281,8 @@ class Run:
         if count == 1:
             self._work(slabs, serve)
             return
+        from concurrent.futures import ThreadPoolExecutor, wait
+
         with ThreadPoolExecutor(count) as pool:
             workers = []
             try:

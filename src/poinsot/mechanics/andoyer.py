@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import member_array, refuse_other_members
 from poinsot.mechanics import euler
 from poinsot.mechanics.state import State, state_with
@@ -19,8 +19,8 @@ from poinsot.quantities import Quantity, Times, said_of
 
 __all__ = ["Andoyer"]
 
-SLACK = 1e-12
-"""How much |L| and |H| may exceed G, relative to it, by rounding."""
+MOMENTUM_TOLERANCE = 1e-12
+"""Largest excess of |L| and |H| over G by rounding, relative to G."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -62,10 +62,10 @@ class Andoyer(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         members = f" of {np.size(self.G)} members" if np.ndim(self.G) else ""
-        angles = {name: told(getattr(self, name), "rad") for name in ("l", "g", "h")}
+        angles = {name: formatted(getattr(self, name), "rad") for name in ("l", "g", "h")}
         return f"Andoyer's variables{members}", {
             **angles,
-            **{name: told(getattr(self, name)) for name in ("L", "G", "H")},
+            **{name: formatted(getattr(self, name)) for name in ("L", "G", "H")},
         }
 
     def __post_init__(self) -> None:
@@ -79,7 +79,7 @@ class Andoyer(Summarized):
             raise ValueError(f"G must be positive, got {np.min(self.G)}. A body at rest has no such variables.")
         for name in ("L", "H"):
             excess = np.max(np.abs(getattr(self, name)) / self.G)
-            if excess > 1 + SLACK:
+            if excess > 1 + MOMENTUM_TOLERANCE:
                 raise ValueError(f"{name} must lie between -G and G, got |{name}| = {excess:.13g} G.")
 
     @classmethod

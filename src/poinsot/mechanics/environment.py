@@ -15,8 +15,7 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_numbers, scalar
 from poinsot.functions import ComovingVector, Scalar, Vector
-from poinsot.immutable import Immutable
-from poinsot.lazy import cached_property
+from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
 from poinsot.mechanics.members import at_times, with_times

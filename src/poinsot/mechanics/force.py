@@ -16,7 +16,7 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_matrix
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.members import of_scalars

@@ -10,7 +10,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.each_body import OfTwoBodies
 from poinsot.mechanics.environment import Environment, Orbit

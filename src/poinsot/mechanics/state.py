@@ -12,10 +12,9 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import member_array, real_numbers, refuse_other_members
-from poinsot.immutable import copied, owned, read_only
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property, copied, owned, read_only
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation, unit_quaternion
 from poinsot.mechanics.each_body import OfTwoBodies
@@ -45,8 +44,8 @@ def named(body: str, name: str) -> str:
 RIGID = (*OF_ONE, *(named(body, name) for body in ("primary", "secondary") for name in OF_ONE))
 """The names in a phase that are those of rigid bodies, one or two."""
 
-TANGENT_SLACK = 1e-9
-"""How large |q . Q| / |Q| may be in what a user gives."""
+TANGENCY_TOLERANCE = 1e-9
+"""Largest |q . Q| / |Q| in an argument."""
 
 
 class StateOfBodies(Summarized):
@@ -235,11 +234,11 @@ class State(StateOfBodies):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         members = f" of {len(self.quaternion)} members" if self.quaternion.ndim == 2 else ""
-        return f"State{members} at t = {told(self.time)}", {
-            "quaternion (body to space)": told(self.quaternion),
-            "angular momentum (body axes)": told(self.angular_momentum_body),
-            "conjugate momenta": told(self.conjugate_momenta),
-            **{f"own variables of {name}": told(values) for name, values in self.own.items()},
+        return f"State{members} at t = {formatted(self.time)}", {
+            "quaternion (body to space)": formatted(self.quaternion),
+            "angular momentum (body axes)": formatted(self.angular_momentum_body),
+            "conjugate momenta": formatted(self.conjugate_momenta),
+            **{f"own variables of {name}": formatted(values) for name, values in self.own.items()},
         }
 
 
@@ -334,11 +333,11 @@ class PairState(OfTwoBodies, StateOfBodies):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         members = f" of {self.shape[0]} members" if self.shape else ""
-        return f"PairState{members} at t = {told(self.time)}", {
-            "position (secondary from primary, space axes)": told(self.position),
-            "momentum (space axes)": told(self.momentum),
+        return f"PairState{members} at t = {formatted(self.time)}", {
+            "position (secondary from primary, space axes)": formatted(self.position),
+            "momentum (space axes)": formatted(self.momentum),
             **{
-                f"{what} of the {body}": told(values)
+                f"{what} of the {body}": formatted(values)
                 for body, state in self.of_bodies.items()
                 for what, values in (
                     ("quaternion (body to space)", state.quaternion),
@@ -422,8 +421,8 @@ def _own_values(name: str, value: ArrayLike) -> NDArray[np.float64]:
 
 def _check_tangent(q: NDArray[np.float64], Q: NDArray[np.float64]) -> None:
     defect, size = np.abs(np.sum(q * Q, axis=-1)), np.hypot.reduce(Q, axis=-1)
-    if np.any(defect > TANGENT_SLACK * size):
-        i = np.argmax(np.atleast_1d(defect - TANGENT_SLACK * size))
+    if np.any(defect > TANGENCY_TOLERANCE * size):
+        i = np.argmax(np.atleast_1d(defect - TANGENCY_TOLERANCE * size))
         ratio = np.atleast_1d(defect)[i] / np.atleast_1d(size)[i]
         raise ValueError(
             f"conjugate_momenta must be tangent to the unit sphere, but |q . Q| = {ratio:.3g} |Q|. "

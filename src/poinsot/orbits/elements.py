@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, told
+from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_numbers, reals_or_nan, refuse_nonpositive
 from poinsot.orbits.from_cartesian import passages
 from poinsot.quantities import Real
@@ -61,12 +61,12 @@ class OsculatingElements(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return "Osculating elements", {
-            "semimajor axis": told(self.semimajor_axis),
-            "eccentricity": told(self.eccentricity),
-            "inclination": told(self.inclination, "rad"),
-            "node": told(self.node, "rad"),
-            "argument of periapsis": told(self.argument_of_periapsis, "rad"),
-            "true anomaly": told(self.true_anomaly, "rad"),
+            "semimajor axis": formatted(self.semimajor_axis),
+            "eccentricity": formatted(self.eccentricity),
+            "inclination": formatted(self.inclination, "rad"),
+            "node": formatted(self.node, "rad"),
+            "argument of periapsis": formatted(self.argument_of_periapsis, "rad"),
+            "true anomaly": formatted(self.true_anomaly, "rad"),
         }
 
 

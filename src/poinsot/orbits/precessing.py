@@ -12,7 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.environment import Orbit
 from poinsot.orbits.angle_reduction import angle_at, mean_motion_of
 from poinsot.orbits.conic import ConicBlock, in_plane, plane_of, shown

@@ -12,7 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar, Vector
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.kinetics import Matrix, outer, spread
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive

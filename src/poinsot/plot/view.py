@@ -79,17 +79,17 @@ class View:
 
 
 @overload
-def view(motion: Trajectory, *, beside: Motions | None = None, title: str = "") -> View: ...
+def view(motion: Trajectory, *, others: Motions | None = None, title: str = "") -> View: ...
 @overload
 def view(
-    motion: Trajectory, path: str | Path, *, beside: Motions | None = None, title: str = "", overwrite: bool = False
+    motion: Trajectory, path: str | Path, *, others: Motions | None = None, title: str = "", overwrite: bool = False
 ) -> Path: ...
 @checked
 def view(
     motion: Trajectory,
     path: str | Path | None = None,
     *,
-    beside: Motions | None = None,
+    others: Motions | None = None,
     title: str = "",
     overwrite: bool = False,
 ) -> View | Path:
@@ -109,7 +109,7 @@ def view(
         span, rates in deg/s or rpm, and N m and N m s for a system in kg, m and s.
     path : str or Path, optional
         Name of the file, which ends in `.html`. Without it the function returns the page, for a notebook.
-    beside : Trajectory, or sequence of these, optional
+    others : Trajectory, or sequence of these, optional
         Other motions of the same bodies, drawn translucent; at most 8 members of an ensemble.
     title : str, optional
         Title of the page. By default the title of the scenario, or the bodies, forces and duration.
@@ -134,19 +134,19 @@ def view(
     View(0.7 MB of HTML)
     """
     if path is None:
-        return View(_page(motion, beside, title))
+        return View(_page(motion, others, title))
     path = Path(path)
     if path.suffix != ".html":
         raise ValueError(f"path must end in .html, got {quoted(path.name)}.")
-    return write_text(path, _page(motion, beside, title), overwrite)
+    return write_text(path, _page(motion, others, title), overwrite)
 
 
 # ---------------------------------------------------------------------- the page
 
 
-def _page(motion: Trajectory, beside: Motions | None, title: str) -> str:
+def _page(motion: Trajectory, others: Motions | None, title: str) -> str:
     """Return the page, whose policy allows its own scripts and no requests."""
-    content = content_of(motion, others_of(motion, beside), title)
+    content = content_of(motion, others_of(motion, others), title)
     seen = "pair" if "bodies" in content else "body"
     name, plots = SEEN[seen]
     folder = resources.files("poinsot.plot") / "page"

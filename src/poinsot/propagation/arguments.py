@@ -6,19 +6,14 @@ import os
 import sys
 import warnings
 from dataclasses import dataclass
-from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
+from poinsot.errors import level_of_user
 from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
+from poinsot.integration.precision import checked_tolerance
 from poinsot.integration.problem import Problem
-from poinsot.integration.run import ROUNDING
-from poinsot.mechanics.calendar import holds_dates
-from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.force import PotentialOn, TorqueOn
-from poinsot.mechanics.members import common_axis
 from poinsot.mechanics.state import AnyState, Bodies, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import nearest, quoted, shortened
@@ -27,15 +22,10 @@ __all__ = [
     "RunSettings",
     "broadcast_members",
     "check_bodies",
-    "check_span",
     "check_starts",
     "checked_device",
     "checked_formulation",
     "checked_threads",
-    "checked_time",
-    "checked_times",
-    "checked_tolerance",
-    "common_members",
 ]
 
 
@@ -61,57 +51,10 @@ class RunSettings:
         )
 
 
-OWN_TIME = " Give the state its own: body.state(..., time=...)."
-
-
-def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.float64]:
-    """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
-    t = reals_or_nan("times", *_in_unit(times, system))
-    if t.ndim != 1 or t.size == 0:
-        real_array("times", t, (None,))
-        raise ValueError("times must not be empty, got shape (0,).")
-    before, after = t[:-1], t[1:]
-    onward = after > before if t.size > 1 and t[1] > t[0] else after < before
-    if (t.size > 1 and not onward[onward.argmin()]) or not (isfinite(t[0]) and isfinite(t[-1])):
-        real_numbers("times", t)
-        i = int(onward.argmin())
-        relation = f"= times[{i + 1}] = {t[i]}" if t[i] == t[i + 1] else f"= {t[i]} and times[{i + 1}] = {t[i + 1]}"
-        raise ValueError(f"times must be strictly monotonic, but times[{i}] {relation}.")
-    return t
-
-
-def checked_time(name: str, time: ArrayLike, system: System) -> NDArray[np.float64]:
-    """Return a time of a system as a number, also from a date or a quantity."""
-    number, unit = _in_unit(time, system)
-    return real_array(name, number, (), unit)
-
-
-def _in_unit(time: ArrayLike, system: System | None) -> tuple[ArrayLike, str | None]:
-    """Return times, those of a system also from dates, and the unit of time."""
-    if system is None:
-        return time, None
-    calendar = system.calendar
-    return calendar.time(time) if calendar and holds_dates(time) else time, system.units["time"]
-
-
-def check_span(system: System | Collection, state: AnyState, times: NDArray[np.float64]) -> None:
-    """Refuse times at which an orbit or a table is not known."""
-    first, last = system.span
-    if last - first == np.inf:
-        return
-    for name, values, hint in (("times", times, ""), ("the state's time", np.ravel(state.time), OWN_TIME)):
-        outside = values[(values < first) | (values > last)]
-        if outside.size:
-            raise ValueError(
-                f"{name} must lie within the span of orbits, fields and tables, [{quoted(first)}, {quoted(last)}], got "
-                f"{quoted(float(outside[0]))}.{hint}"
-            )
-
-
 def check_starts(problem: Problem, state: AnyState) -> None:
     """Let each part and each event refuse a start."""
     if problem.events or [part for part in problem.dynamics.parts if part.checks_start]:
-        twin = problem.beside(state.shape)
+        twin = problem.broadcast_to(state.shape)
         instant = twin.dynamics.at(state)
         for part in twin.dynamics.parts:
             part.check_start(instant)
@@ -149,11 +92,6 @@ def check_bodies(system: System, state: AnyState) -> None:
             "They pass each other on a straight line: MutualGravity() attracts them.",
             stacklevel=level_of_user(),
         )
-
-
-def common_members(system: System | Collection, state: AnyState) -> tuple[int, ...]:
-    """Return () for one body, (members,) for an ensemble."""
-    return common_axis("state and system", {state.shape, state.time.shape, system.members})
 
 
 def broadcast_members(state: Bodies, members: tuple[int, ...]) -> Bodies:
@@ -196,26 +134,3 @@ def checked_formulation(formulation: str | Formulation | None) -> Formulation:
             f"formulation must be one of {', '.join(FORMULATIONS)} or a Formulation, got {quoted(formulation)}."
         )
     return known[formulation]
-
-
-def checked_tolerance(tolerance: float | None, precision: str) -> float:
-    """Return a tolerance for the engine: by default the rounding unit, in double precision that of order 20.
-
-    At order p the powers n > p of a step are left out, e^(-2 n) of the state. Along a motion odd ones cancel in the
-    energy, even ones add up: e^-40 at orders 18 and 19, which long runs show, e^-44 at order 20.
-    """
-    if not isinstance(precision, str) or precision not in ROUNDING:
-        remedy = " Use 'quadruple', which has 32 digits." * (precision == "extended")
-        raise ValueError(f"precision must be 'double' or 'quadruple', got {quoted(precision)}.{remedy}")
-    least = ROUNDING[precision]
-    if tolerance is None:
-        return least
-    value = float(real_array("tolerance", tolerance, ()))
-    if not 0 < value < 1:
-        raise ValueError(f"tolerance must be between 0 and 1, got {value}.")
-    if value < least:
-        raise ValueError(
-            f"tolerance must be at least the rounding unit of {precision} precision, {least}, got {value}. "
-            "Leave it out for that."
-        )
-    return value

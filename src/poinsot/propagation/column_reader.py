@@ -8,11 +8,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.immutable import cached_property
 from poinsot.integration import equations
 from poinsot.integration.formulations import formulation_of
 from poinsot.integration.problem import Problem
 from poinsot.integration.state_vector import StateVector
-from poinsot.lazy import cached_property
 from poinsot.mechanics.environment import Dated, Environment, within
 from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.state import AnyState, changed, state_of
@@ -21,14 +21,14 @@ from poinsot.propagation.body_of_pair import body_systems
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.propagation.row_source import LazyColumns, RowSource, recorded_columns, selected
-from poinsot.propagation.run_record import RunRecord
+from poinsot.storage.run_record import RunRecord
 
 __all__ = ["ColumnReader"]
 
 Array = NDArray[np.float64]
 EVERY = slice(None)
 
-ROWS_OF_BLOCK = 16_384
+ROWS_PER_BLOCK = 16_384
 """Rows whose columns are computed together, so that intermediate results stay in the cache."""
 
 
@@ -132,7 +132,7 @@ class ColumnReader:
         dated = any(isinstance(each, Dated) for record in self.system.dynamics.records for each in within(record))
         rows, members = self.rows.in_memory(), EVERY if self.is_ensemble else None
         count = max(self.times.size, 1)
-        step = count if dated else ROWS_OF_BLOCK // max(self.members, 1) or count
+        step = count if dated else ROWS_PER_BLOCK // max(self.members, 1) or count
         for first in range(0, count, step):
             at = slice(first, first + step)
             some, times = selected(rows, members, at), self.times[at]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property
 from poinsot.mechanics.each_body import no_attribute
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.integrals import Integral

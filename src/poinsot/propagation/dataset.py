@@ -19,8 +19,8 @@ from poinsot.printable import quoted
 from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.columns import RENAMED, Column, columns_of_states
 from poinsot.propagation.recorded import RecordedPart
-from poinsot.propagation.run_record import RunRecord
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.storage.run_record import RunRecord
 
 if TYPE_CHECKING:
     import xarray

@@ -18,10 +18,8 @@ from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.propagation.columns import Column, Requirement, columns_of
 from poinsot.propagation.dataset import state_variables
-from poinsot.propagation.ensemble import ChunkResult, Ensemble, digests
-from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.integrator import Integrator
-from poinsot.propagation.run_record import RunRecord
+from poinsot.propagation.scenario_of_motion import with_texts
 from poinsot.propagation.stored_motion import (
     crossings_in,
     motion_in,
@@ -30,8 +28,10 @@ from poinsot.propagation.stored_motion import (
     told_crossings,
     told_events,
 )
-from poinsot.propagation.system_text import with_texts
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
+from poinsot.storage.ensemble_store import EnsembleStore
+from poinsot.storage.run_record import RunRecord
 
 if TYPE_CHECKING:
     import xarray

@@ -16,11 +16,12 @@ from poinsot.errors import PropagationInterrupted
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, common_members
-from poinsot.propagation.chunk_plan import Chunking, Plan, plan_of
-from poinsot.propagation.chunk_run import run_in_chunks
-from poinsot.propagation.ensemble import ChunkResult, Ensemble, digests
+from poinsot.mechanics.times import common_members
+from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.stored_motion import result_in
+from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
+from poinsot.storage.chunk_run import run_in_chunks
+from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
 
 if TYPE_CHECKING:
     import xarray

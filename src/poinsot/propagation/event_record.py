@@ -10,23 +10,23 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.display.html_text import Summarized, rounded, told
+from poinsot.display.html_text import Summarized, formatted, rounded
+from poinsot.immutable import cached_property
 from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
-from poinsot.lazy import cached_property
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.selection import Chosen
+from poinsot.storage.selection import Chosen
 
 __all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int_]
 
-BLOCK = 65_536
-"""Events converted together."""
+EVENTS_PER_BLOCK = 65_536
+"""Number of events converted together."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -73,7 +73,7 @@ class EventRecord(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         rising, falling = (int(np.sum(self.directions == sign)) for sign in (1, -1))
         return f"EventRecord of {rounded(repr(self.event))}: {len(self)}", {
-            "times": told(self.times, self.system.units["time"]) or "none",
+            "times": formatted(self.times, self.system.units["time"]) or "none",
             "directions": f"{rising} rising, {falling} falling" if len(self) else "",
             "members": f"{np.unique(self.members).size}" if np.any(self.members) else "",
         }
@@ -179,7 +179,7 @@ def crossings(
     rows = np.empty((len(found), variables.size))
     for i, (_, record) in enumerate(found):
         rows[i] = record[3]
-    blocks = [slice(first, first + BLOCK) for first in range(0, max(len(found), 1), BLOCK)]
+    blocks = [slice(first, first + EVENTS_PER_BLOCK) for first in range(0, max(len(found), 1), EVENTS_PER_BLOCK)]
     parts = [_phase(variables, members[block], times[block], rows[block]) for block in blocks]
     phase = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     order = np.lexsort((times if rising else -times, members))

@@ -22,10 +22,10 @@ from poinsot.mechanics.state import AnyState, Phase
 from poinsot.mechanics.system import System
 from poinsot.propagation.columns import ORBIT_VARIABLES
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords, crossings
-from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.row_source import ComputedRows
-from poinsot.propagation.run_record import Method, RunRecord
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.memory import refuse_larger_than_memory
+from poinsot.storage.run_record import Method, RunRecord
 
 __all__ = ["Integrator"]
 
@@ -145,7 +145,7 @@ class Integrator:
             state,
             kept.times,
             ComputedRows(lambda: kept.phase, columns, events),
-            RunRecord.of(report, method, variables.formulation.name, self.precision),
+            RunRecord.of(report.totals, method, variables.formulation.name, self.precision),
             (report.dense, *report.dense.ends) if report.dense else None,
             report.failures if many else {},
         )

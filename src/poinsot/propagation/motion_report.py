@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from poinsot.display import motion as display
 from poinsot.mechanics.environment import Environment
 from poinsot.propagation.column_reader import ColumnReader
-from poinsot.propagation.run_record import RunRecord
+from poinsot.storage.run_record import RunRecord
 
 __all__ = ["lines", "shown_members", "sketches", "summary"]
 

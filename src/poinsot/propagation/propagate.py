@@ -11,28 +11,26 @@ from typing_extensions import Unpack
 from poinsot.checked import checked
 from poinsot.integration import equations
 from poinsot.integration.formulations import Formulation
+from poinsot.integration.precision import checked_tolerance
 from poinsot.integration.problem import Problem
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
+from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.propagation.arguments import (
     broadcast_members,
     check_bodies,
-    check_span,
     check_starts,
     checked_device,
     checked_formulation,
     checked_threads,
-    checked_times,
-    checked_tolerance,
-    common_members,
 )
-from poinsot.propagation.chunk_plan import Chunking, plan_of
-from poinsot.propagation.chunk_run import run_in_chunks
 from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking, plan_of
+from poinsot.storage.chunk_run import run_in_chunks
 
 __all__ = ["propagate"]
 

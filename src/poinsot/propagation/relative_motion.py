@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.display.html_text import Summarized, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times
 from poinsot.errors import level_of_user
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import rotation
@@ -52,9 +52,9 @@ class RelativeMotion(Summarized):
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
         return "Motion relative to a frame", {
-            "times": told_times(self.times),
-            "quaternion (body to frame)": told(self.quaternion),
-            "omega (relative to the frame, body axes)": told(self.omega_body),
+            "times": formatted_times(self.times),
+            "quaternion (body to frame)": formatted(self.quaternion),
+            "omega (relative to the frame, body axes)": formatted(self.omega_body),
         }
 
     @property

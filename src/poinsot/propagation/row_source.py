@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.immutable import read_only
-from poinsot.lazy import cached_property
+from poinsot.immutable import cached_property, read_only
 from poinsot.mechanics.state import RIGID, Phase, changed
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords
-from poinsot.propagation.selection import Chosen, rows_of
+from poinsot.storage.selection import Chosen, rows_of
 
 if TYPE_CHECKING:
-    from poinsot.propagation.ensemble_store import EnsembleStore
+    from poinsot.storage.ensemble_store import EnsembleStore
 
 __all__ = [
     "Columns",

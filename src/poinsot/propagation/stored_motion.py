@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, cast
@@ -16,15 +15,15 @@ from poinsot.mechanics.system import System
 from poinsot.printable import described
 from poinsot.propagation.columns import ORBIT_VARIABLES, RENAMED
 from poinsot.propagation.dataset import with_present_names
-from poinsot.propagation.ensemble_store import EnsembleStore
 from poinsot.propagation.event_record import NO_EVENTS, EventRecord, EventRecords
 from poinsot.propagation.recorded import RecordedEvent
-from poinsot.propagation.reductions import reduced
 from poinsot.propagation.row_source import StoreRows
-from poinsot.propagation.run_record import RunRecord
-from poinsot.propagation.selection import Chosen
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.zarr_group import JoinedArrays
+from poinsot.storage.ensemble_store import EnsembleStore
+from poinsot.storage.reductions import reduced
+from poinsot.storage.run_record import RunRecord
+from poinsot.storage.selection import Chosen
+from poinsot.storage.zarr_group import JoinedArrays
 
 __all__ = [
     "arrays_in",
@@ -40,7 +39,6 @@ __all__ = [
     "times_in",
     "told_crossings",
     "told_events",
-    "told_run",
 ]
 
 
@@ -96,16 +94,7 @@ def times_in(store: EnsembleStore) -> str:
 
 def run_in(store: EnsembleStore, run: RunRecord) -> RunRecord:
     """Return the record of the run that computed the complete chunks."""
-    runs = [about["run"] for _, about in store.extras()]
-    if not runs:
-        return run
-    first = {name: runs[0][name] for name in ("order", "tolerance", "kernel", "lanes")}
-    return dataclasses.replace(run, **first, steps=sum(each["steps"] for each in runs))
-
-
-def told_run(run: RunRecord) -> dict[str, Any]:
-    """Return the attributes of a chunk about its run, which `run_in` reads."""
-    return {name: getattr(run, name) for name in ("order", "tolerance", "steps", "kernel", "lanes")}
+    return run.with_chunks([about["run"] for _, about in store.extras()])
 
 
 def failures_in(store: EnsembleStore) -> dict[int, str]:

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
-from poinsot.immutable import ReadOnlyDict, owned
-from poinsot.lazy import cached_property
+from poinsot.immutable import ReadOnlyDict, cached_property, owned
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.members import members_of
@@ -29,15 +28,15 @@ from poinsot.propagation.dense_states import Dense, dense_states
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.quantities_of_motion import QuantitiesOfMotion
 from poinsot.propagation.row_source import ComputedRows, RowSource, selected
-from poinsot.propagation.run_record import Method, RunRecord
-from poinsot.propagation.selection import Chosen, Index, checked_index, refuse_other_names, rows_of
 from poinsot.propagation.two_body_motion import refuse_one_body
 from poinsot.quantities import Times
+from poinsot.storage.run_record import Method, RunRecord
+from poinsot.storage.selection import Chosen, Index, checked_index, refuse_other_names, rows_of
 
 if TYPE_CHECKING:
     import xarray
 
-    from poinsot.propagation.ensemble_store import EnsembleStore
+    from poinsot.storage.ensemble_store import EnsembleStore
 
 Array = NDArray[np.float64]
 Several = slice | Sequence[int] | NDArray[np.int_] | NDArray[np.bool_]

@@ -23,22 +23,16 @@ from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
+from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import (
-    RunSettings,
-    broadcast_members,
-    check_bodies,
-    check_span,
-    checked_times,
-    common_members,
-)
-from poinsot.propagation.run_record import Method, RunRecord
+from poinsot.propagation.arguments import RunSettings, broadcast_members, check_bodies
+from poinsot.storage.run_record import Method, RunRecord
 
-__all__ = ["TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
+__all__ = ["MAX_COORDINATES_TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
 
 Array = NDArray[np.float64]
 
-TOGETHER = 12
+MAX_COORDINATES_TOGETHER = 12
 """The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""
 
 
@@ -246,7 +240,7 @@ class VariationalRun:
 
     def run(self, report: Report) -> RunRecord:
         """Return the record of the run."""
-        return RunRecord.of(report, Method.VARIATIONAL, self.formulation.name)
+        return RunRecord.of(report.totals, Method.VARIATIONAL, self.formulation.name)
 
     def failures(self, report: Report) -> dict[int, str]:
         """Return why members stopped; for one body `check` raises the reason."""

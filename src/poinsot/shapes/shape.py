@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
-from poinsot.display.html_text import text_table, told
+from poinsot.display.html_text import formatted, text_table
 from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
 from poinsot.immutable import Immutable
 from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 ShapePoints = Annotated[ArrayLike, ("n", 3), Along("axes of the shape")]
 ShapeVector = Annotated[ArrayLike, (3,), Along("axes of the shape")]
 
-HIGHEST_DEGREE = 80
-"""Beyond it, coefficients that are not normalised leave the range of doubles."""
+MAX_DEGREE = 80
+"""Largest degree of a field. Beyond it, coefficients that are not normalised leave the range of doubles."""
 
 
 class Shape(Immutable):
@@ -92,10 +92,10 @@ class Shape(Immutable):
         return text_table(
             repr(self),
             {
-                "mass": told(self.mass),
-                "centre of mass": told(self.center_of_mass),
-                "principal moments": told(np.linalg.eigvalsh(self.inertia)),
-                "farthest from the centre of mass": told(self.circumscribing_radius),
+                "mass": formatted(self.mass),
+                "centre of mass": formatted(self.center_of_mass),
+                "principal moments": formatted(np.linalg.eigvalsh(self.inertia)),
+                "farthest from the centre of mass": formatted(self.circumscribing_radius),
             },
         )
 
@@ -143,8 +143,8 @@ class Shape(Immutable):
             the field. For an `Assembly` it is an upper bound.
         """
         degree = whole_degree(degree)
-        if not 2 <= degree <= HIGHEST_DEGREE:
-            raise ValueError(f"degree must be from 2 to {HIGHEST_DEGREE}, got {degree}.")
+        if not 2 <= degree <= MAX_DEGREE:
+            raise ValueError(f"degree must be from 2 to {MAX_DEGREE}, got {degree}.")
         length = self.circumscribing_radius if radius is None else float(real_array("radius", radius, ()))
         refuse_nonpositive("radius", length)
         integrals = self._multipoles(degree, self.center_of_mass, length) / self.mass

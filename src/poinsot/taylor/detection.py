@@ -44,7 +44,7 @@ NEARBY = 0.25
 those of the variables; the rest of its series is smaller by this to the power of the order. A step to a zero farther
 away ends half-way."""
 
-LINEAR = 2.0**-26
+LINEAR_PART = 2.0**-26
 """The part of a step in which variables are linear."""
 
 
@@ -179,7 +179,7 @@ class Detection(KernelPart):
         last_near = work.doubles("simultaneity")
         near = self._simultaneity(work).larger(last_near[0])
         chosen, early, waits, whole = work.lines.constant(self.context.whole, -1), nowhere, nowhere, h
-        linear = near.larger(LINEAR * abs(h.high))
+        linear = near.larger(LINEAR_PART * abs(h.high))
         starts, first = self._starts(work, near, linear), len(self._conditions)
         wrong = list[Value]()
         for i, sign in enumerate(starts.signs):

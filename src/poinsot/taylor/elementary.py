@@ -22,7 +22,7 @@ __all__ = ["elementary", "rough_exp2", "rough_log2"]
 HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
 """pi/2 in three parts, each the rest to double precision."""
 
-FAR = 2.0**48
+MAX_REDUCED_ANGLE = 2.0**48
 """Angles beyond which the C library reduces them: the number of quarter turns must have fewer than 51 bits."""
 
 SINE = (
@@ -38,7 +38,7 @@ COSINE = (
 SINE_DEFECT = tuple((-1.0) ** k / math.factorial(2 * k + 3) for k in range(12))
 """x - sin x over x^3, in powers of x^2; up to 2."""
 
-ROUNDING = 6755399441055744.0
+ROUNDING_SHIFT = 6755399441055744.0
 """1.5 2^52: a number with this added and taken away again is rounded to an integer, the low bits of the sum."""
 
 MAX_HALVES = 16
@@ -82,7 +82,7 @@ EXPONENTIAL = [Fraction(1, math.factorial(k + 1)) for k in range(10)]
 LOGARITHM = [Fraction(2, 2 * k + 1) for k in range(20)]
 WIDE_SINE_DEFECT = [Fraction((-1) ** k, math.factorial(2 * k + 3)) for k in range(20)]
 
-HALVINGS = 9
+EXP_HALVINGS = 9
 """Of the argument of the exponential function before its series."""
 
 MAX_NEWTON_STEPS, WIDE_CONVERGED = 12, 2.0**-55
@@ -171,9 +171,9 @@ def _each(name: str, arguments: Sequence[Value]) -> Value:
 
 
 def _reduced(x: Value, parts: Sequence[float]) -> tuple[Value, Value]:
-    """Return x less the nearest multiple of an angle that is given in parts, and which, plus `ROUNDING`."""
-    count = x.fma(1.0 / parts[0], ROUNDING)
-    rounded = count - ROUNDING
+    """Return x less the nearest multiple of an angle that is given in parts, and which, plus `ROUNDING_SHIFT`."""
+    count = x.fma(1.0 / parts[0], ROUNDING_SHIFT)
+    rounded = count - ROUNDING_SHIFT
     for part in parts:
         x = (-rounded).fma(part, x)  # the first one is exact
     return x, count
@@ -197,7 +197,7 @@ def _written_sine_and_cosine(x: Value) -> Value:
     signs = ((quadrant & 2) << 62, ((quadrant + 1) & 2) << 62)
     values = (odd.choose(cosine, sine), odd.choose(sine, cosine))
     near = [(value.as_bits() ^ sign).as_double() for value, sign in zip(values, signs, strict=True)]
-    far = abs(x).is_("gt", FAR)
+    far = abs(x).is_("gt", MAX_REDUCED_ANGLE)
 
     def exact() -> list[Value]:
         return [far.choose(_each(name, [x]), value) for name, value in zip(("sin", "cos"), near, strict=True)]
@@ -215,7 +215,7 @@ def _written_eccentric_anomaly(eccentricity: Value, mean_anomaly: Value) -> Valu
     """Solve E - e sin E = M by Danby's method of order four, for E between -pi and pi."""
     lines = mean_anomaly.function
     reduced, _ = _reduced(mean_anomaly, [4.0 * part for part in HALF_PI])
-    far = abs(mean_anomaly).is_("gt", FAR)
+    far = abs(mean_anomaly).is_("gt", MAX_REDUCED_ANGLE)
 
     def exact() -> list[Value]:
         both = _sine_and_cosine(mean_anomaly)
@@ -261,8 +261,8 @@ def rough_log2(x: Value) -> Value:
 def rough_exp2(x: Value) -> Value:
     """Return the power of two to 0.001."""
     x = x.larger(-1000.0).smaller(1000.0)
-    rounded = x + ROUNDING
-    f = x - (rounded - ROUNDING)
+    rounded = x + ROUNDING_SHIFT
+    f = x - (rounded - ROUNDING_SHIFT)
     return _polynomial(f, (1.0, 0.69314718, 0.24022651, 0.0558)) * ((rounded.as_bits() + 1023) << 52).as_double()
 
 
@@ -310,9 +310,9 @@ def _tan(x: Value) -> Value:
 
 def _expm1_of_small(r: Value) -> Value:
     """Return exp(r) - 1 for |r| below 0.4: that of r / 512, doubled nine times."""
-    r = r.times_power_of_two(2.0**-HALVINGS)
+    r = r.times_power_of_two(2.0**-EXP_HALVINGS)
     small = r * _polynomial(r, EXPONENTIAL)
-    for _ in range(HALVINGS):
+    for _ in range(EXP_HALVINGS):
         small = small.times_power_of_two(2.0) + small * small
     return small
 

@@ -6,7 +6,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from poinsot.display.html_text import Summarized, curves, markup_table, rounded, text_table, told, told_times
+from poinsot.display.html_text import Summarized, curves, formatted, formatted_times, markup_table, rounded, text_table
 
 
 @pytest.mark.parametrize(
@@ -23,12 +23,12 @@ from poinsot.display.html_text import Summarized, curves, markup_table, rounded,
     ],
 )
 def test_numbers_have_six_digits_and_a_unit(values, unit, text):
-    assert told(values, unit) == text
+    assert formatted(values, unit) == text
 
 
-def test_times_are_told_from_the_first_to_the_last():
-    assert told_times(np.array([3.0, 2.0, -1.0]), "s") == "3, 3 ... -1 s"
-    assert told_times(np.array([])) == "none"
+def test_times_are_formatted_as_first_and_last():
+    assert formatted_times(np.array([3.0, 2.0, -1.0]), "s") == "3, 3 ... -1 s"
+    assert formatted_times(np.array([])) == "none"
 
 
 @pytest.mark.parametrize(

@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 import poinsot as pt
 from in_order import in_order
 from poinsot import functions as fn
-from poinsot.files.scenarios.scenario import parsed_scenario, repetition
+from poinsot.files.scenario import parsed_scenario, repetition
 from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
 from poinsot.propagation.row_source import MemoryRows
-from poinsot.propagation.system_text import text_of
+from poinsot.propagation.scenario_of_motion import scenario_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))
 OBLIQUE = pt.Body.from_inertia([[3, 0.1, 0], [0.1, 4, 0.2], [0, 0.2, 5]])
@@ -421,9 +421,9 @@ def test_text_of_a_system_has_all_digits():
     motion = run(
         pt.Body((1 / 3, 0.3, 0.3)), pt.GravityGradient(orbit), times=[0.0], state=start(pt.Body((1 / 3, 0.3, 0.3)))
     )
-    from poinsot.files.scenarios.scenario import rebuilt_system
+    from poinsot.scenarios.system_text import rebuilt_system
 
-    again = rebuilt_system(text_of(motion).text, "it")
+    again = rebuilt_system(scenario_of(motion).text, "it")
     for own, other in zip(motion.system.dynamics.numbers, again.dynamics.numbers, strict=True):
         assert own.tobytes() == other.tobytes()
 
@@ -436,12 +436,12 @@ def test_text_of_a_system_has_all_digits():
     st.floats(-1e6, 1e6),
 )
 def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoch):
-    from poinsot.files.scenarios.scenario import rebuilt_system
+    from poinsot.scenarios.system_text import rebuilt_system
 
     orbit = in_order(pt.KeplerOrbit, 1e3, 2.0, eccentricity, *angles, epoch)
     system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.forces.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
     motion = pt.Trajectory(system, start(), TIMES, MemoryRows({}), MOTION_RUN)
-    again: Any = rebuilt_system(text_of(motion).text, "it")
+    again: Any = rebuilt_system(scenario_of(motion).text, "it")
     assert [x.tobytes() for x in again.dynamics.numbers] == [x.tobytes() for x in system.dynamics.numbers]
     assert again.forces[0].orbit is again.forces[1].orbit
 

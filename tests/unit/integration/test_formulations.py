@@ -7,7 +7,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
-from poinsot.files.scenarios.scenario import repetition
+from poinsot.files.scenario import repetition
 from poinsot.functions import Vector
 from poinsot.integration.formulations import FORMULATIONS, Formulation, LiePoisson
 

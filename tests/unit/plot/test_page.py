@@ -358,7 +358,7 @@ def test_two_bodies_have_their_attractor_and_other_motions_around_them(browser, 
             for y, end in ((3.0, 12.0), (3.3, 6.0))
         )
     )
-    visit = Visit(browser, pt.view(own, tmp_path / "pair.html", beside=other))
+    visit = Visit(browser, pt.view(own, tmp_path / "pair.html", others=other))
     length = (own.distance.max() * 50 / 52 + 0.5) / 1.85
     for i in (0, 40, 120):
         seen = visit(PAIR_SEEN, other.times[i])
@@ -901,7 +901,7 @@ def test_a_link_says_the_time(browser, tmp_path):
 def test_other_motions_are_beside_the_own_as_long_as_they_last(browser, tmp_path):
     starts = BODY.state(STATE.quaternion, angular_momentum_body=[(0.5, -0.7, 1.1 + 0.1 * k) for k in range(1, 4)])
     others = pt.propagate(pt.System(BODY), starts, np.linspace(-3, 20, 200))
-    visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html", beside=others))
+    visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html", others=others))
     turns = """t => { poinsot.setTime(t); return poinsot.scene.ghosts.bodies.map(({ quaternion: q, visible }) =>
         [visible, q.w, q.x, q.y, q.z]); }"""
     for i in (0, 57, 199):

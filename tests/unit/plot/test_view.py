@@ -426,7 +426,7 @@ def test_dates_are_those_of_the_calendar():
 def test_other_motions_share_the_page_and_of_many_some_are_there():
     starts = OBLIQUE.state((1, 0, 0, 0), omega_body=np.linspace((0.1, 0.2, 0.3), (0.4, 0.1, 0.2), 22))
     others = pt.propagate(pt.System(OBLIQUE, units=SI), starts, np.linspace(0, 10, 21)[::-1])
-    page = pt.view(free(), beside=[free(), others]).html
+    page = pt.view(free(), others=[free(), others]).html
     ghosts = content_in(page)["ghosts"]
     assert len(ghosts) == 8
     assert ">8 other motions<" in page
@@ -615,15 +615,15 @@ REFUSED = {
         ValueError,
         "path must end in .html, got 'motion.htm'.",
     ),
-    "beside_two_bodies": (
-        lambda _: pt.view(pair_motion(), beside=free()),
+    "others_of_two_bodies": (
+        lambda _: pt.view(pair_motion(), others=free()),
         ValueError,
-        "beside must be motions of as many bodies as the motion, got 1 beside 2.",
+        "others must be motions of as many bodies as the motion, got 1 for 2.",
     ),
-    "beside_one_time": (
-        lambda _: pt.view(free(), beside=free(times=(0.0,))),
+    "others_at_one_time": (
+        lambda _: pt.view(free(), others=free(times=(0.0,))),
         ValueError,
-        "beside must be motions at two times or more, got 1.",
+        "others must be motions at two times or more, got 1.",
     ),
     "folder": (
         lambda folder: pt.view(free(), folder / "no" / "motion.html"),

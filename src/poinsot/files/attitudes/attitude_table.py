@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked, checked_fields
-from poinsot.display.html_text import Summarized, told, told_times
+from poinsot.display.html_text import Summarized, formatted, formatted_times
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
 from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
@@ -23,8 +23,8 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
 from poinsot.propagation.row_source import MemoryRows
-from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.storage.run_record import Method, RunRecord, versions
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -99,9 +99,9 @@ class AttitudeTable(Summarized):
     def _summary(self) -> tuple[str, dict[str, str]]:
         calendar, rate = self.calendar, PER_TIME if self.calendar is None else f"rad {self.calendar.unit}-1"
         return f"Attitudes of {self.body_frame} in {self.reference_frame}", {
-            "times": told_times(self.times, "" if calendar is None else calendar.unit),
+            "times": formatted_times(self.times, "" if calendar is None else calendar.unit),
             "calendar": "" if calendar is None else f"t = 0 at {calendar.zero} {calendar.scale}",
-            "rates": "none" if self.omega_body is None else told(self.omega_body, rate),
+            "rates": "none" if self.omega_body is None else formatted(self.omega_body, rate),
             "norm error in the file": f"{self.norm_error:.3g}",
         }
 

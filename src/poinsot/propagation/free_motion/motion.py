@@ -23,25 +23,26 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
-from poinsot.propagation.arguments import broadcast_members, check_bodies, checked_times, common_members
-from poinsot.propagation.chunk_plan import Chunking, plan_of
-from poinsot.propagation.chunk_run import run_in_chunks
+from poinsot.mechanics.times import checked_times, common_members
+from poinsot.propagation.arguments import broadcast_members, check_bodies
 from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.integrator import Integrator, SinkRows
-from poinsot.propagation.memory import refuse_larger_than_memory
 from poinsot.propagation.row_source import MemoryRows
-from poinsot.propagation.run_record import Method, RunRecord, versions
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
+from poinsot.storage.chunk_plan import Chunking, plan_of
+from poinsot.storage.chunk_run import run_in_chunks
+from poinsot.storage.memory import refuse_larger_than_memory
+from poinsot.storage.run_record import Method, RunRecord, versions
 
 __all__ = ["free_motion"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 8192
-"""Attitudes computed together: their intermediate results stay in the second cache of a processor."""
+ATTITUDES_PER_BLOCK = 8192
+"""Number of attitudes computed together: their intermediate results stay in the second cache of a processor."""
 
 SIZES = {"quaternion": 4, "angular_momentum_body": 3}
 """What a motion is made of."""
@@ -153,8 +154,8 @@ class _Rotation:
         """Return q and g at times; shapes (..., n, 4) and (..., n, 3)."""
         shape = (*np.shape(self.time), times.size)
         q, g = np.empty((*shape, 4)), np.empty((*shape, 3))
-        for i in range(0, times.size, BLOCK):
-            block = slice(i, i + BLOCK)
+        for i in range(0, times.size, ATTITUDES_PER_BLOCK):
+            block = slice(i, i + ATTITUDES_PER_BLOCK)
             elapsed = DoubleDouble.difference(times[block], np.asarray(self.time)[..., None])
             turned, along = self.theta.motion(elapsed)
             q[..., block, :], g[..., block, :] = turned @ self.to_q, along @ self.to_g
@@ -165,7 +166,7 @@ def _ensemble(body: Body, state: State, times: Array) -> Phase:
     """Return q and g of all members; shapes (members, n, 4) and (members, n, 3)."""
     shape = (len(state.quaternion), times.size)
     phase = {name: np.empty((*shape, size)) for name, size in SIZES.items()}
-    for chosen, rotation in _rotations(body, state, max(1, BLOCK // times.size)):
+    for chosen, rotation in _rotations(body, state, max(1, ATTITUDES_PER_BLOCK // times.size)):
         for name, values in rotation.phase(times).items():
             phase[name][chosen] = values
     return phase

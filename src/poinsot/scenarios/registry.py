@@ -1,0 +1,361 @@
+"""What a scenario can name: every body, force, orbit, shape and gravity field, and the functions that make one.
+
+Classes are found among the subclasses, a user's own too, and functions in the modules; their arguments are read by
+their annotations. What ships in a new module needs no line here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import importlib
+import inspect
+import pkgutil
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from itertools import filterfalse
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Self, Union, get_args, get_origin
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import poinsot
+from poinsot.checked import hint_of, names_beside
+from poinsot.errors import real_array
+from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.calendar import Calendar
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.force import Force
+from poinsot.mechanics.frame import RotatingFrame
+from poinsot.mechanics.gravity_field import GravityField
+from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.part import Part
+from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.orbits.restricted_three_body import CirclingPair
+from poinsot.orbits.rotation import RotationModel
+from poinsot.quantities import OR_NUMBER, Along, extras_of, quantity_of
+from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.shape import Shape
+from poinsot.subclasses import is_own, subclasses
+
+__all__ = ["RENAMED", "Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
+
+Group = str | type
+"""What a table makes: one of `BASES`, or a record of a class that another one has among its fields."""
+
+BASES: dict[Group, tuple[type, ...]] = {
+    "body": (Body, TwoBodies),
+    "force": (Force,),
+    "orbit": (Orbit, CirclingPair),
+    "frame": (RotatingFrame, RotationModel),
+    "shape": (Shape,),
+}
+
+DEFAULTS: dict[Group, str] = {"body": "Body", "rigid": "Body", "frame": "RotatingFrame"}
+"""Types of the tables that need not say one; of a record it is its class."""
+
+PACKAGES = ("control", "forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
+"""Their modules have the classes that ship, and functions that make one."""
+
+RENAMED = {("Sampled", "phase"): "offset"}
+"""Present names of keys, by the type of their table and the former name. Scenario files and results of earlier versions
+contain the former names; only the present ones are written."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Key:
+    """A key of a table.
+
+    Attributes
+    ----------
+    kind : str
+        "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
+        "orbits", "record", "records" (tables of a group) or "named": numbers by name; others are in the schema alone.
+    rank : int
+        Of the array of a number: 0 for a scalar, 1 for a vector.
+    choices, limits : tuple
+        The words or the ends of names that a text can be, and the least and the largest whole number.
+    keys : tuple of Key
+        Of a table.
+    group : str or type
+        What the table is of that a record is made from.
+    spread : bool
+        Whether a call takes several one by one.
+    or_number : bool
+        Whether one number can stand for all of an array.
+    former : str
+        Name of the key in earlier versions.
+    """
+
+    name: str
+    kind: str
+    help: str = ""
+    rank: int = 0
+    required: bool = False
+    default: float | str | None = None
+    choices: tuple[str, ...] = ()
+    limits: tuple[int, int] | None = None
+    keys: tuple[Key, ...] = ()
+    group: Group = ""
+    spread: bool = False
+    or_number: bool = False
+    former: str = ""
+
+
+@dataclasses.dataclass(frozen=True)
+class Maker:
+    """A way to make a part of a scenario from the keys of its table."""
+
+    name: str
+    call: Callable[..., Any]
+    keys: tuple[Key, ...]
+    help: str
+    takes_calendar: bool = False
+
+
+def makers(group: Group) -> dict[str, Maker]:
+    """Return what a table of a group may name as its type, by name; the package's own go before others."""
+    if group == "part":
+        return {name: maker for name, maker in makers("shape").items() if maker.call is not Assembly}
+    if group == "rigid":
+        return {name: maker for name, maker in makers("body").items() if maker.call is not TwoBodies}
+    return _makers(group, tuple(_subclasses(_bases(group))))
+
+
+def _bases(group: Group) -> tuple[type, ...]:
+    return (group,) if isinstance(group, type) else BASES[group]
+
+
+def default_of(group: Group) -> str | None:
+    """Return the type of a table of a group that says none; None where it must say one."""
+    if isinstance(group, type):
+        return None if inspect.isabstract(group) else group.__name__
+    return DEFAULTS.get(group)
+
+
+def keys_of(call: Callable[..., Any], *left_out: str) -> tuple[Key, ...]:
+    """Return the keys of the arguments of a call but for some that a table has not."""
+    maker = _maker(call, call.__name__, left_out)
+    return maker.keys if maker else ()
+
+
+def known_classes() -> tuple[type, ...]:
+    """Return all classes that a scenario can name now: a user may define one at any time."""
+    return tuple(cls for bases in (*BASES.values(), (Parametric,)) for cls in _subclasses(bases))
+
+
+@functools.lru_cache(maxsize=64)
+def _makers(group: Group, classes: tuple[type, ...]) -> dict[str, Maker]:
+    ways: list[tuple[str, Callable[..., Any]]] = [(cls.__name__, cls) for cls in classes if not inspect.isabstract(cls)]
+    for cls in filterfalse(inspect.isabstract, classes):
+        made = [name for name, found in _members(cls).items() if isinstance(found, classmethod | staticmethod)]
+        ways += [(f"{cls.__name__}.{name}", getattr(cls, name)) for name in made if not name.startswith("_")]
+    named = (getattr(module, name) for module in _import_all() for name in module.__all__)
+    ways += [(thing.__name__, thing) for thing in named if inspect.isfunction(thing)]
+    ways += [("Body.from_shape", body_of_shape), ("Shape.field", field_of_shape)]
+    found = [maker for name, way in ways if _makes(way, _bases(group)) and (maker := _maker(way, name))]
+    if group == "shape":
+        found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
+    if group == "force":
+        found = [_on_one_of_two(maker) for maker in found]
+    known = {maker.name: maker for maker in sorted(found, key=lambda maker: is_own(maker.call))}
+    return {name: known[name] for name in sorted(known)}
+
+
+def _members(cls: type) -> dict[str, Any]:
+    """Return the attributes of a class, with those inherited from abstract classes, of which there are no objects."""
+    owners = [each for each in reversed(cls.__mro__) if each is cls or inspect.isabstract(each)]
+    return {name: found for owner in owners for name, found in vars(owner).items()}
+
+
+def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
+    """Yield the public ones of some classes and all their subclasses, each once."""
+    _import_all()
+    yield from (cls for cls in subclasses(*bases) if _is_public(cls) and cls is not Part)
+
+
+def _is_public(thing: Any) -> bool:
+    if is_own(thing):
+        return thing.__name__ in sys.modules[thing.__module__].__all__
+    return not thing.__name__.startswith("_")
+
+
+@functools.cache
+def _import_all() -> list[Any]:
+    """Import and return all modules of the packages, so that their classes are known."""
+    folders = {name: [str(Path(place, *name.split("."))) for place in poinsot.__path__] for name in PACKAGES}
+    return [
+        importlib.import_module(f"poinsot.{name}.{module.name}")
+        for name, places in folders.items()
+        for module in pkgutil.iter_modules(places)
+    ]
+
+
+def _makes(way: Any, bases: tuple[type, ...]) -> bool:
+    """Whether a class, or what a function returns, is one of a group."""
+    if isinstance(way, type):
+        return issubclass(way, bases)
+    result = hint_of(_function(way).__annotations__.get("return"), _function(way).__globals__)
+    kinds = [one for one in _ways(result) if isinstance(one, type)]
+    return any(issubclass(kind, bases) for kind in kinds) or (result is Self and issubclass(way.__self__, bases))
+
+
+def _function(call: Any) -> Any:
+    return inspect.unwrap(getattr(call, "__func__", call))
+
+
+def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) -> Maker | None:
+    """Return what makes something by the arguments of a call; None if a file cannot have one that it needs."""
+    hints, said = _hints(call), _described(call.__doc__)
+    keys, takes_calendar = [], False
+    for parameter in inspect.signature(call).parameters.values():
+        hint, required = hints.get(parameter.name, Any), parameter.default is parameter.empty
+        if parameter.name in left_out:
+            continue
+        if Calendar in _ways(hint):
+            takes_calendar = True
+            continue
+        kind, rank, group = _kind_of(hint)
+        if spread := parameter.kind is parameter.VAR_POSITIONAL:
+            kind, group = _several(kind, group)
+        if kind:
+            default = parameter.default if isinstance(parameter.default, float | int | str) else None
+            axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
+            words = " ".join([said.get(parameter.name, ""), *axes]).strip()
+            former = next((old for (kind, old), new in RENAMED.items() if (kind, new) == (name, parameter.name)), "")
+            more: Any = {"group": group, "spread": spread, "or_number": OR_NUMBER in extras_of(hint), "former": former}
+            keys.append(Key(parameter.name, kind, words, rank, required, default, **more))
+        elif required:
+            return None
+    return Maker(name, call, tuple(keys), (call.__doc__ or "").strip().split("\n", 1)[0], takes_calendar)
+
+
+def _hints(call: Any) -> dict[str, Any]:
+    """Return what the annotations of a record or of the arguments of a function stand for, by name."""
+    if not (isinstance(call, type) and dataclasses.is_dataclass(call)):
+        function = _function(inspect.getattr_static(call, "__init__") if isinstance(call, type) else call)
+        space = getattr(function, "__globals__", {})
+        return {name: hint_of(said, space) for name, said in inspect.get_annotations(function).items()}
+    said = {name: (base, says) for base in call.__mro__[::-1] for name, says in inspect.get_annotations(base).items()}
+    named = inspect.signature(call).parameters
+    hints = {name: hint_of(said[name][1], names_beside(said[name][0])) for name in named}
+    return {name: hint.type if isinstance(hint, dataclasses.InitVar) else hint for name, hint in hints.items()}
+
+
+def _ways(hint: Any) -> tuple[Any, ...]:
+    """Return the alternatives of a hint, without what is said beside them."""
+    if get_origin(hint) is Annotated:
+        return _ways(get_args(hint)[0])
+    if get_origin(hint) not in (Union, UnionType):
+        return (hint,)
+    return tuple(way for one in get_args(hint) for way in _ways(one) if way is not type(None))
+
+
+def _kind_of(hint: Any) -> tuple[str, int, Group]:
+    """Return the kind of a key, the rank of its numbers and the group of its tables; no kind if no file can have it."""
+    shape = next((extra for extra in extras_of(hint) if isinstance(extra, tuple)), None)
+    ways, quantity = _ways(hint), quantity_of(hint)
+    is_array = shape is not None or set(_ways(ArrayLike)) <= set(ways)
+    if quantity or is_array or float in ways:
+        return quantity.kind if quantity else "number", len(shape) if shape is not None else int(is_array), ""
+    for way in ways:
+        if get_origin(way) in (Sequence, tuple):
+            kind, _, of_each = _kind_of(get_args(way)[0])
+            several, together = _several(kind, of_each)
+            if kind:
+                return several, 0, together
+    kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
+    classes = [way for way in ways if isinstance(way, type)]
+    found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
+    group: Group = "" if found else next((own for way in classes if (own := _group_of(way))), "")
+    return found or ("record" if group else ""), 0, group
+
+
+def _group_of(cls: type) -> Group:
+    """Return the group of a class of which a key can have a table."""
+    if issubclass(cls, Shape | Body):
+        return "shape" if issubclass(cls, Shape) else "rigid"
+    return cls if issubclass(cls, Parametric) else ""
+
+
+def _several(kind: str, group: Group) -> tuple[str, Group]:
+    """Return kind and group of several; shapes beside each other are the parts of one."""
+    return f"{kind}s", "part" if group == "shape" else group
+
+
+def body_of_shape(shape: Shape) -> Body:
+    """Return the body of a shape about its centre of mass, along the shape's axes, as `Body.from_shape` does."""
+    return Body.from_shape(shape)
+
+
+def field_of_shape(shape: Shape, degree: int, radius: float | None = None) -> GravityField:
+    """Return the gravity field of a shape about its centre of mass, as `Shape.field` does.
+
+    Parameters
+    ----------
+    degree : int
+        From 2 to 80.
+    radius : float, optional
+        The length to which the coefficients refer; default: the circumscribing radius.
+    """
+    field: GravityField = shape.field(degree, radius)
+    return field
+
+
+PLACE = (
+    Key("position", "number", "Position of the origin of the shape, along the body axes.", 1),
+    Key("quaternion", "number", "Rotation before the shift, scalar first, from the shape's axes to the body axes.", 1),
+    Key("matrix", "number", "Rotation before the shift, as a matrix instead of a quaternion.", 2),
+)
+
+
+def _placed(maker: Maker) -> Maker:
+    """Return the maker of a shape that can be moved."""
+
+    def call(position: Any = (0, 0, 0), quaternion: Any = None, matrix: Any = None, **fields: Any) -> Any:
+        if quaternion is not None and matrix is not None:
+            raise ValueError("matrix must not be given together with quaternion, got both.")
+        faces = np.asarray(fields.get("faces", ()))
+        if faces.size and np.all(faces == np.rint(faces)) and np.all(np.abs(faces) < 2**53):
+            fields["faces"] = faces.astype(np.int64)
+        shape = maker.call(**fields)
+        if matrix is not None:
+            quaternion_from_matrix(real_array("matrix", matrix, (3, 3)))
+            return shape._placed(real_array("position", position, (3,)), np.asarray(matrix))
+        if quaternion is None and not np.any(position):
+            return shape
+        return shape.moved(position, (1, 0, 0, 0) if quaternion is None else quaternion)
+
+    return dataclasses.replace(maker, call=call, keys=(*maker.keys, *PLACE))
+
+
+ON = Key("on", "text", "Body of a two-body system on which the force acts.", choices=BODIES)
+
+
+def _on_one_of_two(maker: Maker) -> Maker:
+    """Return the maker of a force of one body that can be put on one of two; others as they are."""
+    if getattr(maker.call, "on", None) is Force.on:
+        return maker
+
+    def call(on: str | None = None, **fields: Any) -> Any:
+        force = maker.call(**fields)
+        return force if on is None else force.on(on)
+
+    call.__module__ = maker.call.__module__  # whose it is
+    return dataclasses.replace(maker, call=call, keys=(*maker.keys, ON))
+
+
+def _described(doc: str | None) -> dict[str, str]:
+    """Return what a docstring says of its parameters, by name."""
+    _, _, section = inspect.cleandoc(doc or "").partition("Parameters\n----------\n")
+    section = re.split(r"\n\n[A-Z]\w+\n---", section)[0]
+    said: dict[str, str] = {}
+    for entry in re.split(r"\n(?=\S)", section):
+        heading, _, body = entry.partition("\n")
+        names = heading.partition(" : ")[0]
+        said |= {name.strip("* "): " ".join(body.split()) for name in names.split(",")}
+    return said

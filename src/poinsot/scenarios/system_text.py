@@ -1,0 +1,154 @@
+"""Systems and shapes as the text of a scenario: written, and read again."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.parameters import Parametric, records_in
+from poinsot.mechanics.system import System
+from poinsot.orbits.restricted_three_body import CirclingPair
+from poinsot.scenarios.toml_text import MAX_CHARACTERS, MAX_KEYS, MAX_NUMBERS
+from poinsot.shapes.assembly import Assembly
+
+__all__ = ["Text", "rebuilt_system", "shape_of", "text_of"]
+
+MAX_WRITTEN = 100
+"""Numbers of one array in a text; longer ones are named there, and are variables beside it."""
+
+HEADER = "# Written for a system made in Python. State and times are variables of the file that has this text.\n"
+
+
+class Text(NamedTuple):
+    """A text in TOML, and the arrays that it names as {data = "..."}."""
+
+    text: str
+    data: dict[str, NDArray[Any]]
+
+
+def text_of(system: System, run: Mapping[str, Any]) -> Text:
+    """Return body, forces, orbits and units of a system and the options of a run as TOML, numbers with all digits.
+
+    A ValueError names classes from outside the package, and too many numbers.
+    """
+    writer = _Writer("system")
+    outside = {type(x).__qualname__: None for x in _all((system.body, *system.forces)) if _is_outside(x)}
+    if outside:
+        raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
+    units = {name: unit for name, unit in system.units.items() if unit != "1"}
+    parts = [_table("[units]", units)] if units else []
+    parts += [_table("[calendar]", vars(system.calendar))] if system.calendar else []
+    parts += [writer.section("[body]", system.body)]
+    parts += [writer.section("[[forces]]", force) for force in system.forces]
+    text = "\n".join([HEADER, *parts, *writer.orbits, _table("[run]", dict(run))])
+    if len(text) > MAX_CHARACTERS or text.count(",") > MAX_NUMBERS:
+        given = text.count(",")
+        raise ValueError(f"a scenario must have at most {MAX_NUMBERS} numbers to be stored in a file, got {given}.")
+    return Text(text, writer.data)
+
+
+def rebuilt_system(text: str, name: str, *, data: Mapping[str, Any] | None = None) -> System:
+    """Return the system alone that a text without state and times describes, which may name arrays in the data."""
+    from poinsot.scenarios.builder import Parts
+
+    return Parts(text, name, whole=False, data=data).system()
+
+
+def shape_of(body: Body, name: str) -> Text | None:
+    """Return the shape that a body was made of as the table of a body; None if there is none of the package's own.
+
+    Long arrays begin with the name.
+    """
+    shape = body.shape
+    if shape is None or any(_is_outside(part) for part in _parts_of(shape)):
+        return None
+    writer = _Writer(name)
+    text = _table("[body]", {"type": "Body.from_shape"}) + writer.section("[body.shape]", shape)
+    return Text(text, writer.data) if len(text) <= MAX_CHARACTERS and text.count("=") < 0.8 * MAX_KEYS else None
+
+
+def _parts_of(shape: Any) -> Iterator[Any]:
+    """Yield a shape, or the parts of one that has parts."""
+    if not isinstance(shape, Assembly):
+        yield shape
+        return
+    for part in shape.parts:
+        yield from _parts_of(part)
+
+
+def _is_outside(record: Any) -> bool:
+    return type(record).__module__.partition(".")[0] != "poinsot"
+
+
+def _all(records: Iterable[Parametric]) -> Iterator[Parametric]:
+    for record in records:
+        yield record
+        yield from _all(record.records)
+
+
+class _Writer:
+    """Writes records as tables; orbits get a name, each once, and a table of their own."""
+
+    def __init__(self, name: str) -> None:
+        self.orbits: list[str] = []
+        self.data: dict[str, NDArray[Any]] = {}
+        self._name = name
+        self._names: dict[int, str] = {}
+
+    def section(self, heading: str, record: Any) -> str:
+        """Return a record or a shape as a table, the records in it and the parts of a shape as tables in that."""
+        kind, made_of = record.definition
+        fields: dict[str, Any] = {"type": kind}
+        inner = []
+        if isinstance(record, Assembly):
+            made_of, inner = {}, [self.section(f"[[{heading.strip('[]')}.parts]]", part) for part in _parts_of(record)]
+        for name, value in made_of.items():
+            records, place = records_in(value), f"{heading.strip('[]')}.{name}"
+            if not records:
+                fields[name] = self._kept(value)
+            elif isinstance(records[0], Orbit | CirclingPair):
+                names = [self._name_of(orbit) for orbit in records]
+                fields[name] = names if isinstance(value, tuple) else names[0]
+            else:
+                place = f"[[{place}]]" if isinstance(value, tuple) else f"[{place}]"
+                inner += [self.section(place, each) for each in records]
+        return "\n".join([_table(heading, fields), *inner])
+
+    def _kept(self, value: Any) -> Any:
+        """Return a value, or the name of a long array."""
+        if not isinstance(value, np.ndarray) or value.size <= MAX_WRITTEN:
+            return value
+        name = f"{self._name}_{len(self.data) + 1}"
+        self.data[name] = value
+        return {"data": name}
+
+    def _name_of(self, orbit: Any) -> str:
+        if id(orbit) not in self._names:
+            self._names[id(orbit)] = name = f"orbit{len(self._names) + 1}"
+            self.orbits.append(self.section(f"[orbits.{name}]", orbit))
+        return self._names[id(orbit)]
+
+
+def _table(heading: str, fields: dict[str, Any]) -> str:
+    lines = (f"{name} = {_written(value)}" for name, value in fields.items())
+    return "\n".join([heading, *lines, ""])
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key} = {_written(item)}' for key, item in value.items())}}}"
+    if isinstance(value, bool):
+        return str(value).lower()
+    plain = value if isinstance(value, int | list) else np.asarray(value).tolist()
+    if isinstance(plain, list):
+        return f"[{', '.join(map(_written, plain))}]"
+    return repr(plain) if math.isfinite(plain) else str(plain)

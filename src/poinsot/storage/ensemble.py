@@ -1,0 +1,113 @@
+"""An ensemble as chunks and stores see it: names of variables, a template of one member, and what computes members.
+
+Motions and results of analyses are ensembles of the same kind. Nothing here contains a system or a state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
+
+from poinsot.display.progress import Progress
+from poinsot.storage.fingerprint import fingerprint
+from poinsot.storage.run_record import RunRecord
+
+if TYPE_CHECKING:
+    import xarray
+
+    from poinsot.storage.ensemble_store import EnsembleStore, Variables
+
+__all__ = ["ChunkResult", "Ensemble", "digests"]
+
+Result = TypeVar("Result")
+
+
+class Computed(Protocol):
+    """Motion or result of an analysis: reasons why members failed, and how it was computed."""
+
+    @property
+    def failures(self) -> Mapping[int, str]: ...
+
+    @property
+    def run(self) -> RunRecord: ...
+
+
+class ChunkResult(NamedTuple):
+    """Results of the members of one chunk.
+
+    Attributes
+    ----------
+    data : xarray.Dataset
+        Variables along `member`, then `time`.
+    extra : mapping
+        Dimensions, numbers and attributes of each extra array, which does not lie along members, by name.
+    about : mapping
+        `failures` by the number of the member in the ensemble, and `run`, how the chunk was computed.
+    interrupted : bool
+        True if Ctrl-C ended the computation before its end.
+    """
+
+    data: xarray.Dataset
+    extra: Variables
+    about: Mapping[str, Any]
+    interrupted: bool
+
+    @classmethod
+    def of(
+        cls, computed: Computed, first: int, data: xarray.Dataset, extra: Variables, interrupted: bool
+    ) -> ChunkResult:
+        """Return the result of members whose first one has a number in the ensemble."""
+        failures = {str(first + member): why for member, why in computed.failures.items()}
+        return cls(data, extra, {"failures": failures, "run": computed.run.of_chunk}, interrupted)
+
+
+class Compute(Protocol):
+    """Function that computes some variables of some members."""
+
+    def __call__(self, members: slice, names: tuple[str, ...], progress: Progress) -> ChunkResult: ...
+
+
+@dataclass(frozen=True)
+class Ensemble(Generic[Result]):
+    """Computation of members that can be done chunk by chunk. Decisions that depend on all members are made before it.
+
+    Parameters
+    ----------
+    members : int
+        Number of members.
+    last : float
+        Last time.
+    problem : mapping
+        Digest of each argument by its name: a store resumes the same problem only.
+    names : tuple of str
+        Variables along members that can be computed.
+    stored : tuple of str
+        Variables that are stored by default.
+    member_bytes : int
+        Bytes of the rows of one member during the computation.
+    fixed : xarray.Dataset
+        Variables that are the same for all chunks, and the attributes.
+    template : callable
+        Returns some variables of one member, with any numbers.
+    compute : Compute
+        Computes some members, here or in another process.
+    open : callable
+        Returns the result that is in a store.
+    """
+
+    members: int
+    last: float
+    problem: Mapping[str, str]
+    names: tuple[str, ...]
+    stored: tuple[str, ...]
+    member_bytes: int
+    fixed: xarray.Dataset
+    template: Callable[[tuple[str, ...]], xarray.Dataset]
+    compute: Compute
+    open: Callable[[EnsembleStore], Result]
+
+
+def digests(problem: Mapping[str, Any]) -> dict[str, str]:
+    """Return the digest of each argument of a problem."""
+    return {name: fingerprint(value) for name, value in problem.items()}
