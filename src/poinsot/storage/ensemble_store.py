@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 __all__ = [
     "MAX_CHUNK_BYTES",
     "EnsembleStore",
-    "Frame",
+    "StoreHeader",
     "Variables",
     "block_of",
     "coordinates_of",
@@ -184,7 +184,7 @@ class EnsembleStore:
         self.described[name].written(self.folder / name, values, number)
         synced(self.folder / name)
 
-    def mend(self, frame: Frame) -> None:
+    def mend(self, frame: StoreHeader) -> None:
         """Write what is the same for all chunks anew if it is damaged or says other things, such as another title.
 
         Chunks that are damaged count as missing, and what writers left is removed. All of the store is read.
@@ -228,7 +228,7 @@ class EnsembleStore:
         fixed = {name: array for name, array in self.arrays.items() if not array.about.chunk}
         values = {name: (array.about.dims, np.asarray(array), array.about.attributes) for name, array in fixed.items()}
         folder.mkdir()
-        Frame(values, self.described, {**self.attributes, **attributes}).write(folder)
+        StoreHeader(values, self.described, {**self.attributes, **attributes}).write(folder)
         for number in np.flatnonzero(self.whole).tolist():
             self._check_chunk(number)
             for name, key in ((name, about.key(number)) for name, about in self.sharded.items() if not about.is_empty):
@@ -267,7 +267,7 @@ class EnsembleStore:
         return dataset_of_arrays(self.arrays, said)
 
 
-class Frame(NamedTuple):
+class StoreHeader(NamedTuple):
     """What a store has before its chunks.
 
     Attributes
@@ -293,7 +293,7 @@ class Frame(NamedTuple):
         write_group(folder, self.described, self.attributes)
 
 
-def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: int, said: Attributes) -> Frame:
+def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: int, said: Attributes) -> StoreHeader:
     """Return what a store has before its chunks.
 
     `fixed` has all variables that are the same for all chunks and the attributes, `empty` those of one member that
@@ -305,7 +305,7 @@ def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: 
     block = block_of(chunk, max((about.member_bytes for about in grown.values()), default=1))
     shards = {name: about.in_shards(members, chunk, block) for name, about in grown.items()}
     store = {"format": STORE_FORMAT, "members": members, "chunk": chunk, **said}
-    return Frame(
+    return StoreHeader(
         whole, {**described, **shards}, plain_attributes({**fixed.attrs, **coordinates_of(fixed), "store": store})
     )
 

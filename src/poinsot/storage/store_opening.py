@@ -12,7 +12,7 @@ from poinsot.atomic_write import exists, new_folder
 from poinsot.printable import shortened
 from poinsot.storage.chunk_plan import Plan, Selection, selected, with_thinned_times
 from poinsot.storage.ensemble import Ensemble, Result
-from poinsot.storage.ensemble_store import EnsembleStore, Frame, frame_of
+from poinsot.storage.ensemble_store import EnsembleStore, StoreHeader, frame_of
 from poinsot.storage.fingerprint import fingerprint
 from poinsot.storage.run_record import versions
 from poinsot.storage.zarr_group import GROUP, StoreError
@@ -62,7 +62,7 @@ class StoreDescription:
         template = selected(ensemble.template(tuple(stored)), stored)
         return cls(with_thinned_times(ensemble.fixed, stored), template, ensemble.members, problem)
 
-    def frame(self, chunk: int) -> Frame:
+    def frame(self, chunk: int) -> StoreHeader:
         """Return the content of the store before its chunks of so many members."""
         return frame_of(self.fixed, self.template, self.members, chunk, {"problem": self.problem})
 
