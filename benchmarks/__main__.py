@@ -33,7 +33,7 @@ SECTIONS = {
     "closed_form": "free",
     "closed_form_accuracy": "free",
     "second_propagate": "overheads",
-    "imports": "overheads",
+    "first_motion": "start",
     "dense_output": "overheads",
     "gravity_fields": "fields",
     "first_calls": "first_calls",

@@ -1,10 +1,6 @@
-"""What a run costs beside the integration: the second call, the import, reading a dense motion."""
+"""What a run costs beside the integration: the second call, reading a dense motion."""
 
-import os
 import statistics
-import subprocess
-import sys
-import tempfile
 import time
 
 import numpy as np
@@ -48,30 +44,6 @@ def over_processes(results):
     return {
         key: {name: statistics.median(one[key][name] for one in found) for name in found[0][key]} for key in found[0]
     }
-
-
-def imports(short):
-    """Return the median times to import, each in a process of its own, in turn.
-
-    What is installed has its bytecode beside it; that of sources comes from the first turn.
-    """
-    pin(1)
-    program = "import time; t = time.perf_counter(); {}; print(time.perf_counter() - t)"
-    used = (
-        "import poinsot; poinsot.propagate, poinsot.System, poinsot.Body, poinsot.GravityGradient, poinsot.KeplerOrbit"
-    )
-    imported = {"heyoka": "import heyoka", "poinsot": used, "names": "import poinsot"}
-    times: dict[str, list[float]] = {name: [] for name in imported}
-    with tempfile.TemporaryDirectory() as folder:
-        environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-        environment["PYTHONPYCACHEPREFIX"] = folder
-        for turn in range(4 if short else 12):
-            for name, found in times.items():
-                command = [sys.executable, "-c", program.format(imported[name])]
-                run = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-                if turn:  # the first reads the disk
-                    found.append(float(run.stdout))
-    return {name: statistics.median(found) for name, found in times.items()}
 
 
 def dense_output(short):

@@ -8,6 +8,7 @@ from benchmarks import peers
 from benchmarks.ensembles import BATCHES, ONE_CORE, TWO_CORES
 from benchmarks.pairs import FOURTH, SECOND
 from benchmarks.single import DRIFTING
+from benchmarks.start import THEN
 from benchmarks.variational import BEFORE
 
 POINSOT, BY_HAND = "poinsot_taylor", "heyoka_by_hand"
@@ -250,9 +251,14 @@ def of_first_calls(found):
     return targets
 
 
-def of_imports(found):
-    """Return the target of the time to import."""
-    return [Target("import poinsot over import heyoka", found["poinsot"] - found["heyoka"], 0.2, True, " s")]
+def of_first_motion(found):
+    """Return the targets of the first motion of a process."""
+    now, then = found["now"], found.get("then")
+    ratio = now["seconds"] / then["seconds"] if then else None
+    return [
+        Target(f"first motion of a process, processor time over that at {THEN}", ratio, 0.35, True),
+        Target("first motion of a process, peak memory", now["memory"], 130.0, True, " MB"),
+    ]
 
 
 def of_dense_output(found):
@@ -338,7 +344,7 @@ GROUPS = (
     (of_a_device, "on_a_device"),
     (of_closed_form, "closed_form", "closed_form_accuracy"),
     (of_second_calls, "second_propagate"),
-    (of_imports, "imports"),
+    (of_first_motion, "first_motion"),
     (of_first_calls, "first_calls"),
     (of_quadruple, "quadruple"),
     (of_dense_output, "dense_output"),

@@ -11,7 +11,6 @@ import contextlib
 import ctypes
 import fcntl
 import os
-import secrets
 import shutil
 import sys
 import time
@@ -28,7 +27,7 @@ PART, LOCK = ".poinsot-{}.part", "lock"
 BEFORE = "before"
 """The old folder in the hidden one, while a system that cannot exchange two names replaces it."""
 
-FRESH = 60.0
+LOCK_SECONDS = 60.0
 """Seconds in which a folder may wait for its lock."""
 
 AT_FOLDER, EXCHANGE = -100, 2
@@ -168,7 +167,7 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
     _clean_up(path.parent)
     if not overwrite:
         _check_free(path)
-    folder = path.parent / PART.format(secrets.token_hex(8))
+    folder = path.parent / PART.format(os.urandom(8).hex())
     try:
         folder.mkdir()
         with (folder / LOCK).open("x") as lock:
@@ -220,7 +219,7 @@ def _is_left(folder: Path) -> bool:
     """Return True if the process that made a folder has ended or abandoned the folder."""
     try:
         had_lock = (folder / BEFORE).exists()
-        if not had_lock and time.time() - folder.stat().st_mtime < FRESH:
+        if not had_lock and time.time() - folder.stat().st_mtime < LOCK_SECONDS:
             return False
         with (folder / LOCK).open("r+") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from typing import Any
 
@@ -66,5 +65,7 @@ def _beginning(value: Any) -> Any:
 
 def nearest(name: Any, known: Iterable[str]) -> str:
     """Return the suggestion of the nearest known name, or an empty string."""
+    import difflib
+
     found = difflib.get_close_matches(str(name)[:60], list(known), n=1)
     return f" Did you mean {quoted(found[0])}?" if found else ""

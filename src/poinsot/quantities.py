@@ -22,7 +22,7 @@ from poinsot.dimensions import in_order, names_of
 
 __all__ = [
     "ANGLE_UNITS",
-    "DEEPEST",
+    "MAX_AXES",
     "NAMED_RATES",
     "OR_NUMBER",
     "Along",
@@ -60,8 +60,8 @@ ANGLE_UNITS = {
 NAMED_RATES = {"rpm": ("rev", "min")}
 """Rates whose names are no quotient."""
 
-DEEPEST = 32
-"""The most axes of an array, about."""
+MAX_AXES = 32
+"""Approximate largest number of axes of an array."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -193,12 +193,12 @@ def plain(name: str, value: Any, unit: str | None = None, depth: int = 0) -> Any
     ValueError
         If names of dimensions do not determine their order.
     """
-    if isinstance(value, list | tuple) and depth < DEEPEST:
+    if isinstance(value, list | tuple) and depth < MAX_AXES:
         if {int, float}.issuperset(map(type, value)):
             return value
         return [plain(name, item, unit, depth + 1) for item in value]
     kind = type(value)
-    if isinstance(value, np.ma.MaskedArray) or (hasattr(kind, "unmasked") and not hasattr(kind, "jd1")):  # no Time
+    if hasattr(kind, "harden_mask") or (hasattr(kind, "unmasked") and not hasattr(kind, "jd1")):  # NumPy, no Time
         raise TypeError(
             f"{name} must be plain numbers, got a masked array. Write value.compressed(), or value.filled(number)."
         )

@@ -82,7 +82,6 @@ COVERED_BY = {
     "orbits/planets.py": "oracles/test_planets.py",
     "orbits/two_body.py": "unit/orbits/test_from_cartesian.py",
     "orbits/universal.py": "unit/orbits/test_escape.py",
-    "paper.py": "house/test_paper_command.py",
     "parts/dampers.py": "oracles/test_parts.py",
     "parts/gyros.py": "oracles/test_spacecraft_parts.py",
     "parts/moving.py": "oracles/test_parts.py",
@@ -125,7 +124,6 @@ COVERED_BY = {
     "scenarios/builder.py": "unit/files/test_scenario.py",
     "scenarios/errors.py": "unit/files/test_scenario.py",
     "scenarios/quantities.py": "unit/files/test_scenario.py",
-    "scenarios/registry.py": "unit/files/test_scenario.py",
     "scenarios/schema.py": "unit/files/test_scenario.py",
     "scenarios/system_text.py": "laws/test_every_force_in_files.py",
     "scenarios/template.py": "house/test_cli_scenarios.py",
@@ -154,5 +152,6 @@ COVERED_BY = {
     "taylor/sign_changes.py": "unit/taylor/test_detection.py",
     "taylor/square_roots.py": "unit/taylor/test_lowering.py",
     "taylor/tasks.py": "unit/taylor/test_detection.py",
-    "verify.py": "house/test_verify_command.py",
+    "validation/cases.py": "house/test_verify_command.py",
+    "validation/paper.py": "house/test_paper_command.py",
 }

@@ -1,6 +1,7 @@
 """Every result of the package, by a function that makes it, and its contents as plain numbers."""
 
 import functools
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -146,7 +147,7 @@ def contents(thing, seen=()):
     """What there is to read in a thing, as plain numbers, texts and bytes."""
     if isinstance(thing, np.ndarray):
         return (thing.shape, thing.tobytes())
-    if isinstance(thing, dict):
+    if isinstance(thing, Mapping):
         return {str(key): contents(value, seen) for key, value in thing.items()}
     if isinstance(thing, list | tuple):
         return [contents(item, seen) for item in thing]

@@ -36,7 +36,7 @@ def assert_blocks_are_joined(motion, monkeypatch):
         if not name.startswith("drift_"):
             assert np.array_equal(whole[name].values, motion.column(name), equal_nan=True), name
     for rows in (40, 7):
-        monkeypatch.setattr(column_reader, "ROWS_OF_BLOCK", rows)
+        monkeypatch.setattr(column_reader, "ROWS_PER_BLOCK", rows)
         assert motion.dataset.identical(whole)
         assert all(np.array_equal(x, whole[f"drift_{name}"], equal_nan=True) for name, x in motion.drift.items())
 
@@ -80,5 +80,5 @@ def test_an_orbit_is_where_it_is_for_all_times_together(monkeypatch):
     start = system.body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.1, 0.2, 0.3))
     phase = {name: np.repeat(values[None], times.size, axis=0) for name, values in start.phase.items()}
     motion = pt.Trajectory(system, start, times, MemoryRows(phase), RUN)
-    monkeypatch.setattr(column_reader, "ROWS_OF_BLOCK", 100)
+    monkeypatch.setattr(column_reader, "ROWS_PER_BLOCK", 100)
     assert np.array_equal(motion.dataset["potential_energy"], motion.potential_energy)

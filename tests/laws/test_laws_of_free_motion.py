@@ -409,7 +409,7 @@ def every_case():
     "times", [np.linspace(-20, 60, 33), [1e9], np.linspace(0, 1, 300)], ids=["few", "one", "more than a block"]
 )
 def test_members_are_as_one_by_one(times, monkeypatch):
-    monkeypatch.setattr(closed_form, "BLOCK", 256)
+    monkeypatch.setattr(closed_form, "ATTITUDES_PER_BLOCK", 256)
     moments, g = every_case()
     rng = np.random.default_rng(5)
     q, start = rng.normal(size=(len(g), 4)), rng.uniform(-5, 5, len(g))

@@ -362,7 +362,7 @@ def test_columns_that_are_computed_apart_are_of_the_same_noise(members, monkeypa
     found = pt.analysis.state_transition(system, state, times, ["moments[0]"])
     motion = pt.propagate(system, state, times)
     np.testing.assert_allclose(found.motion.omega_body, motion.omega_body, rtol=0, atol=1e-15)
-    monkeypatch.setattr(transition_matrix, "TOGETHER", 16)
+    monkeypatch.setattr(transition_matrix, "MAX_COORDINATES_TOGETHER", 16)
     whole = pt.analysis.state_transition(system, state, times, ["moments[0]"])
     for name in ("matrix", "sensitivity"):
         one, other = getattr(found, name), getattr(whole, name)

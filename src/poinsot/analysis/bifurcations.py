@@ -20,20 +20,20 @@ from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.display.html_text import Summarized, formatted
 
-__all__ = ["LOOSE", "Bifurcation", "bifurcations"]
+__all__ = ["CROSSING_TOLERANCE", "Bifurcation", "bifurcations"]
 
 Array = NDArray[Any]
 
-LOOSE = 1e-6
-"""Singular values below this, of the largest, belong to the direction of a branch that crosses."""
-NARROW = 1e-10
-"""Along the curve: what a segment as short does is one event."""
-RESOLUTION = 1e-15
-"""Of the distance at which something is located."""
+CROSSING_TOLERANCE = 1e-6
+"""Largest singular value, relative to the largest one, of the direction of a branch that crosses."""
+MIN_SEGMENT = 1e-10
+"""Shortest length of a segment along the curve. Events within it are one event."""
+LOCATION_TOLERANCE = 1e-15
+"""Tolerance of the location of an event, relative to its distance."""
 NODES, SPACING = 5, 0.01
 """Places from which the next is predicted, and how near to each other they may be, of the segment."""
-LEVEL = 1e-9
-"""Of the tangent along the parameter, below which its sign is rounding."""
+TANGENT_ROUNDING = 1e-9
+"""Component of the tangent along the parameter below which its sign is rounding."""
 SIGNS = {"branching": 1, "doubling": -1}
 COUNTS = np.array([1, 1, 2])
 """Multipliers outside the unit circle: one that is real, two that are complex."""
@@ -119,7 +119,7 @@ class _Segment:
         self.length = float(np.linalg.norm(chord))
         self.chord, self.places = chord / self.length, {0.0: a, self.length: b}
         self.paired = a.multipliers.paired and b.multipliers.paired
-        self.level = max(abs(a.tangent[-1]), abs(b.tangent[-1])) < LEVEL
+        self.level = max(abs(a.tangent[-1]), abs(b.tangent[-1])) < TANGENT_ROUNDING
 
     # ------------------------------------------------------------------ places
 
@@ -134,7 +134,9 @@ class _Segment:
         curve = KroghInterpolator([s for s, _ in nodes], [near.to(place) for _, place in nodes])
         step, row = curve(distance), curve.derivative(distance)
         point = near.once.displaced(near.point, step[:-1])
-        place = self.family.corrected(point, near.u + step[-1], row / np.linalg.norm(row), self.length, LOOSE)
+        place = self.family.corrected(
+            point, near.u + step[-1], row / np.linalg.norm(row), self.length, CROSSING_TOLERANCE
+        )
         self.places[distance] = place
         return place
 
@@ -162,14 +164,14 @@ class _Segment:
         middle = 0.5 * (low + high)
         try:
             found = None if kind == "several" else self._located(kind, low, high)
-            if found is None and high - low > NARROW:
+            if found is None and high - low > MIN_SEGMENT:
                 self.at(middle)
         except (LostError, ValueError):
             yield self._event("unresolved", a, a, b)
             return
         if found is not None:
             yield self._event(kind, found, a, b)
-        elif high - low > NARROW:
+        elif high - low > MIN_SEGMENT:
             yield from self.explained(low, middle)
             yield from self.explained(middle, high)
         else:
@@ -210,7 +212,7 @@ class _Segment:
         test = self._test(kind, known)
         if not test(a) * test(b) < 0:
             return None
-        return self.at(brentq(lambda s: test(self.at(s)), low, high, xtol=RESOLUTION, rtol=RESOLUTION))
+        return self.at(brentq(lambda s: test(self.at(s)), low, high, xtol=LOCATION_TOLERANCE, rtol=LOCATION_TOLERANCE))
 
     def _test(self, kind: str, known: int) -> Callable[[Place], float]:
         if kind == "fold":

@@ -32,7 +32,7 @@ from poinsot.printable import quoted
 from poinsot.propagation.arguments import RunSettings
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
-from poinsot.propagation.variational_run import TOGETHER, UserUnits, VariationalRun
+from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, UserUnits, VariationalRun
 from poinsot.quantities import Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.run_record import RunRecord
@@ -46,16 +46,16 @@ Array = NDArray[np.float64]
 
 FOUND = ("growth", "fli", "megno", "mean_megno", "gali")
 
-SAMPLES = 8
-"""Of the growth for MEGNO's integrals, in 2 pi of the fastest angle."""
+SAMPLES_PER_TURN = 8
+"""Number of samples of the growth in 2 pi of the fastest angle, for the integrals of MEGNO."""
 
-MOST_STEPS = 1e8
+MAX_STEPS = 1e8
 """Each has some numbers in memory."""
 
-APART = 10.0
-"""Radians of the fastest angle between two orthogonalisations of vectors."""
+ORTHOGONALISATION_ANGLE = 10.0
+"""Advance of the fastest angle between two orthogonalisations of the vectors, radians."""
 
-SHARES = 4
+MAX_SAMPLE_GROUPS = 4
 """Of members whose rates differ by less than a factor of two, groups that have their samples in common."""
 
 
@@ -228,7 +228,7 @@ def chaos_indicators(
     units, directions = run.user_units(rates, momentum_unit), _directions(vectors, run.size)
     report = Report(np.zeros(starts.size, dtype=int))
     parts = {name: np.full((starts.size, run.times.size), np.nan) for name in FOUND}
-    for who, step in _alike(2 * np.pi / (SAMPLES * rates), starts.size, run.times):
+    for who, step in _alike(2 * np.pi / (SAMPLES_PER_TURN * rates), starts.size, run.times):
         some, own = run if who.size == starts.size else members_of(run, who), members_of(units, who)
         out = _Indicators(starts[who], _refined(run.times, starts[who], step), run.times, own)
         report.put(who, some.integrate(own.multiplied(directions), out.fine, out, ways=out.ways))
@@ -404,7 +404,9 @@ def lyapunov_spectrum(
             "begins anew on the way, and so would its memory. Take chaos_indicators."
         )
     run, plan = _spectral_run(system, state, times, formulation, tolerance, threads), plan_of(**chunking)
-    step = float(np.min(APART / fastest_rates(system, run.state)))  # one for all members, also in chunks
+    step = float(
+        np.min(ORTHOGONALISATION_ANGLE / fastest_rates(system, run.state))
+    )  # one for all members, also in chunks
     if plan:
         given = {"formulation": formulation, "tolerance": tolerance, "threads": threads, "step": step}
         analysis = Analysis(_spectrum, system, state, run.times, given)
@@ -486,7 +488,7 @@ class _OrthonormalVectors:
 
     def __init__(self, run: VariationalRun) -> None:
         k, members = run.size, len(run.state.time)
-        self._run, self._copies = run, 1 if k <= TOGETHER else k
+        self._run, self._copies = run, 1 if k <= MAX_COORDINATES_TOGETHER else k
         self._along = run if self._copies == 1 else run.repeated(self._copies)
         self._state, count = self._along.state, members * self._copies
         system, variables = self._along.system, self._along.variables
@@ -555,9 +557,9 @@ def _alike(steps: Array, members: int, times: Array) -> Iterator[tuple[NDArray[n
         yield np.arange(members), float(steps)
         return
     length = float(np.ptp(times) or np.max(np.abs(times)) or 1.0)
-    classes = np.floor(SHARES * np.log2(steps / length))
+    classes = np.floor(MAX_SAMPLE_GROUPS * np.log2(steps / length))
     for each in np.unique(classes):
-        yield np.flatnonzero(classes == each), length * float(np.exp2(each / SHARES))
+        yield np.flatnonzero(classes == each), length * float(np.exp2(each / MAX_SAMPLE_GROUPS))
 
 
 def _refined(times: Array, starts: Array, step: float) -> Array:
@@ -567,9 +569,9 @@ def _refined(times: Array, starts: Array, step: float) -> Array:
     """
     times = np.sort(times)
     far = max(times[-1], np.max(starts)) - min(times[0], np.min(starts))
-    if far > MOST_STEPS * step:
+    if far > MAX_STEPS * step:
         raise ValueError(
-            f"times must be at most {MOST_STEPS:.0e} steps of {step:.3g} from the state's time, got {far:.3g}. "
+            f"times must be at most {MAX_STEPS:.0e} steps of {step:.3g} from the state's time, got {far:.3g}. "
             "A step is a part of a turn of the body: is it as fast as that?"
         )
     pieces = [np.linspace(a, b, max(int(np.ceil((b - a) / step)), 1) + 1)[:-1] for a, b in itertools.pairwise(times)]

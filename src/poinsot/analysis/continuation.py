@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.analysis.bifurcations import LOOSE, Bifurcation, bifurcations
+from poinsot.analysis.bifurcations import CROSSING_TOLERANCE, Bifurcation, bifurcations
 from poinsot.analysis.family import Family, LostError, NamedFunction, Place
-from poinsot.analysis.period_map import FIRM, Point
+from poinsot.analysis.period_map import FAMILY_TOLERANCE, Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded
@@ -37,16 +37,16 @@ FIRST_STEP, SMALLEST_STEP, LARGEST_STEP = 0.01, 1e-5, 0.1
 """Along the curve: radians, and the way of the parameter from its start to its end as one."""
 EASY, HARD = 3, 5
 """Rounds of the corrector: with so few the next step is longer, with so many shorter."""
-FARTHEST = 0.5
-"""Of a step, how far the corrector may go: farther is another branch."""
-STRAIGHT = 0.98
-"""The cosine of the angle between the tangents at two consecutive points."""
-MOST = 2000
-"""Points."""
-CROSSING = 10.0
-"""Of the first step on a branch that crosses, how far the corrector may go: only its plane is known."""
-SINGULAR = 1e-8
-"""Singular values below this, of the largest, are zero at a bifurcation as it is located."""
+MAX_CORRECTION = 0.5
+"""Largest correction, relative to the step: a larger one leads to another branch."""
+MIN_TANGENT_COSINE = 0.98
+"""Smallest cosine of the angle between the tangents at two consecutive points."""
+MAX_POINTS = 2000
+"""Largest number of points of a branch."""
+MAX_FIRST_CORRECTION = 10.0
+"""Largest correction, relative to the first step on a branch that crosses: only the plane of the branch is known."""
+SINGULAR_TOLERANCE = 1e-8
+"""Largest singular value, relative to the largest one, that is zero at a located bifurcation."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -210,7 +210,7 @@ def _parameter(
     return NamedFunction(parameter, float(real_array("start", start, ())))
 
 
-def _first(family: Family, motion: PeriodicMotion, firm: float = FIRM) -> Place:
+def _first(family: Family, motion: PeriodicMotion, firm: float = FAMILY_TOLERANCE) -> Place:
     """Return where the curve begins, with its tangent towards the end."""
     once = family.once(0.0)
     once.check()
@@ -230,7 +230,7 @@ def _crossing(family: Family, found: Bifurcation) -> list[Place]:
     """Return the bifurcation and the first motion beside it, of the branch that crosses or doubles."""
     if found.kind not in ("branching", "doubling"):
         raise ValueError(f"motion must be a branching or a doubling where it is a Bifurcation, got a {found.kind}.")
-    origin = _first(family, found.motion, LOOSE)
+    origin = _first(family, found.motion, CROSSING_TOLERANCE)
     along = found.tangent / np.append(origin.once.units, family.span)
     along *= np.copysign(1 / np.linalg.norm(along), along[-1])
     none = ValueError(f"motion must have a branch beside it, got {found.kind} at {found.value:.9g} with none near.")
@@ -242,7 +242,7 @@ def _crossing(family: Family, found: Bifurcation) -> list[Place]:
     for step in (across, -across):
         try:
             point = origin.once.displaced(origin.point, step[:-1])
-            beside = family.corrected(point, 0.0, step / FIRST_STEP, CROSSING * FIRST_STEP)
+            beside = family.corrected(point, 0.0, step / FIRST_STEP, MAX_FIRST_CORRECTION * FIRST_STEP)
         except (LostError, ValueError):
             continue
         if 0 < beside.u < 1:
@@ -261,7 +261,7 @@ def _across(family: Family, point: Point, along: Array) -> Array:
     beside = family.corrected(family.once(0.0).displaced(point, near[:-1]), near[-1], along)
     slopes = [family.equations(family.once(u), x, u)[1] for x, u in ((point, 0.0), (beside.point, beside.u))]
     sizes = np.linalg.svd(slopes[0], compute_uv=False)
-    count = 1 + int(np.sum(sizes < SINGULAR * sizes[0]))
+    count = 1 + int(np.sum(sizes < SINGULAR_TOLERANCE * sizes[0]))
     here, there = (
         np.linalg.svd(slope)[2][along.size - k :].T for slope, k in zip(slopes, (count, max(count - 1, 1)), strict=True)
     )
@@ -293,7 +293,7 @@ class _Curve:
     def follow(self, tell: Report) -> str:
         """Go along the curve and return why it ends."""
         size, name = FIRST_STEP, self.family.name
-        while len(self.places) < MOST:
+        while len(self.places) < MAX_POINTS:
             here = self.places[-1]
             try:
                 place, last = self._next(here, size)
@@ -309,7 +309,7 @@ class _Curve:
             if last is not None:
                 return f"{name} = {self.family.value(last):.6g}" + ("" if last else ", where it began")
             size = min(size * (1.5 if place.rounds <= EASY else 0.7 if place.rounds >= HARD else 1.0), LARGEST_STEP)
-        return f"it has {MOST} motions"
+        return f"it has {MAX_POINTS} motions"
 
     def _next(self, here: Place, size: float) -> tuple[Place, float | None]:
         """Return the next place, and the end of the way if it is there."""
@@ -320,8 +320,8 @@ class _Curve:
         step = size * here.tangent
         point = here.once.displaced(here.point, step[:-1])
         u = here.u + step[-1] if last is None else last
-        place = self.family.corrected(point, u, row, max(FARTHEST * size, SMALLEST_STEP))
+        place = self.family.corrected(point, u, row, max(MAX_CORRECTION * size, SMALLEST_STEP))
         tangent = place.tangent * (1 if place.tangent @ here.tangent > 0 else -1)
-        if tangent @ here.tangent < STRAIGHT:
+        if tangent @ here.tangent < MIN_TANGENT_COSINE:
             raise LostError
         return dataclasses.replace(place, tangent=tangent), last

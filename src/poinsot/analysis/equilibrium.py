@@ -46,16 +46,16 @@ __all__ = ["Equilibrium", "equilibria", "grows_with_time"]
 
 Array = NDArray[Any]
 
-SLOW = 1e-6
+RATE_TOLERANCE = 1e-6
 """Rates below this count as zero, relative to the fastest; stiffnesses below its square. More in oblique axes."""
-ALIKE = 1e-5
+SAME_ATTITUDE = 1e-5
 """Attitudes that differ by less are the same, radians: where a stiffness vanishes, they are not known better."""
-UNIFORM = 1e-9
-"""By how much rates and torques, relative to their size, may change between times in a uniform frame."""
+UNIFORMITY_TOLERANCE = 1e-9
+"""Largest change of rates and torques, relative to their size, between times in a uniform frame."""
 RANDOM_STARTS = 100
-ROUNDS = 60
-LARGEST_STEP = 0.5
-"""Of Newton's method, radians."""
+MAX_ITERATIONS = 60
+MAX_STEP = 0.5
+"""Largest step of Newton's method, radians."""
 OFF_COURSE = np.array([0.07, -0.11, 0.05])
 """A turn that leaves the symmetric attitudes from which the shortest way to another one does not begin."""
 HALF_TURNS = np.eye(4)[1:] / 2
@@ -192,7 +192,7 @@ class _Balance:
         rigid = float(momentum_scale(self.dynamics, at_rest))
         self.momentum, self.stiffness = rigid + rotors, rigid**2 / largest + rotors * rate
         self.slenderness = _slenderness(system.body)
-        self.slow = min(SLOW * self.slenderness, 0.01)
+        self.slow = min(RATE_TOLERANCE * self.slenderness, 0.01)
 
     # ------------------------------------------------------------------ equations
 
@@ -246,7 +246,7 @@ class _Balance:
         """Return where Newton's method leads from attitudes, and whether there is an equilibrium, (n,)."""
         p, moving = p.copy(), np.arange(len(p))
         settled = np.zeros(len(p), dtype=bool)
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             if not moving.size:
                 break
             force, slope = self.imbalance(p[moving])
@@ -254,9 +254,9 @@ class _Balance:
             moving, force, slope = moving[finite], force[finite], slope[finite]
             step = -np.einsum("nij,nj->ni", self._inverse(slope), force)
             size = np.linalg.norm(step, axis=-1)
-            p[moving] = _turned(p[moving], step * np.minimum(1, LARGEST_STEP / np.maximum(size, 1e-300))[:, None])
+            p[moving] = _turned(p[moving], step * np.minimum(1, MAX_STEP / np.maximum(size, 1e-300))[:, None])
             # Newton's error after a step is of the order of its square, unless a stiffness vanishes.
-            small = (size < SLOW / 10) & (np.linalg.norm(force, axis=-1) < SLOW * self.stiffness)
+            small = (size < RATE_TOLERANCE / 10) & (np.linalg.norm(force, axis=-1) < RATE_TOLERANCE * self.stiffness)
             settled[moving[small]] = True
             moving = moving[~small]
         return p, settled
@@ -267,9 +267,9 @@ class _Balance:
         free = self._free(points)
         while len(points):
             kept.append(points[0])
-            others = rotation_angle(points, kept[-1]) > ALIKE
+            others = rotation_angle(points, kept[-1]) > SAME_ATTITUDE
             points, free = points[others], free[others]
-            others = rotation_angle(self._slid(points, free, kept[-1]), kept[-1]) > ALIKE
+            others = rotation_angle(self._slid(points, free, kept[-1]), kept[-1]) > SAME_ATTITUDE
             points, free = points[others], free[others]
         return np.array(kept)
 
@@ -277,14 +277,18 @@ class _Balance:
         """Return how near attitudes come to a target along directions in which nothing changes the balance."""
         points, free = points.copy(), free.copy()
         sliding = np.flatnonzero(np.any(free, axis=(-1, -2)))
-        for start in (True, *(False,) * ROUNDS):
+        for start in (True, *(False,) * MAX_ITERATIONS):
             way = rotation(quat.product(quat.conjugate(points[sliding]), target)).as_rotvec() + OFF_COURSE * start
             step = np.einsum("nij,nj->ni", free[sliding], way)
             size = np.linalg.norm(step, axis=-1)
-            sliding, step, size = sliding[size > SLOW], step[size > SLOW], size[size > SLOW]
+            sliding, step, size = (
+                sliding[size > RATE_TOLERANCE],
+                step[size > RATE_TOLERANCE],
+                size[size > RATE_TOLERANCE],
+            )
             if not sliding.size:
                 break
-            step *= np.minimum(1, LARGEST_STEP / size)[:, None]
+            step *= np.minimum(1, MAX_STEP / size)[:, None]
             points[sliding], _ = self.settled(_turned(points[sliding], step))
             free[sliding] = self._free(points[sliding])
         return points
@@ -296,13 +300,13 @@ class _Balance:
     def _without_stiffness(self, slope: Array) -> Array:
         """Return the projections on the turns that change nothing, (n, 3, 3), from the slopes of the balance."""
         _, stiffness, axes = np.linalg.svd(slope)
-        free = axes * (stiffness <= SLOW * self.slow * self.stiffness)[..., None]
+        free = axes * (stiffness <= RATE_TOLERANCE * self.slow * self.stiffness)[..., None]
         return np.asarray(np.swapaxes(free, -1, -2) @ free)
 
     def _inverse(self, slope: Array) -> Array:
         """Return the pseudo-inverses, which leave alone what has no stiffness."""
         left, stiffness, right = np.linalg.svd(slope)
-        firm = stiffness > SLOW * self.slow * self.stiffness
+        firm = stiffness > RATE_TOLERANCE * self.slow * self.stiffness
         inverse = np.where(firm, 1 / np.where(firm, stiffness, 1), 0)
         return np.asarray(np.swapaxes(right, -1, -2) @ (inverse[..., None] * np.swapaxes(left, -1, -2)))
 
@@ -341,7 +345,7 @@ class _Balance:
             return "asymptotic" if dies == 6 - freedom else "linear"
         slope = self.momentum * _slope(scaled[None])[0]
         curvature = np.linalg.eigvalsh(-(slope + slope.T) / 2)  # of U - Omega . I Omega / 2
-        positive = int(np.sum(curvature > SLOW * self.slow * self.stiffness))
+        positive = int(np.sum(curvature > RATE_TOLERANCE * self.slow * self.stiffness))
         return "lyapunov" if positive == 3 - freedom else "linear"
 
     def _family(self, p: Array, free: Array) -> int:
@@ -391,7 +395,7 @@ def _check_frame(balance: _Balance, frame: Frame) -> None:
     rates = np.stack([frame.omega_space(time) for time in _other_times(balance)])
     change = np.max(np.linalg.norm(rates - balance.omega_space, axis=-1))
     fastest = np.max(np.linalg.norm(rates, axis=-1))
-    if change > UNIFORM * fastest:
+    if change > UNIFORMITY_TOLERANCE * fastest:
         raise ValueError(
             f"frame must turn uniformly, but its angular velocity changes by {change / fastest:.2g} of its size. "
             "That of an orbit does if the orbit is a circle."
@@ -409,7 +413,7 @@ def _check_same_at_all_times(balance: _Balance, frame: Frame) -> None:
     for time in _other_times(balance):
         there = _Balance(balance.system, frame, time).torques(attitudes)
         change = max(np.max(np.abs(a - b)) for a, b in zip(here, there, strict=True))
-        if not change <= UNIFORM * balance.slenderness * balance.stiffness:
+        if not change <= UNIFORMITY_TOLERANCE * balance.slenderness * balance.stiffness:
             raise ValueError(
                 "system must look the same from the frame at all times, but its torque changes by "
                 f"{change:.2g} until t = {time:.6g}. Name the frame with which the forces turn, such as orbit.frame."

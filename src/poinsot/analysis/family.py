@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.analysis.multipliers import Multipliers
-from poinsot.analysis.period_map import FIRM, SETTLED, PeriodMap, Point, largest_part
+from poinsot.analysis.period_map import FAMILY_TOLERANCE, MAX_LAST_STEP, PeriodMap, Point, largest_part
 from poinsot.analysis.periodic import PeriodicMotion, recognised
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.immutable import Immutable, cached_property
@@ -28,10 +28,10 @@ __all__ = ["Family", "LostError", "NamedFunction", "Place"]
 
 Array = NDArray[Any]
 
-ROUNDS = 8
-"""Of the corrector."""
-DIFFERENCE = 1e-5
-"""Of the way of the parameter, for the derivatives of numbers, period and frame, which have formulas."""
+MAX_ITERATIONS = 8
+"""Largest number of iterations of the corrector."""
+DIFFERENCE_STEP = 1e-5
+"""Step of difference quotients relative to the range of the parameter, for formulas of numbers, period and frame."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Family:
 
     def equations(self, once: PeriodMap, point: Point, u: float) -> tuple[Array, Array]:
         """Return what a period changes, (k,), and minus its derivative by displacement and u, (k, k + 1)."""
-        ends = max(u - DIFFERENCE, 0.0), min(u + DIFFERENCE, 1.0)  # beyond there may be no system
+        ends = max(u - DIFFERENCE_STEP, 0.0), min(u + DIFFERENCE_STEP, 1.0)  # beyond there may be no system
         names, rates = self._changing(once.system, ends)
         passage = once.passage(point, names)
         slope = passage.slope @ rates
@@ -165,13 +165,15 @@ class Family:
         begun, ended = (np.append(turn, np.zeros(len(matrix) - 3)) for turn in turned)
         return np.asarray(matrix @ begun + once.flow(end) * longer - ended)
 
-    def corrected(self, point: Point, u: float, row: Array, farthest: float = np.inf, firm: float = FIRM) -> Place:
+    def corrected(
+        self, point: Point, u: float, row: Array, farthest: float = np.inf, firm: float = FAMILY_TOLERANCE
+    ) -> Place:
         """Return the place on the curve near a point, in the plane through it at right angles to a row.
 
         Where a singular value is below `firm`, of the largest, the point stays where it is in that direction.
         """
         gone = np.zeros(row.size)
-        for rounds in range(1, ROUNDS + 1):
+        for rounds in range(1, MAX_ITERATIONS + 1):
             once = self.once(u)
             change, slopes = self.equations(once, point, u)
             step = _solution(slopes, row, np.append(change, 0.0), firm)
@@ -180,7 +182,7 @@ class Family:
             if not np.linalg.norm(gone) < farthest:
                 raise LostError
             point, u = once.displaced(point, step[:-1]), u + step[-1]
-            if max(largest_part(change), largest_part(step[:-1]), abs(step[-1])) < SETTLED:
+            if max(largest_part(change), largest_part(step[:-1]), abs(step[-1])) < MAX_LAST_STEP:
                 once = self.once(u)
                 _, slopes = self.equations(once, point, u)
                 tangent = _solution(slopes, row, np.eye(row.size)[-1], firm)

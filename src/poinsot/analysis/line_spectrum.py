@@ -34,39 +34,39 @@ __all__ = ["LineSpectrum", "diffusion", "frequencies"]
 
 Array = NDArray[Any]
 
-POWER = 3
+WINDOW_POWER = 3
 """Of the window (1 + cos pi x)^POWER; its main lobe reaches to POWER + 1 bins, farther lines fade as bins^-7."""
-APART = 0.1
-"""The smallest distance of two lines, in bins."""
-CERTAIN = 4
+MIN_LINE_DISTANCE = 0.1
+"""Smallest distance of two lines, in bins."""
+MIN_STANDARD_ERRORS = 4
 """The amplitudes and the distances of close lines exceed this many standard errors."""
-WORSE = 2
+MAX_ERROR_GROWTH = 2
 """A line whose residual is no noise increases no standard error of another line by more than this factor."""
-SLOW = 2
+SLOW_LINE_BINS = 2
 """The standard error of a line of a real signal that is slower than this, in bins, includes an unknown mean."""
-GRID = 0.25
-"""Bins between the frequencies from which the fit of a pair starts."""
-SHIFTED = 0.01
+GRID_SPACING = 0.25
+"""Distance in bins between the frequencies from which the fit of a pair starts."""
+MAX_LINE_ERROR = 0.01
 """An unresolved line with a larger standard error, in bins, causes a warning."""
-STRONG = 1e-3
+MIN_RELATIVE_AMPLITUDE = 1e-3
 """An unresolved line that is weaker than this, relative to the strongest line, causes no warning."""
-CLUSTER = 16
+CLUSTER_GAP = 16
 """Lines with gaps below this, in bins, are stepped together; others interact through the residual."""
-NOTCH = 2
-"""Bins about a line that the fit has emptied."""
-NEIGHBOURS = 16
-"""Bins about a line, beyond those, in which the noise is measured."""
-NOT_NOISE = 1e-3
-"""The probability that noise alone makes a line."""
-ROUNDS = 10
-LONGEST_STEP = 0.25
-"""Of a frequency, in bins."""
-FOLLOWED = 1 / 3
+NOTCH_BINS = 2
+"""Number of bins about a line that the fit has emptied."""
+NOISE_BINS = 16
+"""Number of bins about a line, beyond the notch, in which the noise is measured."""
+FALSE_ALARM = 1e-3
+"""Probability that noise alone makes a line."""
+MAX_ITERATIONS = 10
+MAX_FREQUENCY_STEP = 0.25
+"""Largest step of a frequency, in bins."""
+MIN_STRENGTH_RATIO = 1 / 3
 """A line in the second half of a run may be one of the first half if it is at least so strong, relatively."""
-IN_A_HALF = 8
-"""Lines that are fitted in each half."""
-EVEN = 1e-9
-"""Tolerance for uneven times, in steps, besides their rounding."""
+LINES_PER_HALF = 8
+"""Number of lines fitted in each half of a run."""
+UNEVENNESS_TOLERANCE = 1e-9
+"""Tolerance of uneven times, in steps, in addition to their rounding."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -190,7 +190,7 @@ def _warn_of_merged(found: LineSpectrum, run: float) -> None:
     turns = found.errors * run
     size = np.abs(found.amplitudes)
     strongest = np.max(size, axis=-1, keepdims=True, initial=0, where=np.isfinite(size))
-    merged = ~found.resolved & (turns > SHIFTED) & (size > STRONG * strongest)
+    merged = ~found.resolved & (turns > MAX_LINE_ERROR) & (size > MIN_RELATIVE_AMPLITUDE * strongest)
     if np.any(merged):
         warnings.warn(
             f"frequencies should be resolved, but {np.count_nonzero(merged)} of {np.count_nonzero(np.isfinite(size))} "
@@ -235,7 +235,7 @@ def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
     array([0.005])
     """
     refuse_nonpositive("count", count)
-    lines = max(count, IN_A_HALF)
+    lines = max(count, LINES_PER_HALF)
     signals, t = _checked(signal, times, lines, halves=2)
     half = t.size // 2
     slowest = 2 * np.pi / (t[half] - t[0])
@@ -261,7 +261,7 @@ class _Fit:
         n = signal.size
         self.signal, self.n, self.is_real = signal, n, not np.iscomplexobj(signal)
         self.x = (2 * np.arange(n) - (n - 1)) / n
-        self.window = (1 + np.cos(np.pi * self.x)) ** POWER
+        self.window = (1 + np.cos(np.pi * self.x)) ** WINDOW_POWER
         self.coarse, self.fine, self.amplitudes, self.rest = np.empty(0), np.empty(0), np.empty(0, complex), signal
         self.noise = np.finfo(float).eps * np.max(np.abs(signal))
 
@@ -293,7 +293,7 @@ class _Fit:
     def clusters(self) -> list[Array]:
         """Indices of the lines, those that are near each other together."""
         order = np.argsort(self.turns)
-        gaps = np.flatnonzero(np.diff(self.turns[order]) > CLUSTER / self.n) + 1
+        gaps = np.flatnonzero(np.diff(self.turns[order]) > CLUSTER_GAP / self.n) + 1
         return [cluster for cluster in np.split(order, gaps) if cluster.size]
 
     def gaps(self) -> Array:
@@ -323,7 +323,7 @@ class _Fit:
         if without is not None:
             fit.rest = self.rest + self.sum_of(np.flatnonzero(~present))
         clusters = fit.clusters
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             if max([fit._step(cluster) for cluster in clusters]) <= fit.noise:
                 break
         fit.rest = fit.signal - fit.sum_of(np.arange(fit.fine.size))
@@ -334,10 +334,10 @@ class _Fit:
 
         With `mean` one of them is zero.
         """
-        offsets = np.arange(-POWER - 1, POWER + 1 + GRID / 2, GRID) / self.n
+        offsets = np.arange(-WINDOW_POWER - 1, WINDOW_POWER + 1 + GRID_SPACING / 2, GRID_SPACING) / self.n
         turns = self.turns[line] + offsets
         if self.is_real:
-            turns = turns[(turns > GRID / 2 / self.n) & (turns < 0.5)]
+            turns = turns[(turns > GRID_SPACING / 2 / self.n) & (turns < 0.5)]
         if mean:
             turns = np.append(turns, 0.0)
         grid = _Fit(self.signal)
@@ -364,7 +364,7 @@ class _Fit:
         weighted = self.window * columns.conj()
         real, imaginary, turn = np.split(_inverse((weighted @ columns.T).real) @ (weighted @ self.rest).real, 3)
         moved = np.maximum(np.abs(real + 1j * imaginary), np.abs(turn * self.amplitudes[cluster]))
-        longest = LONGEST_STEP / self.n
+        longest = MAX_FREQUENCY_STEP / self.n
         self.rest = self.rest + self.sum_of(cluster)
         self.amplitudes[cluster] += real + 1j * imaginary
         self.fine[cluster] += np.clip(turn / (np.pi * self.n), -longest, longest)
@@ -378,7 +378,7 @@ class _Fit:
         if open_bins.size == 0:
             return 0.0, False
         at = int(open_bins[np.argmax(height[open_bins])])
-        noise = np.sqrt(np.quantile(height**2, 0.25) * np.log(self.n / NOT_NOISE) / np.log(4 / 3))
+        noise = np.sqrt(np.quantile(height**2, 0.25) * np.log(self.n / FALSE_ALARM) / np.log(4 / 3))
         is_line = height[at] > max(noise, self.noise * np.sum(self.window))
         if at == 0 and self.is_real:
             return 0.0, bool(is_line)
@@ -386,7 +386,7 @@ class _Fit:
         bend = before - 2 * here + after
         turns = (at + (np.clip((before - after) / (2 * bend), -0.5, 0.5) if bend < 0 else 0.0)) / self.n
         if self.is_real:
-            turns = min(turns, 0.5 - APART / self.n)  # at 0.5 a line and its mirror image are one
+            turns = min(turns, 0.5 - MIN_LINE_DISTANCE / self.n)  # at 0.5 a line and its mirror image are one
         return turns - (1 if turns >= 0.5 and not self.is_real else 0), bool(is_line)
 
     @functools.cached_property
@@ -395,20 +395,20 @@ class _Fit:
         density = self._density(self.rest)
         bins = np.arange(self.n // 2 + 1 if self.is_real else self.n)
         away = np.abs(_reduced(bins[:, None] / self.n - self.turns)) * self.n
-        outside = np.min(away, axis=1, initial=np.inf) > NOTCH
+        outside = np.min(away, axis=1, initial=np.inf) > NOTCH_BINS
         outside = outside if np.any(outside) else np.ones(bins.size, bool)
         errors, sizes, noise, notch = np.empty((4, self.turns.size))
         for cluster in self.clusters:
             variances = self._variances(cluster)
             for line, real, imaginary, turn in zip(cluster, *variances, strict=True):
-                near = np.argsort(away[outside, line])[:NEIGHBOURS]
+                near = np.argsort(away[outside, line])[:NOISE_BINS]
                 noise[line] = np.median(density[bins[outside][near]]) / np.log(2)
-                notch[line] = np.max(density[bins[away[:, line] <= NOTCH]])
+                notch[line] = np.max(density[bins[away[:, line] <= NOTCH_BINS]])
                 errors[line] = np.sqrt(noise[line] * turn) * 2 / self.n
                 sizes[line] = np.sqrt(noise[line] * max(real, imaginary))
         rounded = 2 * np.pi * np.finfo(float).eps * np.abs(self.turns)
         rounding = self._density(np.full(self.n, self.noise))[0] * (1 + np.pi * self.n * np.abs(self.turns)) ** 2
-        resolved = notch <= np.maximum(noise * np.log(self.n / NOT_NOISE), rounding)
+        resolved = notch <= np.maximum(noise * np.log(self.n / FALSE_ALARM), rounding)
         larger = np.sqrt(np.divide(notch, noise, out=np.ones_like(noise), where=noise > 0))
         return _Uncertainties(np.hypot(errors, rounded), sizes, resolved, np.hypot(errors * larger, rounded))
 
@@ -424,7 +424,7 @@ class _Fit:
     def _variances(self, cluster: Array) -> Array:
         """Return variances (3, lines) of both parts of the amplitudes and of the frequencies, by unit noise."""
         columns = self.columns(cluster)
-        if self.is_real and 0 < np.min(np.abs(self.turns)) * self.n < SLOW:
+        if self.is_real and 0 < np.min(np.abs(self.turns)) * self.n < SLOW_LINE_BINS:
             columns = np.concatenate([columns, np.ones((1, self.n))])  # the mean, which a slow line may contain
         weighted = self.window * columns
         spread = _inverse((weighted.conj() @ columns.T).real)
@@ -435,7 +435,7 @@ class _Fit:
 
     def is_resolved_at(self, turns: float) -> bool:
         """Whether the lines close to a frequency are resolved."""
-        close = np.abs(_reduced(self.turns - turns)) * self.n < 2 * (POWER + 1)
+        close = np.abs(_reduced(self.turns - turns)) * self.n < 2 * (WINDOW_POWER + 1)
         return bool(np.all(self.uncertainties.resolved[close]))
 
     def shift(self, line: int) -> float:
@@ -463,10 +463,13 @@ class _Fit:
         """Whether close lines exceed the noise and differ by more than it allows."""
         noise = self.uncertainties
         gaps = self.gaps()
-        close = gaps < POWER + 1
+        close = gaps < WINDOW_POWER + 1
         return bool(
-            np.all(np.abs(self.amplitudes[close]) > CERTAIN * noise.amplitudes[close])
-            and np.all(gaps[close] > np.maximum(CERTAIN * noise.turns[close] * self.n / (2 * np.pi), APART))
+            np.all(np.abs(self.amplitudes[close]) > MIN_STANDARD_ERRORS * noise.amplitudes[close])
+            and np.all(
+                gaps[close]
+                > np.maximum(MIN_STANDARD_ERRORS * noise.turns[close] * self.n / (2 * np.pi), MIN_LINE_DISTANCE)
+            )
         )
 
 
@@ -501,7 +504,7 @@ def _fitted(signal: Array, count: int) -> _Fit:
     closed = bins > 0.5 if fit.is_real else np.zeros(fit.n, bool)
     refused = np.empty(0)
     while fit.turns.size < count:
-        near = np.abs(_reduced(bins[:, None] - refused)) * fit.n < POWER + 1
+        near = np.abs(_reduced(bins[:, None] - refused)) * fit.n < WINDOW_POWER + 1
         turns, is_line = fit.strongest(closed | np.any(near, axis=1))
         if not is_line:
             break
@@ -510,7 +513,7 @@ def _fitted(signal: Array, count: int) -> _Fit:
             refused = np.append(refused, turns)
         else:
             fit = more
-            refused = refused[np.abs(_reduced(refused - turns)) * fit.n > 2 * (POWER + 1)]
+            refused = refused[np.abs(_reduced(refused - turns)) * fit.n > 2 * (WINDOW_POWER + 1)]
     return fit
 
 
@@ -520,19 +523,23 @@ def _with_one_more(fit: _Fit, turns: float) -> _Fit | None:
     if added.residual <= fit.residual and added.is_certain and added.is_resolved_at(turns):
         return added
     fits = []
-    if fit.is_real and abs(math.remainder(2 * turns, 1)) * fit.n < 2 * (POWER + 1):
+    if fit.is_real and abs(math.remainder(2 * turns, 1)) * fit.n < 2 * (WINDOW_POWER + 1):
         fits.append(added.with_lines(added.best_on_grid(last, 1), without=last))
     away = np.abs(_reduced(fit.turns - turns)) * fit.n
-    if np.min(away, initial=np.inf) < 2 * (POWER + 1):
+    if np.min(away, initial=np.inf) < 2 * (WINDOW_POWER + 1):
         near = int(np.argmin(away))
         fits.append(fit.with_lines(fit.best_on_grid(near, 2), without=near))
-        if fit.is_real and np.abs(fit.turns[near]) * fit.n < POWER + 1 and np.all(np.delete(fit.turns, near) != 0):
+        if (
+            fit.is_real
+            and np.abs(fit.turns[near]) * fit.n < WINDOW_POWER + 1
+            and np.all(np.delete(fit.turns, near) != 0)
+        ):
             fits.append(fit.with_lines(fit.best_on_grid(near, 2, mean=True), without=near))
     fits = [fit for fit in fits if fit.is_certain and fit.is_resolved_at(turns)]
     if fits:
         return min(fits, key=lambda fit: fit.residual)
     before, after = fit.uncertainties.turns, added.uncertainties.turns
-    if added.residual > fit.residual or not added.is_certain or np.any(after[:last] > WORSE * before):
+    if added.residual > fit.residual or not added.is_certain or np.any(after[:last] > MAX_ERROR_GROWTH * before):
         return None
     return added
 
@@ -568,7 +575,7 @@ def _followed(first: tuple[Array, ...], second: tuple[Array, ...]) -> Array:
     """Return the relative change of each frequency of the first half."""
     drift = np.full(first[0].size, np.nan)
     for line, (nu, size) in enumerate(zip(*first, strict=True)):
-        strong = second[0][second[1] >= FOLLOWED * size]
+        strong = second[0][second[1] >= MIN_STRENGTH_RATIO * size]
         candidates = strong if strong.size else second[0][:1]
         if candidates.size:
             drift[line] = candidates[np.argmin(np.abs(candidates - nu))] / nu - 1
@@ -603,7 +610,7 @@ def _refuse_uneven(t: Array) -> float:
     step = float(t[-1] - t[0]) / (t.size - 1)
     off = np.abs(t - (t[0] + step * np.arange(t.size)))
     worst = int(np.argmax(off))
-    if step == 0 or off[worst] > EVEN * abs(step) + 8 * np.finfo(float).eps * np.max(np.abs(t)):
+    if step == 0 or off[worst] > UNEVENNESS_TOLERANCE * abs(step) + 8 * np.finfo(float).eps * np.max(np.abs(t)):
         raise ValueError(
             f"times must be evenly spaced, but times[{worst}] = {t[worst]} is {off[worst]:.3g} from even ones. "
             "Propagate at np.linspace(...)."

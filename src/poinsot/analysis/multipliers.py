@@ -17,21 +17,21 @@ from numpy.typing import NDArray
 
 from poinsot.immutable import cached_property
 
-__all__ = ["SLOW", "Multipliers"]
+__all__ = ["MULTIPLIER_TOLERANCE", "Multipliers"]
 
 Array = NDArray[Any]
 
-SLOW = 1e-6
+MULTIPLIER_TOLERANCE = 1e-6
 """Angles and growth per period below this count as zero: where multipliers meet, they are not known better."""
-SHARP = 1e-13
+UNPAIRED_TOLERANCE = 1e-13
 """The same of multipliers that do not meet their own reciprocals, and so are known to rounding."""
-PAIRED = 1e-9
+PALINDROME_TOLERANCE = 1e-9
 """By how much the characteristic polynomial of a symplectic matrix may differ from its mirror image, relatively."""
-ROUNDED = 2e-15
+ROUNDING_PER_NORM = 2e-15
 """The same for each unit of the norm of the matrix: rounding does 8e-16 at most in 40 matrices of norms to 5e7."""
-NOISE = 1e-12
-"""Of a coefficient of that polynomial, of the largest that it can have: below it is rounding."""
-MEETING = 3e-15
+COEFFICIENT_ROUNDING = 1e-12
+"""Rounding error of a coefficient of that polynomial, relative to its upper bound."""
+MEETING_ROUNDING = 3e-15
 """The same where two sums meet away from 2 and -2.
 
 Rounding takes a double multiplier with one eigenvector apart by 1.7e-16 at most in 2,000 matrices of norms below 5, by
@@ -54,7 +54,7 @@ class Multipliers:
         single: Any = np.argmin(np.abs(self._raw - 1)) if len(matrix) % 2 else []
         pairs = np.delete(self._raw, single)
         polynomial = np.poly(pairs)
-        alike = max(PAIRED, ROUNDED * float(np.linalg.norm(matrix, 2)))
+        alike = max(PALINDROME_TOLERANCE, ROUNDING_PER_NORM * float(np.linalg.norm(matrix, 2)))
         mirrored = np.max(np.abs(polynomial - polynomial[::-1])) <= alike * np.max(np.abs(polynomial))
         self.paired = bool(mirrored) if paired is None else paired
         self._unit = 2.0 if self.paired else 1.0
@@ -68,20 +68,20 @@ class Multipliers:
             away = np.abs(roots - sign * self._unit)
             nearest = np.argsort(away)[: self.count_at(sign)]
             # Several slow ones multiply to less than rounding, though each is known.
-            roots[nearest[away[nearest] < NOISE * (2 + np.max(np.abs(roots))) ** 2]] = sign * self._unit
+            roots[nearest[away[nearest] < COEFFICIENT_ROUNDING * (2 + np.max(np.abs(roots))) ** 2]] = sign * self._unit
         return np.append(_pairs(roots), np.ones(self._raw.size % 2)) if self.paired else roots
 
     @cached_property
     def outside(self) -> Array:
         """How many are outside the unit circle: real above 1, real below -1, pairs of complex ones; (3,)."""
-        out = self.values[np.log(np.abs(self.values)) > (SLOW if self.paired else SHARP)]
+        out = self.values[np.log(np.abs(self.values)) > (MULTIPLIER_TOLERANCE if self.paired else UNPAIRED_TOLERANCE)]
         real = out[out.imag == 0].real
         return np.array([np.sum(real > 0), np.sum(real < 0), np.sum(out.imag > 0)])
 
     def count_at(self, sign: int) -> int:
         """Return how many pairs, or multipliers, cannot be told from 1 or from -1."""
         largest = float(np.prod(self._unit + np.abs(self._roots)))
-        return int(np.argmin(np.abs(self._about(sign)) < NOISE * largest))
+        return int(np.argmin(np.abs(self._about(sign)) < COEFFICIENT_ROUNDING * largest))
 
     def beside(self, sign: int, known: int) -> float:
         """Return the product of the distances from 1 or -1, but for a known number that are there.
@@ -97,8 +97,8 @@ class Multipliers:
         """
         if self.paired:
             return float(np.prod([(a - b) ** 2 for a, b in itertools.combinations(self._roots, 2)]).real)
-        growth = np.sort(np.log(np.abs(self._raw[self._raw.imag > SLOW])))[::-1]
-        return float(growth[known]) - SHARP if known < growth.size else -SHARP
+        growth = np.sort(np.log(np.abs(self._raw[self._raw.imag > MULTIPLIER_TOLERANCE])))[::-1]
+        return float(growth[known]) - UNPAIRED_TOLERANCE if known < growth.size else -UNPAIRED_TOLERANCE
 
     def _about(self, sign: int) -> Array:
         """Return the coefficients of the polynomial of the roots about 1 or -1, constant first."""
@@ -119,7 +119,7 @@ def _sums(values: Array) -> Array:
 def _parted(sums: Array) -> Array:
     """Return sums, real where two real ones could have them as they are rounded."""
     third = np.max(np.abs(sums[:, None] - sums), axis=-1)
-    width = np.sqrt(MEETING * np.prod(np.abs(sums) + 2) / np.maximum(third, NOISE))
+    width = np.sqrt(MEETING_ROUNDING * np.prod(np.abs(sums) + 2) / np.maximum(third, COEFFICIENT_ROUNDING))
     return np.where(np.abs(sums.imag) < width, sums.real, sums).astype(complex)
 
 

@@ -21,16 +21,16 @@ __all__ = ["Revolutions", "apsidal_precession", "revolutions"]
 
 Array = NDArray[np.float64]
 
-LARGEST_STEP = 2 * np.pi / 8
-"""Between two times, radians of longitude."""
-NEWTON = 8
+MAX_STEP = 2 * np.pi / 8
+"""Largest step between two times, radians of longitude."""
+NEWTON_STEPS = 8
 """Steps for the time of a passage, of which the interpolation is nearly linear."""
-ROUND = 1e-12
-"""Eccentricities below this are rounding."""
-UNCERTAIN = 0.01
-"""An unresolved rate with a larger relative error causes a warning."""
-LINES = 2
-"""Of the eccentricity vector: the free one, and that forced at the orbital frequency."""
+MIN_ECCENTRICITY = 1e-12
+"""Smallest eccentricity that is not rounding."""
+MAX_RATE_ERROR = 0.01
+"""Largest relative error of an unresolved rate that causes no warning."""
+ECCENTRICITY_LINES = 2
+"""Number of lines of the eccentricity vector: the free one, and the one forced at the orbital frequency."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -158,13 +158,13 @@ def apsidal_precession(motion: OfTwoBodies) -> Any:
     speed = moving.vx + 1j * moving.vy
     turning = (np.conj(across) * speed).imag
     vector = -1j * speed * turning / np.asarray(two_bodies(motion.system).mu) - across / motion.distance
-    lines = lines_of(vector, motion.times, LINES)
+    lines = lines_of(vector, motion.times, ECCENTRICITY_LINES)
     pace = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
-    slow = np.flatnonzero((np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > ROUND))[:1]
+    slow = np.flatnonzero((np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > MIN_ECCENTRICITY))[:1]
     if not slow.size:
         return np.float64(np.nan)
     rate, error = lines.frequencies[slow[0]], lines.errors[slow[0]]
-    if not lines.resolved[slow[0]] and error > UNCERTAIN * abs(rate):
+    if not lines.resolved[slow[0]] and error > MAX_RATE_ERROR * abs(rate):
         warnings.warn(
             f"apsidal_precession should be resolved, but its standard error is {error:.2g} at a rate of {rate:.2g}: "
             "another line is close, or the rate changes. Propagate for a longer time.",
@@ -213,7 +213,7 @@ def _passages(motion: OfTwoBodies) -> Array:
     square = x * x + y * y
     rate = (x * vy - y * vx) / square
     change = (x * ay - y * ax) / square - 2 * rate * (x * vx + y * vy) / square
-    if np.any(np.abs(rate[1:] * np.diff(t)) > LARGEST_STEP):
+    if np.any(np.abs(rate[1:] * np.diff(t)) > MAX_STEP):
         raise ValueError(
             "times must be at least eight in each revolution, got a step of "
             f"{np.max(np.abs(rate[1:] * np.diff(t))):.3g} radians. Propagate to more times."
@@ -226,7 +226,7 @@ def _passages(motion: OfTwoBodies) -> Array:
     ends = [(longitude[j], h * rate[j], h * h * change[j]) for j in (i, i + 1)]
     polynomial = _quintic(*ends)
     s = (goals - longitude[i]) / (longitude[i + 1] - longitude[i])
-    for _ in range(NEWTON):
+    for _ in range(NEWTON_STEPS):
         value, slope = _horner(polynomial, s)
         s = s - (value - goals) / slope
     found = t[i] + s * h

@@ -38,17 +38,17 @@ __all__ = ["PairEquilibrium", "pair_equilibria", "refuse_open"]
 
 Array = NDArray[Any]
 
-SLOW = 1e-6
+RATE_TOLERANCE = 1e-6
 """Rates below this, relative to that of the axes, count as zero; curvatures of the energy below its square."""
-ROUNDING = 1e-11
-"""Of eigenvalues, relative to the largest one."""
-BALANCED = 1e-12
-"""Of the sizes of forces and torques."""
-NEUTRAL = 1e-9
+EIGENVALUE_ROUNDING = 1e-11
+"""Rounding error of eigenvalues, relative to the largest one."""
+BALANCE_TOLERANCE = 1e-12
+"""Largest residual of a balance, relative to the sizes of forces and torques."""
+NEUTRAL_TOLERANCE = 1e-9
 """Singular values below this, relative to the largest, change nothing."""
-ROUNDS = 50
-LARGEST_STEP = 0.3
-"""Of Newton's method, radians, and of the rate, relatively."""
+MAX_ITERATIONS = 50
+MAX_STEP = 0.3
+"""Largest step of Newton's method, radians, and of the rate, relative to it."""
 HALF_TURNS = np.eye(4)[1:] / 2
 
 
@@ -336,17 +336,17 @@ class _Balance:
     def settled(self) -> _Balance:
         """Return the equilibrium to which Newton's method leads."""
         here = self
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             force, slope = here._imbalance()
             pace = np.linalg.norm(here.rate)
             rows = here.units[[3, 4, 5, 9, 10, 11, 15, 16, 17]] * pace
             columns = np.array([1.0] * 6 + [float(pace)] * 3)
             if not (np.all(np.isfinite(slope)) and pace > 0):
                 break
-            step = np.linalg.lstsq(slope * columns / rows[:, None], -force / rows, rcond=NEUTRAL)[0]
+            step = np.linalg.lstsq(slope * columns / rows[:, None], -force / rows, rcond=NEUTRAL_TOLERANCE)[0]
             largest = float(np.max(np.abs(step)))
-            here = here._moved(step * (LARGEST_STEP / max(largest, LARGEST_STEP)) * columns)
-            if np.max(np.abs(force / rows)) < BALANCED and largest < np.sqrt(BALANCED):
+            here = here._moved(step * (MAX_STEP / max(largest, MAX_STEP)) * columns)
+            if np.max(np.abs(force / rows)) < BALANCE_TOLERANCE and largest < np.sqrt(BALANCE_TOLERANCE):
                 return here
         raise ValueError(
             f"guess must be near a relative equilibrium, got none at the distance {np.linalg.norm(self.position):.6g}. "
@@ -394,7 +394,7 @@ class _Balance:
         reduced = left.T @ scaled @ left
         eigenvalues = np.linalg.eigvals(reduced)
         slow = _slow(eigenvalues)
-        if np.min(np.abs(curvature)) < SLOW**2 or grows_with_time(reduced, eigenvalues, slow):
+        if np.min(np.abs(curvature)) < RATE_TOLERANCE**2 or grows_with_time(reduced, eigenvalues, slow):
             return "undecided"
         return "lyapunov" if np.min(curvature) > 0 else "linear"
 
@@ -442,4 +442,4 @@ class _Flow:
 
 def _slow(eigenvalues: Array) -> float:
     """Return what counts as zero beside eigenvalues over the rate of the axes."""
-    return max(SLOW, ROUNDING * float(np.max(np.abs(eigenvalues))))
+    return max(RATE_TOLERANCE, EIGENVALUE_ROUNDING * float(np.max(np.abs(eigenvalues))))

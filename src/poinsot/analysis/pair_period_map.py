@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.pair_point import PairPoint, symmetry_axis, units_of_pair
-from poinsot.analysis.period_map import FIRM, LARGEST_STEP, ROUNDS, SETTLED, carried
+from poinsot.analysis.period_map import FAMILY_TOLERANCE, MAX_ITERATIONS, MAX_LAST_STEP, MAX_STEP, carried
 from poinsot.integration.scaling import orbital_rate
 from poinsot.mechanics.state import PairState
 from poinsot.mechanics.system import System
@@ -25,8 +25,8 @@ __all__ = ["PairPassage", "PairPeriodMap"]
 
 Array = NDArray[Any]
 
-RESTS = 1e-6
-"""Of the rates, what is left in turning axes at a relative equilibrium."""
+REST_TOLERANCE = 1e-6
+"""Largest rate in rotating axes at a relative equilibrium, relative to the rates in space."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,7 +113,7 @@ class PairPeriodMap:
         flow = self._flow(point)
         basis = point.free(self.about(point), self.axes, self.units)
         along, up = basis.T @ (flow / self.units), basis.T @ (self._energy_slope(point) * self.units)
-        if np.linalg.norm(along) > RESTS * np.linalg.norm(flow / self.units):
+        if np.linalg.norm(along) > REST_TOLERANCE * np.linalg.norm(flow / self.units):
             both = np.array([along / np.linalg.norm(along), up / np.linalg.norm(up)])
             basis = basis @ np.linalg.svd(both)[2][2:].T
         return np.asarray(basis.T @ matrix @ basis)
@@ -121,18 +121,18 @@ class PairPeriodMap:
     def settled(self, period: float) -> tuple[PairPoint, float, PairPassage]:
         """Return where Newton's method leads, with the period and what it does there."""
         point = self.start
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             passage = self.passage(point, period)
             x, longer = self._step(point, passage)
             missed, size = (float(np.max(np.linalg.norm(y.reshape(6, 3), axis=1))) for y in (passage.change, x))
             size = max(size, abs(longer))
-            share = LARGEST_STEP / max(size, LARGEST_STEP)
+            share = MAX_STEP / max(size, MAX_STEP)
             point, period = point.displaced(share * x * self.units), period * (1 + share * longer)
-            if max(missed, size) < SETTLED:
+            if max(missed, size) < MAX_LAST_STEP:
                 return point, period, self.passage(point, period)
         raise ValueError(
-            f"guess must be near a motion that repeats itself up to a turn, but after {ROUNDS} steps of Newton's "
-            f"method it still misses itself by {missed:.2g} rad in a period. Start nearer, or elsewhere."
+            f"guess must be near a motion that repeats itself up to a turn, but after {MAX_ITERATIONS} steps of "
+            f"Newton's method it still misses itself by {missed:.2g} rad in a period. Start nearer, or elsewhere."
         )
 
     def _step(self, point: PairPoint, passage: PairPassage) -> tuple[Array, float]:
@@ -149,7 +149,7 @@ class PairPeriodMap:
         held = np.hstack([rows / sizes[:, None], np.zeros((len(rows), passage.slope.shape[1]))])
         missing = (self._conserved(self.start) - self._conserved(point)) / sizes
         right = np.concatenate([others @ passage.change, missing])
-        step = np.linalg.lstsq(np.vstack([slopes, held]), right, rcond=FIRM)[0]
+        step = np.linalg.lstsq(np.vstack([slopes, held]), right, rcond=FAMILY_TOLERANCE)[0]
         return step[:18], float(step[18])
 
     def _conserved(self, point: PairPoint) -> Array:

@@ -22,8 +22,8 @@ __all__ = ["PairPoint", "cross_matrix", "symmetry_axis", "units_of_pair"]
 
 Array = NDArray[Any]
 
-ALIKE = 1e-12
-"""Moments that differ by less, relatively, are equal."""
+EQUAL_MOMENTS = 1e-12
+"""Largest relative difference of equal moments."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -138,9 +138,9 @@ def symmetry_axis(body: Any) -> Array | None:
     """Return the axis about which a body has equal moments, along its axes; None without one."""
     small, middle, large = np.sort(np.asarray(body.moments))
     axes = rotation_matrix(upright(body))  # rows are the principal axes by ascending moments
-    if middle - small <= ALIKE * large:
+    if middle - small <= EQUAL_MOMENTS * large:
         return np.asarray(axes[2])
-    return np.asarray(axes[0]) if large - middle <= ALIKE * large else None
+    return np.asarray(axes[0]) if large - middle <= EQUAL_MOMENTS * large else None
 
 
 def cross_matrix(vector: Array) -> Array:

@@ -21,24 +21,24 @@ from poinsot.mechanics.state import AnyState, State, changed, state_with
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 
-__all__ = ["ROUNDS", "Passage", "PeriodMap", "Point", "carried"]
+__all__ = ["MAX_ITERATIONS", "Passage", "PeriodMap", "Point", "carried"]
 
 Array = NDArray[Any]
 
 Point = tuple[Array, Array]
 """A unit quaternion body -> frame; and an angular momentum, body axes, with the variables of parts behind it."""
 
-SAME = 1e-9
-"""By how much a torque or a rate may change from one period to the next, relative to its size."""
-ROUNDS = 40
-LARGEST_STEP = 0.3
+PERIODICITY_TOLERANCE = 1e-9
+"""Largest change of a torque or rate from one period to the next, relative to its size."""
+MAX_ITERATIONS = 40
+MAX_STEP = 0.3
 """Of Newton's method, radians; of the momentum, what turns the body by so much in a period."""
-SETTLED = 1e-7
+MAX_LAST_STEP = 1e-7
 """The error after a step is of the order of its square."""
-FIRM = 1e-10
+FAMILY_TOLERANCE = 1e-10
 """Singular values below this, of the largest, are those of a direction in which there is another such motion."""
-GROWTH = 1e9
-"""Of displacements in a period, beyond which rounding moves the end by more than what counts as settled."""
+MAX_GROWTH = 1e9
+"""Largest growth of displacements in a period. Beyond it rounding moves the end by more than the last step."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -136,16 +136,16 @@ class PeriodMap:
     def settled(self, guess: State) -> tuple[Point, Array]:
         """Return where Newton's method leads, and the derivative of the motion over the period there."""
         point = self.point(guess)
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             passage = self.passage(point)
-            step = np.linalg.lstsq(np.eye(self.units.size) - passage.matrix, passage.change, rcond=FIRM)[0]
+            step = np.linalg.lstsq(np.eye(self.units.size) - passage.matrix, passage.change, rcond=FAMILY_TOLERANCE)[0]
             missed, size = (largest_part(x) for x in (passage.change, step))
-            point = self.displaced(point, step * (LARGEST_STEP / max(size, LARGEST_STEP)))
-            if max(missed, size) < SETTLED:
+            point = self.displaced(point, step * (MAX_STEP / max(size, MAX_STEP)))
+            if max(missed, size) < MAX_LAST_STEP:
                 return point, self.passage(point).matrix
         raise ValueError(
-            f"guess must be near a motion that repeats itself, but after {ROUNDS} steps of Newton's method it still "
-            f"misses itself by {missed:.2g} rad in a period. Start nearer, or elsewhere."
+            f"guess must be near a motion that repeats itself, but after {MAX_ITERATIONS} steps of Newton's method "
+            f"it still misses itself by {missed:.2g} rad in a period. Start nearer, or elsewhere."
         )
 
     # ------------------------------------------------------------------ checks
@@ -176,7 +176,7 @@ class PeriodMap:
     def _changes(self, vectors: Callable[[Array], dict[str, Array]]) -> Iterator[tuple[str, float]]:
         """Yield which vectors, as functions of time, change from one period to the next, and by which share."""
         times = self.time + self.period * np.array([0.0, 0.13, 0.37, 0.71])
-        slack = SAME + 10 * float(np.spacing(abs(self.time) + self.period)) / self.period
+        slack = PERIODICITY_TOLERANCE + 10 * float(np.spacing(abs(self.time) + self.period)) / self.period
         here, there = (vectors(each) for each in (times, times + self.period))
         for name, values in here.items():
             change, size = np.max(np.abs(there[name] - values)), np.max(np.abs(values))
@@ -214,7 +214,7 @@ def carried(
         raise ValueError(f"guess must lead to a motion without end, but {error}") from None
     matrix = found.matrix[0] * units / units[:, None]
     growth = float(np.max(np.abs(matrix)))
-    if not growth < GROWTH:
+    if not growth < MAX_GROWTH:
         raise ValueError(
             "guess must lead to a motion that depends smoothly on its start, but over the period "
             f"{period:.6g} small displacements grow {growth:.1g} times. Choose a shorter period."

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.analysis.multipliers import SLOW, Multipliers
+from poinsot.analysis.multipliers import MULTIPLIER_TOLERANCE, Multipliers
 from poinsot.analysis.pair_equilibrium import refuse_open
 from poinsot.analysis.pair_period_map import PairPeriodMap
 from poinsot.analysis.period_map import PeriodMap, Point
@@ -43,8 +43,8 @@ __all__ = ["CassiniState", "PeriodicMotion", "cassini_state", "periodic_motion",
 
 Array = NDArray[Any]
 
-SAMPLES = 256
-"""Of a mean over a period."""
+SAMPLES_PER_PERIOD = 256
+"""Number of samples of a mean over a period."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -103,7 +103,7 @@ class PeriodicMotion(Summarized):
     @property
     def turn(self) -> float:
         """Angle by which the frame rotates in a period; for two bodies, about their total angular momentum."""
-        times = self.state.time + self.period * np.arange(SAMPLES) / SAMPLES
+        times = self.state.time + self.period * np.arange(SAMPLES_PER_PERIOD) / SAMPLES_PER_PERIOD
         return self.period * float(np.mean(np.linalg.norm(self.frame.omega_space(times), axis=-1)))
 
     @property
@@ -118,7 +118,7 @@ class PeriodicMotion(Summarized):
         return self.period / (2 * np.pi) * np.array(means)
 
     @checked
-    def over_period(self, count: int = SAMPLES) -> Trajectory:
+    def over_period(self, count: int = SAMPLES_PER_PERIOD) -> Trajectory:
         """Return the motion at evenly spaced times of one period, including its initial state but not its end."""
         refuse_nonpositive("count", count)
         return propagate(self.system, self.state, self.state.time + self.period * np.arange(count) / count)
@@ -212,7 +212,9 @@ def _motion(system: System, state: AnyState, period: float, frame: Frame, matrix
     multipliers = Multipliers(free).values
     with np.errstate(divide="ignore"):  # what a sample sets anew has the multiplier 0
         exponents = np.log(multipliers)
-    frequencies, growth = (np.sort(part[part > SLOW]) / period for part in (exponents.imag, exponents.real))
+    frequencies, growth = (
+        np.sort(part[part > MULTIPLIER_TOLERANCE]) / period for part in (exponents.imag, exponents.real)
+    )
     return PeriodicMotion(system, state, period, frame, matrix, multipliers, frequencies, growth)
 
 
@@ -230,7 +232,7 @@ def _of_pair(system: System[TwoBodies], guess: Any, period: float) -> PeriodicMo
 
 def _revolutions(system: System[TwoBodies], state: PairState, period: float, about: Array, turn: float) -> float:
     """Return how often the line of centres turns in a period beyond a turn in (-pi, pi]."""
-    motion: Any = propagate(system, state, state.time + period * np.arange(SAMPLES + 1) / SAMPLES)
+    motion: Any = propagate(system, state, state.time + period * np.arange(SAMPLES_PER_PERIOD + 1) / SAMPLES_PER_PERIOD)
     first = state.position - (state.position @ about) * about
     longitudes = np.unwrap(np.arctan2(motion.position @ np.cross(about, first), motion.position @ first))
     return float(np.round((longitudes[-1] - longitudes[0] - turn) / (2 * np.pi)))
@@ -373,7 +375,7 @@ def _named(motion: PeriodicMotion) -> tuple[float, float, float]:
     """Return the frequencies of longitude, precession and wobble, told apart by how axis and momentum move in them."""
     multipliers, modes = np.linalg.eig(motion.matrix)
     angles, growth = np.angle(multipliers), np.log(np.abs(multipliers))
-    swings = (angles > SLOW) & (np.abs(growth) < SLOW)
+    swings = (angles > MULTIPLIER_TOLERANCE) & (np.abs(growth) < MULTIPLIER_TOLERANCE)
     if np.sum(swings) != 3:
         return float("nan"), float("nan"), float("nan")
     frequencies, sizes = angles[swings] / motion.period, np.abs(modes[:, swings])

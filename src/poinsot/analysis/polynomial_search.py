@@ -22,13 +22,13 @@ __all__ = ["zeros_of_quartics"]
 
 Array = NDArray[Any]
 
-EXACT = 1e-9
-"""By how much torques may differ from polynomials, relative to their size."""
+POLYNOMIAL_TOLERANCE = 1e-9
+"""Largest difference of torques from polynomials, relative to their size."""
 FIRST_CELLS = 4
 """Along each edge of the four cubes that cover RP^3."""
-MOST_CELLS = 20000
+MAX_CELLS = 20000
 """At once; isolated zeros need fewer."""
-FINEST = 2.0**-16
+MIN_CELL = 2.0**-16
 CORNERS = np.array(list(itertools.product((-1, 1), repeat=3)))
 MONOMIALS = list(itertools.combinations_with_replacement(range(4), 4))
 
@@ -47,7 +47,7 @@ def zeros_of_quartics(torque: Callable[[Array], Array], attitudes: Array) -> tup
     edge = np.arange(half_edge - 1, 1, 2 * half_edge)
     cube = np.stack(np.meshgrid(edge, edge, edge), axis=-1).reshape(-1, 3)
     cells = np.concatenate([np.insert(cube, face, 1, axis=1) for face in range(4)])
-    while 0 < len(cells) <= MOST_CELLS and half_edge > FINEST:
+    while 0 < len(cells) <= MAX_CELLS and half_edge > MIN_CELL:
         starts, undecided = _decided(coefficients, cells, half_edge)
         found.append(starts)
         half_edge /= 2
@@ -63,7 +63,7 @@ def _coefficients(torque: Callable[[Array], Array], attitudes: Array) -> Array |
     values = torque(attitudes)
     terms = np.stack([np.prod(attitudes[:, places], axis=1) for places in MONOMIALS], axis=1)
     found = np.linalg.lstsq(terms, values, rcond=None)[0]
-    if not np.max(np.abs(terms @ found - values)) <= EXACT * np.max(np.abs(values)):
+    if not np.max(np.abs(terms @ found - values)) <= POLYNOMIAL_TOLERANCE * np.max(np.abs(values)):
         return None
     out = np.zeros((4, 4, 4, 4, 3))
     for places, value in zip(MONOMIALS, found, strict=True):

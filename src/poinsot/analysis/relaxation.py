@@ -22,10 +22,10 @@ __all__ = ["InelasticRelaxation"]
 
 Array = NDArray[np.float64]
 
-PHASES = 512
+PHASES_PER_PERIOD = 512
 """Of a period; the harmonics of a motion next to the separatrix fall by 0.82 each."""
 
-NEXT = 1 - 1.5e-10
+MAX_SQUARED_MODULUS = 1 - 1.5e-10
 """The squared modulus nearest to the separatrix: SciPy's functions are right below 1 - 1e-10."""
 
 PAIRS = ((1, 2), (2, 0), (0, 1))
@@ -99,9 +99,9 @@ class InelasticRelaxation(Summarized):
             raise ValueError(f"dynamic_moment must be from {low:g} to {high:g}, got {J.tolist()}.")
         omega, period = _free_rates(self._moments, J)
         products = [*(x * x for x in omega), *(omega[i] * omega[j] for i, j in PAIRS)]
-        harmonics = np.fft.rfft(np.stack(products), axis=-1) / PHASES
+        harmonics = np.fft.rfft(np.stack(products), axis=-1) / PHASES_PER_PERIOD
         energies = np.einsum("i...k,ij,j...k->...k", harmonics.conj(), self._compliance, harmonics).real
-        losses = energies @ np.arange(PHASES // 2 + 1)
+        losses = energies @ np.arange(PHASES_PER_PERIOD // 2 + 1)
         return np.asarray(G**5 * (4 * np.pi / self.quality_factor) * losses / period)
 
     @checked
@@ -160,10 +160,13 @@ def _free_rates(moments: Array, J: Array) -> tuple[list[Array], Array]:
     A, B, C = (np.where(is_long, moments[2 - i], moments[i]) for i in range(3))
     with np.errstate(divide="ignore", invalid="ignore"):
         across, along = np.abs(C / J - 1), np.abs(1 - A / J)  # |2 T C - G^2| and |G^2 - 2 T A|
-        m = np.minimum(np.where((across > 0) & (A != B), np.abs(B - A) * across / (np.abs(C - B) * along), 0.0), NEXT)
+        m = np.minimum(
+            np.where((across > 0) & (A != B), np.abs(B - A) * across / (np.abs(C - B) * along), 0.0),
+            MAX_SQUARED_MODULUS,
+        )
         quarter = ellipk(m)
         period = 4 * quarter * np.sqrt(A * B * C / (np.abs(C - B) * along))
-        phase = 4 * quarter[..., None] * (np.arange(PHASES) / PHASES)
+        phase = 4 * quarter[..., None] * (np.arange(PHASES_PER_PERIOD) / PHASES_PER_PERIOD)
         sn, cn, dn, _ = ellipj(phase, m[..., None])
         first = np.sqrt(across / (A * np.abs(C - A)))[..., None] * cn
         middle = np.sqrt(np.where(across > 0, across / (B * np.abs(C - B)), 0.0))[..., None] * sn

@@ -24,11 +24,11 @@ from poinsot.storage.memory import available_memory
 
 __all__ = ["RunEstimate", "estimate_run"]
 
-LONG_ENOUGH = 0.3
-"""Seconds of a sample from which the whole is estimated."""
+MIN_SAMPLE_SECONDS = 0.3
+"""Shortest sample from which the whole is estimated, seconds."""
 
-AT_ONCE = 16
-"""Members of the first sample for each thread: two batches."""
+FIRST_SAMPLE_MEMBERS = 16
+"""Number of members of the first sample for each thread: two batches."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -142,11 +142,11 @@ def estimate_run(
         motion = propagate(*given, t[:rows], **options | {"threads": threads, "progress": False})
         return clock.perf_counter() - began, sum(8 * x.shape[-1] for x in motion.phase.values())
 
-    some, rows = min(AT_ONCE * cores, count), max(t.size // 64, min(t.size, 2))
+    some, rows = min(FIRST_SAMPLE_MEMBERS * cores, count), max(t.size // 64, min(t.size, 2))
     first, _ = run(some, rows)
     seconds, row = run(some, rows)
     compilation = max(first - seconds, 0.0)
-    while seconds < LONG_ENOUGH and (some, rows) != (count, t.size):
+    while seconds < MIN_SAMPLE_SECONDS and (some, rows) != (count, t.size):
         some, rows = (some, min(4 * rows, t.size)) if rows < t.size else (min(4 * some, count), rows)
         seconds, row = run(some, rows)
     span, sampled = (float(np.max(np.abs(part - origin))) for part in (t, t[:rows]))

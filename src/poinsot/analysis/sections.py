@@ -49,8 +49,8 @@ __all__ = ["Section", "andoyer_section", "section", "spin_orbit_section"]
 
 Array = NDArray[Any]
 
-ON_SECTION = 64 * np.finfo(float).eps
-"""How far from the angle of a section, in radians, a start lies on it."""
+SECTION_TOLERANCE = 64 * np.finfo(float).eps
+"""Largest distance from the angle of a section, radians, at which a start lies on the section."""
 
 Coordinates = Callable[[EventRecord], tuple[ArrayLike, ArrayLike]]
 
@@ -330,7 +330,7 @@ def _with_starts(found: Section, starts: Andoyer, angle: Angles) -> Section:
     """Return a section with the starts that lie on it as first points: no zero is an event where a motion starts."""
     own = (starts.g - angle, starts.l, starts.L / starts.G)
     off, l, height = (np.broadcast_to(part, len(found.x)) for part in own)
-    on = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) <= ON_SECTION
+    on = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) <= SECTION_TOLERANCE
     if not np.any(on):
         return found
     first = np.where(on[:, None], np.stack([l, height], axis=-1), np.nan)

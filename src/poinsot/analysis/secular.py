@@ -22,22 +22,22 @@ __all__ = ["SecularEvolution", "secular_evolution"]
 Array = NDArray[np.float64]
 Effect = Callable[[Mapping[str, float]], Mapping[str, float]]
 
-TOLERANCE = 1e-11
-"""Relative, of a step."""
+STEP_TOLERANCE = 1e-11
+"""Relative tolerance of a step."""
 
-LEAST = 1e-14
-"""Of a variable, over its start, below which its error does not count."""
+MIN_VARIABLE = 1e-14
+"""Size of a variable, relative to its initial value, below which its error does not count."""
 
-LONGEST_STEP = 0.01 + 1e-9
+MAX_STEP = 0.01 + 1e-9
 """Of a step of the integrator, over the time from the first to the last; 101 times at equal intervals need 100."""
 
-STRETCH = 1.1
+MAX_STRETCH = 1.1
 """Of the longest step before a time, for the first step after it: rounding must not leave a second, tiny step."""
 
-ROUNDING = 4 * np.finfo(float).eps
-"""Relative, of the time of a zero."""
+TIME_TOLERANCE = 4 * np.finfo(float).eps
+"""Relative tolerance of the time of a zero."""
 
-SAMPLES = 10
+SAMPLES_PER_STEP = 10
 """Number of times in each step at which `until` is evaluated."""
 
 
@@ -156,11 +156,11 @@ def _steps(slope: Callable[[float, Array], Array], at: Array, y: Array) -> Itera
     """Yield the integrator after each step; steps end at all times."""
     from scipy.integrate import DOP853
 
-    least: Any = LEAST * np.where(y, np.abs(y), 1.0)
-    longest, step = LONGEST_STEP * (at[-1] - at[0]), np.inf
+    least: Any = MIN_VARIABLE * np.where(y, np.abs(y), 1.0)
+    longest, step = MAX_STEP * (at[-1] - at[0]), np.inf
     for begin, end in itertools.pairwise(at):
-        first_step = min(STRETCH * step, end - begin) if step < np.inf else None
-        solver: Any = DOP853(slope, begin, y, end, longest, TOLERANCE, least, first_step=first_step)
+        first_step = min(MAX_STRETCH * step, end - begin) if step < np.inf else None
+        solver: Any = DOP853(slope, begin, y, end, longest, STEP_TOLERANCE, least, first_step=first_step)
         step = 0.0
         while solver.status == "running":
             message = solver.step()
@@ -183,13 +183,13 @@ def _zero_in_step(reached: Callable[[Array], float], solver: Any, before: float)
     def value(t: float) -> float:
         return reached(solver.y if t == solver.t else between(t))
 
-    for k in range(1, SAMPLES + 1):
-        end = solver.t if k == SAMPLES else solver.t_old + k * solver.step_size / SAMPLES
+    for k in range(1, SAMPLES_PER_STEP + 1):
+        end = solver.t if k == SAMPLES_PER_STEP else solver.t_old + k * solver.step_size / SAMPLES_PER_STEP
         now = value(end)
         if now == 0:
             return float(end), now
         if (now > 0) != (before > 0):
-            return float(brentq(value, start, end, xtol=ROUNDING * solver.step_size, rtol=ROUNDING)), now
+            return float(brentq(value, start, end, xtol=TIME_TOLERANCE * solver.step_size, rtol=TIME_TOLERANCE)), now
         start, before = end, now
     return None, before
 

@@ -32,7 +32,7 @@ from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.propagation.variational_run import TOGETHER, Derivatives, VariationalRun
+from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, Derivatives, VariationalRun
 from poinsot.quantities import Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
 
@@ -228,7 +228,7 @@ def state_transition(
     report = Report(np.zeros(out.members, dtype=int))
     for some, groups in _shares(whole.size, len(inputs), order):
         of_some = Derivatives(tuple(inputs[i] for i in some), order, sizes[..., list(some)])
-        run = whole if whole.size <= TOGETHER else whole.repeated(len(groups), of_some)
+        run = whole if whole.size <= MAX_COORDINATES_TOGETHER else whole.repeated(len(groups), of_some)
         unit = np.eye(whole.size)
         start = np.tile(unit[np.array(groups)[:, : len(groups[0]) - len(some)]], (out.members, 1, 1))
         found = run.integrate(start, whole.times, _Share(out, run, groups))
@@ -248,7 +248,7 @@ def state_transition(
 def _shares(k: int, parameters: int, order: int) -> Iterator[Share]:
     """Yield what each kernel integrates."""
     columns, inputs = range(k), range(parameters)
-    if k <= TOGETHER:
+    if k <= MAX_COORDINATES_TOGETHER:
         yield inputs, [range(k + parameters)]
     elif order == 1:
         yield (), [[i] for i in columns]

@@ -23,16 +23,16 @@ __all__ = ["YorpCoefficients", "yorp_coefficients"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 4_000_000
-"""Pairs of a face and a longitude of the Sun looked at together."""
+MAX_PAIRS = 4_000_000
+"""Largest number of pairs of a face and a longitude of the Sun in one block."""
 
-ACCURACY = 1e-6
+SHADOW_TOLERANCE = 1e-6
 """Largest error of shadows that is accepted, as a fraction of the sum of the torques of all faces."""
 
-FEWEST_LATITUDES, MOST_LATITUDES = 32, 4096
+FEWEST_LATITUDES, MAX_LATITUDES = 32, 4096
 """Numbers of latitudes of the Sun in a mean over the orbit; divisible by 4, for four sums of every fourth."""
 
-SMALLEST_OBLIQUITY = 1e-12
+MIN_OBLIQUITY = 1e-12
 """The mean at the obliquity 0 is the limit of small obliquities; edges can lie in the orbital plane there."""
 
 STEPS = 0.15 * np.arange(-22, 23)
@@ -245,11 +245,11 @@ def _lost_to_shadows(
     make it converge as slowly as the power -3/2 of the number. Every fourth latitude gives one of four sums, whose
     errors are about 8 times larger than the error of their mean: half of the largest deviation leaves a margin of 4.
     """
-    shadows, accepted = DailyShadows(light, turned, turns), ACCURACY * np.linalg.norm(turns, axis=1).sum()
+    shadows, accepted = DailyShadows(light, turned, turns), SHADOW_TOLERANCE * np.linalg.norm(turns, axis=1).sum()
     folded, back = np.unique(np.minimum(obliquities, np.pi - obliquities).round(14), return_inverse=True)
-    folded = np.maximum(folded, SMALLEST_OBLIQUITY)
+    folded = np.maximum(folded, MIN_OBLIQUITY)
     lost, error, number = np.zeros((len(folded), 3)), np.full(len(folded), np.inf), FEWEST_LATITUDES
-    while number <= MOST_LATITUDES and np.any(error > accepted):
+    while number <= MAX_LATITUDES and np.any(error > accepted):
         rough = np.flatnonzero(error > accepted)
         longitudes = np.pi * ((np.arange(number) + 0.5) / number - 0.5)
         sines = np.sin(folded[rough])[:, None] * np.sin(longitudes)
@@ -277,7 +277,7 @@ def _means_of_convex(
     inwards = np.hypot(n[:, 0], n[:, 1])
     across = (t[:, 0] + 1j * t[:, 1]) * np.divide(n[:, 0] - 1j * n[:, 1], inwards, where=inwards > 0, out=0j * inwards)
     spin, tilt = np.zeros(len(obliquities)), np.zeros(len(obliquities), dtype=complex)
-    rows = BLOCK // (2 * len(NODES))
+    rows = MAX_PAIRS // (2 * len(NODES))
     for start in range(0, len(n), rows):
         part = slice(start, start + rows)
         for i, obliquity in enumerate(obliquities):

@@ -39,8 +39,8 @@ from poinsot.printable import quoted
 
 __all__ = ["new", "run"]
 
-BYTES = 150
-"""The minimum size of a result, for each time and member."""
+MIN_BYTES_PER_ROW = 150
+"""Smallest size of a result in bytes, for each time and member."""
 
 MAX_LISTED_FAILURES = 10
 """Largest number of members whose failures are listed one by one."""
@@ -288,7 +288,7 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bo
         check_new(path, overwrite or (store and resume), " or --resume" if store else " or --out DIR")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder} must be a folder that can be written, but it is not.")
-    needed, free = BYTES * job.times.size * max(members or (1,)), shutil.disk_usage(folder).free
+    needed, free = MIN_BYTES_PER_ROW * job.times.size * max(members or (1,)), shutil.disk_usage(folder).free
     if free < needed and "partial" in names:
         raise OSError(f"{folder} must have room for some {needed / 1e6:.0f} MB, but {free / 1e6:.0f} MB are free.")
 

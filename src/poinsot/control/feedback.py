@@ -23,9 +23,9 @@ from poinsot.quantities import Rule
 
 __all__ = ["OrbitPointing", "QuaternionFeedback", "RateDamping"]
 
-NEVER_REACHED = 1e100
+UNLIMITED = 1e100
 
-NEAR_HALF_A_TURN = 0.2
+HALF_TURN_RANGE = 0.2
 """Four times the square of the scalar part below which a quaternion is taken from its largest other component."""
 
 
@@ -104,7 +104,7 @@ class QuaternionFeedback(_Feedback):
     array([-0.05,  0.  , -0.04])
     """
 
-    limit: Positive = NEVER_REACHED
+    limit: Positive = UNLIMITED
     target: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
 
     @override
@@ -175,7 +175,7 @@ class RateDamping(_Limited, Torque):
 
     formula = "N = clip(-(gain*omega), -limit, limit)"
     gain: Gain
-    limit: Positive = NEVER_REACHED
+    limit: Positive = UNLIMITED
 
     @override
     def torque(self, instant: Instant) -> Vector:
@@ -196,7 +196,7 @@ def _quaternion_of(matrix: Any) -> Vector:
     for k in (2, 3):
         better = functions.less(largest, ways[k][k])
         best, largest = _chosen(better, ways[k], best), functions.where(better, ways[k][k], largest)
-    best = _chosen(functions.less(NEAR_HALF_A_TURN, ways[0][0]), ways[0], best)
+    best = _chosen(functions.less(HALF_TURN_RANGE, ways[0][0]), ways[0], best)
     size = functions.norm(best)
     return Vector(x / size for x in best)
 

@@ -24,11 +24,11 @@ from poinsot.taylor.tasks import Status
 
 __all__ = ["CudaCode", "CudaWorker", "check_device", "compiled", "most_members"]
 
-THREADS = 64
-"""In a block."""
+THREADS_PER_BLOCK = 64
+"""Number of threads of a block."""
 
-BUDGET = 64
-"""Steps of a task in the first launch."""
+FIRST_LAUNCH_STEPS = 64
+"""Number of steps of a task in the first launch."""
 
 BRISK, SLOW = 0.1, 0.4
 """Seconds of a launch below which the next one has twice as many steps, and above which half as many.
@@ -36,10 +36,10 @@ BRISK, SLOW = 0.1, 0.4
 Ctrl-C is heard between launches, and drivers of devices that have a screen stop what takes seconds.
 """
 
-SHARE = 0.5
+MEMORY_SHARE = 0.5
 """Of the free memory of the device for tasks and rows; threads have their coefficients in the rest."""
 
-MOST_BYTES = 2**30
+MAX_BYTES = 2**30
 """The most for tasks and rows at a time, there and here."""
 
 OPTIONS = ("--std=c++17", "--fmad=false")
@@ -70,7 +70,7 @@ class CudaCode(Kernel):
     def __init__(self, program: KernelProgram) -> None:
         super().__init__(program)
         places = {name: offset_of(self.work, name) for name in self.work.names or ()}
-        places |= {"size": self.work.itemsize, "order": self.order, "threads": THREADS, "budget": FOREVER}
+        places |= {"size": self.work.itemsize, "order": self.order, "threads": THREADS_PER_BLOCK, "budget": FOREVER}
         self.source = translated(str(program.module)) + ENTRY.format_map(places)
         self._module: Any = None
 
@@ -78,7 +78,9 @@ class CudaCode(Kernel):
         """Start so many threads that take tasks of a queue."""
         if self._module is None:
             self._module = cupy.RawModule(code=self.source, options=OPTIONS)
-        self._module.get_function("propagate")((-(-count // THREADS),), (THREADS,), (queue, np.int64(count)))
+        self._module.get_function("propagate")(
+            (-(-count // THREADS_PER_BLOCK),), (THREADS_PER_BLOCK,), (queue, np.int64(count))
+        )
 
 
 @functools.lru_cache(MAX_KERNELS)
@@ -103,7 +105,7 @@ class CudaWorker:
 
     def start(self, queue: Queue) -> None:
         """Turn to a queue, and forget what was before."""
-        self._queue, self._budget, self._tasks, self._rows = queue, BUDGET, None, None
+        self._queue, self._budget, self._tasks, self._rows = queue, FIRST_LAUNCH_STEPS, None, None
 
     def advance(self) -> bool:
         """Launch the kernel once; return whether something is left to do."""
@@ -187,4 +189,4 @@ def most_members(code: CudaCode, times: int) -> int:
     """Return how many members the memory of the device has room for, each with two tasks and rows at some times."""
     free, _ = optional("cupy", "device='cuda'", "cuda").cuda.runtime.memGetInfo()
     each = 8 * times * code.variables + 2 * (code.task.itemsize + 8)
-    return max(int(min(SHARE * free, MOST_BYTES)) // each, 1)
+    return max(int(min(MEMORY_SHARE * free, MAX_BYTES)) // each, 1)

@@ -23,7 +23,7 @@ __all__ = [
     "system_latex",
 ]
 
-MOST_SYMBOLS = 60
+MAX_SYMBOLS = 60
 """Symbols and numbers of the longest formula that is typeset from its nodes."""
 
 LETTERS = {
@@ -189,7 +189,7 @@ def _math(formula: str) -> str:
 
 
 class NotTypesetError(Exception):
-    """A formula is longer than `MOST_SYMBOLS`, or contains more than operations on real numbers."""
+    """A formula is longer than `MAX_SYMBOLS`, or contains more than operations on real numbers."""
 
 
 class _NodeWriter:
@@ -226,7 +226,7 @@ class _NodeWriter:
     def factor(self, x: Node) -> str:
         """Return an expression that needs no further brackets as a factor."""
         self.length += 1
-        if self.length > MOST_SYMBOLS or x.name in ("value", "variable", "input", "ruled"):
+        if self.length > MAX_SYMBOLS or x.name in ("value", "variable", "input", "ruled"):
             raise NotTypesetError
         if x.name == "symbol":
             return self.notation.name(*x.operands[0])

@@ -15,10 +15,10 @@ from poinsot.printable import printable
 
 __all__ = ["Summarized", "curves", "formatted", "formatted_times", "markup_table", "rounded", "text_table"]
 
-MOST_NUMBERS = 6
+MAX_NUMBERS = 6
 """Numbers that a summary lists one by one; of more it states the range."""
 
-MOST_CHARACTERS = 240
+MAX_CHARACTERS = 240
 """Characters of a description in a title or a line."""
 
 LONG_NUMBER = re.compile(r"-?\d*\.\d{5,}(?:[eE][+-]?\d+)?|-?\d{8,}(?:\.\d*)?")
@@ -58,7 +58,7 @@ def markup_table(title: str, rows: Iterable[tuple[str, str]]) -> str:
 WIDTH, HEIGHT, LEFT, MARGIN = 440, 130, 52, 18
 """Size of a small plot, its left margin and its other margins, pixels."""
 
-MOST_POINTS = 300
+MAX_POINTS = 300
 """Points of a curve in a small plot. Longer curves are drawn by the minimum and maximum of each of 150 intervals."""
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7")
@@ -125,9 +125,9 @@ def curves(
 def _drawn_points(y: NDArray[np.float64]) -> list[int]:
     """Return the indices of the points of a curve that are drawn: all, or the extremes of each interval."""
     finite = np.flatnonzero(np.isfinite(y))
-    if finite.size <= MOST_POINTS:
+    if finite.size <= MAX_POINTS:
         return [int(i) for i in finite]
-    intervals = np.array_split(finite, MOST_POINTS // 2)
+    intervals = np.array_split(finite, MAX_POINTS // 2)
     extremes = [sorted((each[np.argmin(y[each])], each[np.argmax(y[each])])) for each in intervals]
     return [int(i) for pair in extremes for i in pair]
 
@@ -146,7 +146,7 @@ def formatted(values: ArrayLike | None, unit: str = "1") -> str:
         return ""
     if array.size == 1:
         return _with_unit(f"{array.item():.6g}", unit)
-    if array.size <= MOST_NUMBERS:
+    if array.size <= MAX_NUMBERS:
         texts = np.vectorize("{:.6g}".format, otypes=[object])(array).tolist()
         return _with_unit(str(texts).replace("'", ""), unit)
     finite = array[np.isfinite(array)]
@@ -166,6 +166,6 @@ def _with_unit(text: str, unit: str) -> str:
 
 
 def rounded(text: str) -> str:
-    """Return a description with its numbers to 6 digits, and at most `MOST_CHARACTERS` characters of it."""
+    """Return a description with its numbers to 6 digits, and at most `MAX_CHARACTERS` characters of it."""
     short = LONG_NUMBER.sub(lambda number: f"{float(number.group()):.6g}", text)
-    return short if len(short) <= MOST_CHARACTERS else f"{short[:MOST_CHARACTERS]} ..."
+    return short if len(short) <= MAX_CHARACTERS else f"{short[:MAX_CHARACTERS]} ..."

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Progress", "Report", "bar", "later"]
 
-PATIENCE = 0.5
+DELAY = 0.5
 """Seconds before a progress bar appears."""
 
 
@@ -101,7 +101,7 @@ def later(started: Callable[[], rich_progress.Progress]) -> Iterator[list[rich_p
         shown.append(started())
         shown[0].start()
 
-    timer = threading.Timer(PATIENCE, show)
+    timer = threading.Timer(DELAY, show)
     timer.daemon = True
     timer.start()
     try:

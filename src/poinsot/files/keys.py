@@ -13,7 +13,7 @@ from poinsot.printable import nearest, quoted, shortened
 
 __all__ = ["Entry", "Keys"]
 
-ALIKE = 0.85
+MISSPELLING_SIMILARITY = 0.85
 """Similarity, as difflib computes it, above which an unknown key is a misspelled one: one wrong letter of seven."""
 
 USER_DEFINED = "USER_DEFINED"
@@ -77,7 +77,7 @@ class Keys:
             )
         given, words = key[:40], sorted({*self.used, *self.elsewhere})
         for word in (given, given.upper()):
-            if alike := difflib.get_close_matches(word, words, 1, ALIKE):
+            if alike := difflib.get_close_matches(word, words, 1, MISSPELLING_SIMILARITY):
                 raise ValueError(
                     f"{place} must have a key of the format, got {quoted(given)}. Did you mean {quoted(alike[0])}?"
                 )
@@ -89,4 +89,4 @@ class Keys:
 
     def resembles(self, key: str) -> bool:
         """Return whether a key is used, or is a misspelled one that is used."""
-        return bool(difflib.get_close_matches(key[:40], sorted(self.used), 1, ALIKE))
+        return bool(difflib.get_close_matches(key[:40], sorted(self.used), 1, MISSPELLING_SIMILARITY))

@@ -96,8 +96,8 @@ FOREIGN = (OSError, RuntimeError, KeyError, IndexError, TypeError, AttributeErro
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 
-SECONDS_OF_BYTE = 1e-8
-"""Of a processor, to read one."""
+SECONDS_PER_BYTE = 1e-8
+"""Processor time to read a byte, seconds."""
 
 
 @checked
@@ -293,7 +293,7 @@ def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     process = ReaderProcess("poinsot.storage.netcdf_reader", "", memory=2 * size, files=1)
     with contextlib.closing(process):
         (attributes, told), arrays = process.call(
-            "content", str(path), size, sorted(_names()), list(PREFIXES), seconds=SECONDS_OF_BYTE * size
+            "content", str(path), size, sorted(_names()), list(PREFIXES), seconds=SECONDS_PER_BYTE * size
         )
     told = {name: (dims, array, said) for (name, dims, said), array in zip(told, arrays, strict=True)}
     return told, attributes

@@ -31,16 +31,16 @@ Arrays = Sequence[NDArray[Any]]
 
 Answer = tuple[Any, list[NDArray[Any]]]
 
-SECONDS = 1.0
-"""Of processor time for each question, on top of what its size adds."""
+MIN_PROCESSOR_SECONDS = 1.0
+"""Processor time for each question, in addition to the time for its size, seconds."""
 
-PATIENCE = 60.0
+ELAPSED_PER_PROCESSOR_SECOND = 60.0
 """Seconds that may pass for each second of processor time, on a machine that has much else to do."""
 
-MEMORY = 96 * 1024 * 1024
-"""Bytes beyond those of the libraries, on top of what a file needs."""
+MIN_MEMORY = 96 * 1024 * 1024
+"""Bytes in addition to the memory of the libraries and of the file."""
 
-MOST_OF_TEXT = 64 * 1024 * 1024
+MAX_TEXT_BYTES = 64 * 1024 * 1024
 
 PAIR = struct.Struct("<qq")
 """What is said to the clean process: a number of a process to end, or 0 for a new one; and what it says."""
@@ -76,12 +76,12 @@ class ReaderProcess:
             self._pid = _asked(module, 0, theirs.fileno())
         self._stream = ours.makefile("rwb")
         ours.close()
-        _send(self._stream, {"folder": os.getcwd(), "memory": MEMORY + memory, "files": files}, ())
+        _send(self._stream, {"folder": os.getcwd(), "memory": MIN_MEMORY + memory, "files": files}, ())
 
     def call(self, function: str, *values: Any, arrays: Arrays = (), seconds: float = 0.0) -> Answer:
         """Return what a function returns, or raise its error; `seconds` of processor time more than others may pass."""
-        seconds += SECONDS
-        deadline = threading.Timer(PATIENCE * seconds, os.kill, (self._pid, signal.SIGKILL))
+        seconds += MIN_PROCESSOR_SECONDS
+        deadline = threading.Timer(ELAPSED_PER_PROCESSOR_SECOND * seconds, os.kill, (self._pid, signal.SIGKILL))
         deadline.daemon = True
         deadline.start()
         try:
@@ -190,7 +190,7 @@ def _received(stream: Any) -> tuple[dict[str, Any], list[NDArray[Any]]] | None:
     if len(head) < 8:
         return None
     size = struct.unpack("<Q", head)[0]
-    said = json.loads(stream.read(size) if size <= MOST_OF_TEXT else b"")
+    said = json.loads(stream.read(size) if size <= MAX_TEXT_BYTES else b"")
     return said, [_array(stream, str(kind), shape) for kind, shape in said.pop("arrays")]
 
 

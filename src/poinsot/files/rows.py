@@ -13,8 +13,8 @@ __all__ = ["Rows", "number"]
 
 Array = NDArray[np.float64]
 
-MOST = 1e15
-"""Of any number in a file of attitudes or orbits."""
+MAX_NUMBER = 1e15
+"""Largest number in a file of attitudes or orbits."""
 
 
 @dataclasses.dataclass
@@ -64,6 +64,6 @@ def number(key: str, text: str, place: str) -> float:
         value = float(text)
     except ValueError:
         value = np.inf
-    if not abs(value) < MOST:
+    if not abs(value) < MAX_NUMBER:
         raise ValueError(f"{place} must have a number for {key}, got {quoted(text)}.")
     return value

@@ -23,7 +23,7 @@ from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.scenario_of_motion import WHOLE, WITH_FILES, scenario_of
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.scenarios.toml_text import MOST_CHARACTERS
+from poinsot.scenarios.toml_text import MAX_CHARACTERS
 from poinsot.storage.chunk_plan import Chunking
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "repetition"]
@@ -140,7 +140,7 @@ def read_scenario(path: str | Path) -> Scenario:
     path = Path(path)
     if path.suffix != ".toml":
         raise ValueError(f"path must end in .toml, got {quoted(path.name)}.")
-    text = read_text(path, 4 * MOST_CHARACTERS)
+    text = read_text(path, 4 * MAX_CHARACTERS)
     return parsed_scenario(text.replace("\r\n", "\n"), shortened(path), path.parent)
 
 

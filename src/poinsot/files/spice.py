@@ -33,14 +33,14 @@ META = b"KPL/MK"
 INDEX = b"KERNELS_TO_LOAD"
 """The variable by which a kernel in text names others."""
 
-MOST_OF_TEXT = 16 * 1024 * 1024
+MAX_TEXT_BYTES = 16 * 1024 * 1024
 """Bytes of a kernel in text, which SPICE reads line by line."""
 
-SECONDS_OF_TIME = 2e-4
-"""Of a processor, that a question takes for each of its times: ten times what it usually takes."""
+SECONDS_PER_TIME = 2e-4
+"""Processor time for each time of a question, seconds: ten times the usual time."""
 
-SECONDS_OF_BYTE = 1e-6
-"""Of a processor, that a kernel takes for each of its bytes."""
+SECONDS_PER_BYTE = 1e-6
+"""Processor time for each byte of a kernel, seconds."""
 
 
 class Kernels:
@@ -55,7 +55,7 @@ class Kernels:
     def ask(self, function: str, *values: Any, times: NDArray[np.float64] | None = None) -> Answer:
         """Return what a function of `spice_reader` says, at times if it takes them."""
         arrays = [] if times is None else [np.atleast_1d(np.asarray(times, dtype=float))]
-        seconds = SECONDS_OF_TIME * sum(array.size for array in arrays) + SECONDS_OF_BYTE * self.size
+        seconds = SECONDS_PER_TIME * sum(array.size for array in arrays) + SECONDS_PER_BYTE * self.size
         return self._process.call(function, *values, arrays=arrays, seconds=seconds)
 
 
@@ -98,7 +98,7 @@ def _checked(path: Path) -> Path:
             "LSK, PCK or "
             f"SCLK, got {quoted(head)}."
         )
-    elif INDEX in read_bytes(path, MOST_OF_TEXT).upper():
+    elif INDEX in read_bytes(path, MAX_TEXT_BYTES).upper():
         raise ValueError(
             f"{shortened(path)} must be a kernel that loads no others, got one that does. Name all of them."
         )

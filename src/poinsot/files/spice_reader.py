@@ -23,7 +23,7 @@ INERTIAL_CLASS = 1
 CK_TYPE, CK_CLASS = 3, 3
 """Of the segment, discrete attitudes with interpolation; of frames that C-kernels turn."""
 
-MOST_RECORDS = 1_000_000
+MAX_RECORDS = 1_000_000
 
 
 @contextlib.contextmanager
@@ -117,7 +117,7 @@ def _segment(path: str) -> tuple[int, int, list[float], str]:
     if kind != CK_TYPE:
         raise ValueError(f"{shortened(path)} must be of type {CK_TYPE}, got type {kind}.")
     count = spice.cknr03(handle, summary)
-    if not 0 < count <= MOST_RECORDS:
-        raise ValueError(f"{shortened(path)} must have from 1 to {MOST_RECORDS} attitudes, got {count}.")
+    if not 0 < count <= MAX_RECORDS:
+        raise ValueError(f"{shortened(path)} must have from 1 to {MAX_RECORDS} attitudes, got {count}.")
     ticks = [spice.ckgr03(handle, summary, i + 1)[0] for i in range(count)]
     return int(structure), int(reference), ticks, str(title)

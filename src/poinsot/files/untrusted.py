@@ -9,15 +9,15 @@ from xml.etree import ElementTree as ET
 
 from poinsot.printable import shortened
 
-__all__ = ["MOST_BYTES", "lazy_lines", "local_name", "parsed_xml", "read_bytes", "read_text"]
+__all__ = ["MAX_BYTES", "lazy_lines", "local_name", "parsed_xml", "read_bytes", "read_text"]
 
-MOST_BYTES = 64 * 1024 * 1024
+MAX_BYTES = 64 * 1024 * 1024
 """Of a file that is read line by line."""
 
-MOST_OF_MESSAGE = 16 * 1024 * 1024
-MOST_LINES = 120_000
-MOST_TAGS = 400_000
-MOST_ATTRIBUTES = 200_000
+MAX_MESSAGE_BYTES = 16 * 1024 * 1024
+MAX_LINES = 120_000
+MAX_TAGS = 400_000
+MAX_ATTRIBUTES = 200_000
 """Of a message or a table of attitudes: more would take more than a second to refuse if it ends wrongly."""
 
 ENDS = "\n\r\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029"
@@ -41,7 +41,7 @@ def read_bytes(path: str | Path, most: int) -> bytes:
 
 def read_text(path: str | Path, most: int | None = None) -> str:
     """Return the text in UTF-8 of a file; a message has at most 16 MiB and 120,000 lines, others the most bytes."""
-    content = read_bytes(path, MOST_OF_MESSAGE if most is None else most)
+    content = read_bytes(path, MAX_MESSAGE_BYTES if most is None else most)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -49,8 +49,8 @@ def read_text(path: str | Path, most: int | None = None) -> str:
     if "\0" in text:
         raise ValueError(f"{shortened(path)} must be text in UTF-8, got other bytes.")
     lines = sum(map(text.count, ENDS))
-    if most is None and lines > 2 * MOST_LINES:  # each may end in two characters
-        raise ValueError(f"{shortened(path)} must have at most {MOST_LINES} lines, got more.")
+    if most is None and lines > 2 * MAX_LINES:  # each may end in two characters
+        raise ValueError(f"{shortened(path)} must have at most {MAX_LINES} lines, got more.")
     return text
 
 
@@ -70,7 +70,7 @@ def parsed_xml(text: str, name: str) -> ET.Element:
 
     A ValueError refuses these, and more than 400,000 tags or 200,000 attributes.
     """
-    for what, mark, most in (("tags", "<", MOST_TAGS), ("attributes", "=", MOST_ATTRIBUTES)):
+    for what, mark, most in (("tags", "<", MAX_TAGS), ("attributes", "=", MAX_ATTRIBUTES)):
         if text.count(mark) > most:
             raise ValueError(f"{name} must have at most {most} {what}, got {text.count(mark)}.")
     if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):

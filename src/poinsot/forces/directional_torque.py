@@ -22,10 +22,10 @@ __all__ = ["DirectionalTorque", "stream_torques"]
 
 Array = NDArray[np.float64]
 
-HIGHEST_DEGREE = 32
+MAX_DEGREE = 32
 """Highest degree of the expansion, which has 3267 coefficients in three components."""
 
-ROUNDING = 1e-14
+MIN_COEFFICIENT = 1e-14
 """Coefficients below this fraction of the mesh area times the radius are set to zero."""
 
 MAX_PAIRS = 4_000_000
@@ -155,13 +155,13 @@ class DirectionalTorque(Parametric):
     def _fitted(cls, mesh: Mesh, degree: int, shadows: bool, shares: tuple[float, float, float]) -> Self:
         """Return the projection on harmonics, by a quadrature that is exact to degree 4 n + 3."""
         degree = whole_degree(degree)
-        if not 0 <= degree <= HIGHEST_DEGREE:
-            raise ValueError(f"degree must be from 0 to {HIGHEST_DEGREE}, got {degree}.")
+        if not 0 <= degree <= MAX_DEGREE:
+            raise ValueError(f"degree must be from 0 to {MAX_DEGREE}, got {degree}.")
         light = Lighting(mesh)
         directions, weights = sphere_nodes(2 * (degree + 1))
         torques = stream_torques(light, directions, shadows, *shares)
         coefficients = (weights[:, None] * torques).T @ _harmonics(degree, directions)
-        coefficients[np.abs(coefficients) < ROUNDING * light.areas.sum() * mesh.circumscribing_radius] = 0.0
+        coefficients[np.abs(coefficients) < MIN_COEFFICIENT * light.areas.sum() * mesh.circumscribing_radius] = 0.0
         others = _spiral(4 * (degree + 1) ** 2 + 100)
         left = stream_torques(light, others, shadows, *shares) - _harmonics(degree, others) @ coefficients.T
         lengths = np.linalg.norm(left, axis=-1)

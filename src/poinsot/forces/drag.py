@@ -9,7 +9,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.forces.atmosphere import Atmosphere
 from poinsot.forces.directional_torque import DirectionalTorque
-from poinsot.forces.facets import ORDINARY_DRAG, Facets
+from poinsot.forces.facets import PLATE_DRAG_COEFFICIENT, Facets
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
@@ -95,7 +95,7 @@ class MeshDrag(Torque):
     orbit: Orbit
     atmosphere: Atmosphere
     field: DirectionalTorque
-    coefficient: NotNegative = ORDINARY_DRAG
+    coefficient: NotNegative = PLATE_DRAG_COEFFICIENT
 
     @override
     def torque(self, instant: Instant) -> Any:

@@ -18,10 +18,10 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.quantities import OR_NUMBER, Along, Rule
 from poinsot.shapes.mesh import Mesh
 
-__all__ = ["ORDINARY_DRAG", "Facets"]
+__all__ = ["PLATE_DRAG_COEFFICIENT", "Facets"]
 
-ORDINARY_DRAG = 2.2
-"""The drag coefficient of a flat plate in the upper atmosphere, about."""
+PLATE_DRAG_COEFFICIENT = 2.2
+"""Approximate drag coefficient of a flat plate in the upper atmosphere."""
 
 CLOSURE_TOLERANCE = 1e-6
 """Largest sum of areas times normals of a closed surface, relative to the total area."""
@@ -83,7 +83,7 @@ class Facets(Parametric):
     positions: Annotated[Any, ("count", 3), Along("body axes")]
     specular: Shares = 0.0
     diffuse: Shares = 0.0
-    drag: Annotated[Numbers, OR_NUMBER] = ORDINARY_DRAG
+    drag: Annotated[Numbers, OR_NUMBER] = PLATE_DRAG_COEFFICIENT
     accommodation: Shares = 1.0
     closed: bool = False
 
@@ -121,7 +121,7 @@ class Facets(Parametric):
         wing_positions: Annotated[ArrayLike, ("wings", 3), Along("body axes")] = (),
         specular: EachOrAll = 0.0,
         diffuse: EachOrAll = 0.0,
-        drag: EachOrAll = ORDINARY_DRAG,
+        drag: EachOrAll = PLATE_DRAG_COEFFICIENT,
         accommodation: EachOrAll = 1.0,
     ) -> Facets:
         """Return the facets of a box along the body axes and of thin two-sided wings, such as solar panels.
@@ -172,7 +172,7 @@ class Facets(Parametric):
         *,
         specular: EachOrAll = 0.0,
         diffuse: EachOrAll = 0.0,
-        drag: EachOrAll = ORDINARY_DRAG,
+        drag: EachOrAll = PLATE_DRAG_COEFFICIENT,
         accommodation: EachOrAll = 1.0,
     ) -> Facets:
         """Return the faces of a mesh as facets, about the centre of mass and along the axes of `Body.from_shape`.

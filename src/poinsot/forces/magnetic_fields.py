@@ -302,18 +302,18 @@ def _coefficients() -> tuple[NDArray[np.int_], Array, Array]:
     """Return the years and the coefficients, shape (years, 14, 14), that the package ppigrf has."""
     frames = optional("ppigrf.ppigrf", "the coefficients of the IGRF").read_shc()
     years = np.array([date.year for date in frames[0].index])
-    out = np.zeros((2, years.size, HIGHEST + 1, HIGHEST + 1))
+    out = np.zeros((2, years.size, IGRF_DEGREE + 1, IGRF_DEGREE + 1))
     for array, frame in zip(out, frames, strict=True):
         for n, m in frame.columns:
             array[:, n, m] = 1e-9 * frame[n, m].to_numpy(dtype=float)
     return years, *out
 
 
-HIGHEST = 13
-"""The degree of the IGRF."""
+IGRF_DEGREE = 13
+"""Degree of the IGRF."""
 
-FAR = 50
-"""Radii at which the magnetosphere has long ended: whoever is there has mixed units."""
+MAX_RADII = 50
+"""Largest distance in planetary radii, far outside the magnetosphere. A larger one indicates inconsistent units."""
 
 
 class IGRF(_OfSources):
@@ -354,16 +354,16 @@ class IGRF(_OfSources):
     radius: Positive = 6371.2
 
     def __post_init__(self) -> None:
-        _check_degree(self.degree, HIGHEST)
+        _check_degree(self.degree, IGRF_DEGREE)
         found = [each.calendar for each in (self.rotation, self.orbit) if getattr(each, "calendar", None) is not None]
         if not found:
             raise ValueError("rotation must have a calendar for a field of dates, got none. RotationModel.earth has.")
         object.__setattr__(self, "epochs", _epochs(found[0]))
         super().__post_init__()
         farthest = np.max(getattr(self.orbit, "periapsis_distance", 0.0) / np.asarray(self.radius))
-        if farthest > FAR:
+        if farthest > MAX_RADII:
             hint = "The radius is 6371.2 km in the unit of the orbit."
-            raise ValueError(f"orbit must be within {FAR} radii of the Earth, got {farthest:.6g}. {hint}")
+            raise ValueError(f"orbit must be within {MAX_RADII} radii of the Earth, got {farthest:.6g}. {hint}")
 
     @override
     def __repr__(self) -> str:

@@ -33,8 +33,8 @@ from poinsot.mechanics.two_bodies import TwoBodies
 
 __all__ = ["MutualGravity", "MutualHarmonics"]
 
-COARSE = 0.01
-"""An estimated error of the force above which a result counts the times."""
+COUNTED_ERROR = 0.01
+"""Smallest estimated error of the force, relative to the force, that the result of a run reports."""
 
 
 class MutualSeries(Potential):
@@ -64,7 +64,7 @@ class MutualSeries(Potential):
     def validity(self, instant: Any) -> Mapping[str, Scalar]:
         return {
             "overlapping_spheres": functions.less(instant.distance, sum(self._reaches(instant))),
-            "coarse_series": functions.less(COARSE, self.truncation(instant)),
+            "coarse_series": functions.less(COUNTED_ERROR, self.truncation(instant)),
         }
 
     @override

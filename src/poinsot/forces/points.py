@@ -12,8 +12,8 @@ from poinsot.functions import Scalar
 
 __all__ = ["beyond_the_first", "inertia_of_points", "paired_sum"]
 
-CENTRED = 1e-12
-"""Tolerance of the centre of mass, relative to the distance of the farthest point: rounding only."""
+CENTRING_TOLERANCE = 1e-12
+"""Tolerance of the centre of mass, relative to the distance of the farthest point, for rounding errors."""
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ def inertia_of_points(name: str, masses: Any, positions: Any) -> Array:
     centre = np.sum(m * x, axis=-2) / np.sum(m, axis=-2)
     farthest = np.max(np.linalg.norm(x, axis=-1), axis=-1)
     off = np.max(np.linalg.norm(centre, axis=-1) / np.where(farthest > 0, farthest, 1.0))
-    if not off <= CENTRED:
+    if not off <= CENTRING_TOLERANCE:
         raise ValueError(
             f"{name} must be from the centre of mass, but it is off the origin by {off:.2g} of the farthest "
             "point. Subtract it."

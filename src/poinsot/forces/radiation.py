@@ -26,7 +26,7 @@ PRESSURE = 1361.0 / 299_792_458.0
 ASTRONOMICAL_UNIT, SUN_RADIUS = 149_597_870_700.0, 6.957e8
 """Metres (IAU 2012, Resolution B2; 2015, Resolution B3)."""
 
-TINY = 1e-9
+SMOOTHED_PART = 1e-9
 """Within which part of the smaller disc of a contact the overlap is made smooth: its area begins there as a power 3/2,
 whose second derivative is infinite, and a step that starts at it would have no length."""
 
@@ -81,7 +81,7 @@ class Occulter(Parametric):
         across = functions.cross(here, there)
         sine = functions.sqrt(where_partial(functions.dot(across, across), 1.0))
         a, b, c = functions.asin(sine_a), functions.asin(sine_b), functions.atan2(sine, aligned)
-        product, smooth = (a + b + c) * (a + b - c) * (c + a - b) * (c + b - a), 8 * TINY * (a * b) * (a * b)
+        product, smooth = (a + b + c) * (a + b - c) * (c + a - b) * (c + b - a), 8 * SMOOTHED_PART * (a * b) * (a * b)
         height = functions.sqrt(where_partial(product + smooth * (smooth / (product + smooth)), 1.0))
         of_sun, of_sphere = (functions.atan2(height, c * c + x) for x in (a * a - b * b, b * b - a * a))
         ratio = (b / a) * (b / a)

@@ -23,7 +23,7 @@ from poinsot.taylor.tasks import Status
 
 __all__ = ["EventLog"]
 
-ZENO = 1e-5
+MIN_INTERVAL_RATIO = 1e-5
 """Ratio of the time between two actions to the longest time, below which shrinking intervals never end."""
 
 MAX_MOMENTUM = float(np.sqrt(np.finfo(float).max))
@@ -125,7 +125,7 @@ class EventLog:
             return False
         if since >= self._since[task, number]:
             self._longest[task, number] = since
-        elif self._problem.events[number].acts and since < ZENO * self._longest[task, number]:
+        elif self._problem.events[number].acts and since < MIN_INTERVAL_RATIO * self._longest[task, number]:
             self.failed[task] = REASONS["zeno"]
         self._since[task, number] = since
         return True

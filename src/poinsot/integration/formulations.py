@@ -36,7 +36,7 @@ __all__ = [
     "refuse_spatial_motion",
 ]
 
-FLAT = 1e-9
+PLANAR_TOLERANCE = 1e-9
 """Largest size of other components of a planar motion, relative to the planar component."""
 
 
@@ -157,7 +157,7 @@ class Planar(LiePoisson):
     @override
     def check_variables(self, variables: NDArray[np.float64]) -> None:
         tilt = float(np.max(np.linalg.norm(variables[..., 1:3], axis=-1)))
-        if tilt > FLAT:
+        if tilt > PLANAR_TOLERANCE:
             raise ValueError(
                 "formulation 'planar' must be for a third body axis along the third space axis where forces look at "
                 f"the space axes, but it is {2 * tilt:.2g} rad off. Turn those, or use the default formulation."
@@ -193,7 +193,7 @@ def refuse_spatial_motion(system: AnyDynamics, state: AnyState) -> None:
     vectors = {"angular momentum": state.angular_momentum_body, "inertia tensor": system.body.inertia[..., 2]}
     for name, along in (vectors | {"torque": _torques(system, state)}).items():
         aside = np.max(np.abs(along[..., :2]), initial=0.0)
-        if aside > FLAT * np.max(np.abs(along), initial=0.0):
+        if aside > PLANAR_TOLERANCE * np.max(np.abs(along), initial=0.0):
             raise ValueError(
                 "formulation 'planar' must be for a body that turns about its third axis alone, but its "
                 f"{name} has components along the others, up to {aside:.2g}. Use the default formulation."
@@ -208,7 +208,7 @@ def _torques(system: BodyDynamics, state: State) -> NDArray[np.float64]:
         turned = quat.product(state.quaternion, (np.cos(angle), 0, 0, np.sin(angle)))
         time = np.clip(state.time + angle**3 * time_scale(system), first, last)
         here = State.computed({"quaternion": turned, "conjugate_momenta": np.zeros_like(turned)}, time)
-        twin = system.beside(here.shape)
+        twin = system.broadcast_to(here.shape)
         torques.append(stacked(twin.torque_at(twin.at(here)), here.shape))
     return np.reshape(torques, (-1, 3))
 

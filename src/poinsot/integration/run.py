@@ -7,7 +7,6 @@ import functools
 import time as clock
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from threading import Lock
 from typing import ClassVar, NamedTuple, Protocol
 
@@ -283,6 +282,8 @@ class Run:
         if count == 1:
             self._work(slabs, serve)
             return
+        from concurrent.futures import ThreadPoolExecutor, wait
+
         with ThreadPoolExecutor(count) as pool:
             workers = []
             try:

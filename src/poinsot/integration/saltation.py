@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.functions import Vector, cross
-from poinsot.integration.tangent_vectors import UNIT, Variations
+from poinsot.integration.tangent_vectors import INPUT_UNIT, Variations
 from poinsot.integration.variational import TangentVector, VariationalEquations
 from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered, replaced, tangents
 
@@ -40,11 +40,11 @@ AT_ONCE, AT_ZERO = 2.0**10, 2.0**24
 """Limits in units of the simultaneity tolerance: largest distance of zeros that count as one, and largest distance of
 the zero of a function from the switch of its condition, beyond which the function jumps."""
 
-GRAZING = 2.0**20
+MIN_GRAZING_RATIO = 2.0**20
 """Smallest ratio of the time in which the slope of a function falls to zero to the uncertainty of the zero. Below it
 the slope has fewer than six digits."""
 
-ALIKE = 1e-9
+SAME_TIME_TOLERANCE = 1e-9
 """Relative tolerance of the crossing times of conditions with the same surface."""
 
 
@@ -210,10 +210,10 @@ class Jump:
         if not first.distance <= AT_ZERO * self._near:
             raise NoDerivative("the condition of a `where` jumps over zero. Neighbouring motions have no derivative.")
         uncertain = max(self._near, first.distance)
-        if not (abs(first.slope) > GRAZING * uncertain * abs(first.bend) and np.isfinite(size)):
+        if not (abs(first.slope) > MIN_GRAZING_RATIO * uncertain * abs(first.bend) and np.isfinite(size)):
             raise NoDerivative("it grazes the switch of a `where`. Neighbouring motions have no derivative there.")
         near = [each for each in found if each.distance <= max(AT_ONCE * self._near, 4 * first.distance)]
-        alike = [each for each in near if np.all(np.abs(each.shift - first.shift) <= ALIKE * size)]
+        alike = [each for each in near if np.all(np.abs(each.shift - first.shift) <= SAME_TIME_TOLERANCE * size)]
         return first, list(left) if len(alike) == len(near) else [each.number for each in alike]
 
     def _crossing(self, number: int, holds: Array) -> _Crossing:
@@ -255,7 +255,7 @@ class Jump:
     def _directions(self) -> Array:
         """Tangent vectors with their changes of inputs, shape (k + inputs, vectors)."""
         inputs = np.zeros((len(self._saltation.inputs), len(self._u)), dtype=np.longdouble)
-        inputs[:, self._saltation.variations.count :] = self._saltation.inputs * (self._units / UNIT)
+        inputs[:, self._saltation.variations.count :] = self._saltation.inputs * (self._units / INPUT_UNIT)
         return np.concatenate([self._u.T, inputs])
 
     def _values(self, values: Values, holds: Array, **groups: Array) -> Array:

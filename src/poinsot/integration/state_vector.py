@@ -28,7 +28,7 @@ __all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 8192
+ROWS_PER_BLOCK = 8192
 """Number of rows converted together, so that intermediate results stay in the cache of the processor."""
 
 EVERY = slice(None)
@@ -314,7 +314,7 @@ class StateVector:
 
     def _of_chart(self, rigid: Array) -> Phase:
         read = self.formulation.to_phase
-        if rigid.ndim == 3 or len(rigid) <= BLOCK or np.may_share_memory(rigid, read(rigid[:1])["quaternion"]):
+        if rigid.ndim == 3 or len(rigid) <= ROWS_PER_BLOCK or np.may_share_memory(rigid, read(rigid[:1])["quaternion"]):
             return read(rigid)
         out = Phase()
         for block in blocks_of(len(rigid)):
@@ -326,7 +326,7 @@ class StateVector:
 
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
-        blocks = viewed(problem.beside(values.shape[:-1]).orbits, self.views)
+        blocks = viewed(problem.broadcast_to(values.shape[:-1]).orbits, self.views)
         columns = np.moveaxis(values, -1, 0)
         places = itertools.accumulate((block.size for block in blocks), initial=0)
         own = (Vector(columns[place : place + block.size]) for block, place in zip(blocks, places, strict=False))
@@ -347,7 +347,11 @@ class StateVector:
 
 def blocks_of(count: int) -> list[slice]:
     """Return the ranges of blocks of rows."""
-    return [slice(first, first + BLOCK) for first in range(0, count, BLOCK)] if count > BLOCK else [EVERY]
+    return (
+        [slice(first, first + ROWS_PER_BLOCK) for first in range(0, count, ROWS_PER_BLOCK)]
+        if count > ROWS_PER_BLOCK
+        else [EVERY]
+    )
 
 
 def _chart_of(body: str) -> str:

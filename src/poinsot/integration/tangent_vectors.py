@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["STEPS_AT_A_TIME", "UNIT", "Variations"]
+__all__ = ["INPUT_UNIT", "STEPS_AT_A_TIME", "Variations"]
 
 Array = NDArray[np.float64]
 Rows = TypeVar("Rows", NDArray[np.float64], NDArray[np.floating], NDArray[np.object_])
@@ -20,7 +20,7 @@ Rows = TypeVar("Rows", NDArray[np.float64], NDArray[np.floating], NDArray[np.obj
 INITIAL_EXPONENT = -10
 """Binary exponent of a vector at the start: large enough for the step control where the motion itself is at rest."""
 
-GROWN = 8
+MAX_GROWTH_BITS = 8
 """Growth in bits above the initial exponent at which a vector is rescaled."""
 
 STEPS_AT_A_TIME = {1: 700, 2: 300}
@@ -30,11 +30,11 @@ A vector that doubles in every step does not overflow in so many; one that grows
 attitude, which would loosen the step control. One that grows exponentially may: it has steps as short as the motion.
 """
 
-COUNTED = 2.0**-20
+COUNT_UNIT = 2.0**-20
 """Unit of the variable n, so that n stays below the attitude in the step control."""
 
 
-UNIT = 2.0**-200
+INPUT_UNIT = 2.0**-200
 """Unit of the units of inputs, so that they stay below the attitude in the step control."""
 
 MAX_EXPONENT = 180
@@ -102,14 +102,14 @@ class Variations:
         rows[..., : self.count * len(self.scaled)] = vectors.reshape(*vectors.shape[:-2], -1)
         sizes = np.minimum(self.sizes if np.size(self.sizes) else np.zeros(len(self.inputs), dtype=int), MAX_EXPONENT)
         _, _, n, units = self.split(rows)
-        units[...], n[..., self.count :] = UNIT * np.exp2(INITIAL_EXPONENT + sizes), -COUNTED * sizes
+        units[...], n[..., self.count :] = INPUT_UNIT * np.exp2(INITIAL_EXPONENT + sizes), -COUNT_UNIT * sizes
         return rows
 
     def rescale(self, rows: Array) -> None:
         """Rescale vectors that have grown, in rows of variables; shape (..., size)."""
         u, _, n, units = self.split(rows)
         _, bits = np.frexp(np.max(np.abs(u), axis=-1))
-        bits = np.where(bits > INITIAL_EXPONENT + GROWN, bits - INITIAL_EXPONENT, 0)
+        bits = np.where(bits > INITIAL_EXPONENT + MAX_GROWTH_BITS, bits - INITIAL_EXPONENT, 0)
         if not np.any(bits):
             return
         of_pairs = [bits[..., a] + bits[..., b] for a, b in self.pairs]
@@ -118,7 +118,7 @@ class Variations:
         for i, both in enumerate(of_pairs):
             pair = slice(own + i * k, own + (i + 1) * k)
             rows[..., pair] = np.ldexp(rows[..., pair], -both[..., None])
-        n += COUNTED * bits
+        n += COUNT_UNIT * bits
         units[...] = np.ldexp(units, -bits[..., self.count :])
 
     def read(self, rows: Array) -> tuple[Array, Array, Array]:
@@ -128,4 +128,4 @@ class Variations:
         """
         u, pairs, n, _ = self.split(rows)
         unit = 2.0**-INITIAL_EXPONENT  # exact, and several times as fast as ldexp
-        return u * unit, pairs * unit**2, n / COUNTED
+        return u * unit, pairs * unit**2, n / COUNT_UNIT

@@ -21,8 +21,8 @@ REASONS = {
     "angles": ("sin(theta) fell below 1e-6. The Euler angles 3-1-3 are singular there; use another formulation."),
 }
 
-HOPELESS = 1e9
-"""Most chunks of steps ahead of a run; at a microsecond per step they take most of a year."""
+MAX_CHUNKS_AHEAD = 1e9
+"""Largest number of chunks of steps ahead of a run; at a microsecond per step they take most of a year."""
 
 
 def reason(advance: float, reached: float, ahead: float, steps: int) -> str:
@@ -32,7 +32,7 @@ def reason(advance: float, reached: float, ahead: float, steps: int) -> str:
     """
     if advance <= steps * np.spacing(abs(reached)):
         return REASONS["rounding"]
-    if ahead > HOPELESS * advance:
+    if ahead > MAX_CHUNKS_AHEAD * advance:
         slow = advance > 0.5 * steps * LONGEST_STEP
         why = "Count in a longer unit of time" if slow else "The body turns too fast"
         return f"the steps became so short, {advance / steps:.1g}, that it would not end. {why}."

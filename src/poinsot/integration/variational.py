@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross
-from poinsot.integration.tangent_vectors import UNIT, Variations
+from poinsot.integration.tangent_vectors import INPUT_UNIT, Variations
 from poinsot.taylor.graph import GraphScalar, Node, tangents
 
 __all__ = ["TangentVector", "TurningBody", "VariationalEquations"]
@@ -101,7 +101,7 @@ class VariationalEquations:
         u, pairs, _, units = variations.split(rows)
         none: dict[Node, GraphScalar] = {}
         own = [none] * variations.count + [
-            {self._inputs(number): unit * (1 / UNIT) for number in numbers}
+            {self._inputs(number): unit * (1 / INPUT_UNIT) for number in numbers}
             for numbers, unit in zip(variations.inputs, units, strict=True)
         ]
         return [self.vector(x, given) for x, given in zip(u, own, strict=True)], pairs

@@ -19,8 +19,8 @@ from poinsot.quantities import Quantity, Times, said_of
 
 __all__ = ["Andoyer"]
 
-SLACK = 1e-12
-"""How much |L| and |H| may exceed G, relative to it, by rounding."""
+MOMENTUM_TOLERANCE = 1e-12
+"""Largest excess of |L| and |H| over G by rounding, relative to G."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -79,7 +79,7 @@ class Andoyer(Summarized):
             raise ValueError(f"G must be positive, got {np.min(self.G)}. A body at rest has no such variables.")
         for name in ("L", "H"):
             excess = np.max(np.abs(getattr(self, name)) / self.G)
-            if excess > 1 + SLACK:
+            if excess > 1 + MOMENTUM_TOLERANCE:
                 raise ValueError(f"{name} must lie between -G and G, got |{name}| = {excess:.13g} G.")
 
     @classmethod

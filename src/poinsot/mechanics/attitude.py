@@ -29,8 +29,8 @@ __all__ = [
     "unit_quaternion",
 ]
 
-UNIT_SLACK = 1e-9
-"""How far |q| may be from 1 in what a user gives."""
+NORM_TOLERANCE = 1e-9
+"""Largest difference of |q| from 1 in an argument."""
 
 
 def rotation_matrix(q: ArrayLike) -> Array:
@@ -71,10 +71,10 @@ def quaternion_from_matrix(matrix: ArrayLike) -> NDArray[np.float64]:
     if A.shape[-2:] != (3, 3):
         raise ValueError(f"matrix must have shape (..., 3, 3), got shape {A.shape}.")
     defect = np.max(np.abs(A @ np.swapaxes(A, -1, -2) - np.eye(3)), initial=0.0)
-    if not defect <= UNIT_SLACK or np.any(np.linalg.det(A) < 0):
+    if not defect <= NORM_TOLERANCE or np.any(np.linalg.det(A) < 0):
         raise ValueError(
             "matrix must be a rotation (orthogonal, determinant +1), but "
-            + (f"A A^T differs from 1 by {defect:.2g}." if not defect <= UNIT_SLACK else "its determinant is -1.")
+            + (f"A A^T differs from 1 by {defect:.2g}." if not defect <= NORM_TOLERANCE else "its determinant is -1.")
         )
     d1, d2, d3 = A[..., 0, 0], A[..., 1, 1], A[..., 2, 2]
     s1, s2, s3 = A[..., 2, 1] - A[..., 1, 2], A[..., 0, 2] - A[..., 2, 0], A[..., 1, 0] - A[..., 0, 1]
@@ -112,7 +112,7 @@ def unit_quaternion(attitude: Rotation | ArrayLike, name: str = "attitude") -> N
     q = member_array(name, q, (4,))
     norms = np.atleast_1d(np.linalg.norm(q, axis=-1))
     worst = norms[np.argmax(np.abs(norms - 1))]
-    if abs(worst - 1) > UNIT_SLACK:
+    if abs(worst - 1) > NORM_TOLERANCE:
         raise ValueError(f"{name} must have unit norm, but |q| = {worst:.10g}. Divide by the norm, or pass a Rotation.")
     return q
 

@@ -38,10 +38,10 @@ UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 EQUAL_MOMENTS = 64 * np.finfo(float).eps
 """Moments of a tensor that differ by less, relative to the largest, are equal: their axes are free."""
 
-MOST_REFINEMENTS, SMALL_REFINEMENT = 6, 1e-10
+MAX_REFINEMENTS, SMALL_REFINEMENT = 6, 1e-10
 """The most steps that refine principal axes, and the change of a component whose square is below the rounding."""
 
-TRIANGLE_SLACK = 8 * np.finfo(float).eps
+TRIANGLE_TOLERANCE = 8 * np.finfo(float).eps
 """A flat plate has I1 + I2 = I3; its rounded moments may miss that by a few units in the last place."""
 
 
@@ -81,7 +81,7 @@ class Body(Parametric):
     """The shape that the body was made of by `from_shape`."""
     semiaxes: ClassVar[Any] = None
     """Those of the ellipsoid along the body axes that the body was made of."""
-    beside: ClassVar[Mapping[str, tuple[int, ...]]] = {"mass": (), "semiaxes": (3,)}
+    extra_numbers: ClassVar[Mapping[str, tuple[int, ...]]] = {"mass": (), "semiaxes": (3,)}
 
     def __post_init__(self, mass: Any) -> None:
         super().__post_init__()
@@ -417,7 +417,7 @@ def inertia_of_spread(spread: NDArray[np.float64]) -> NDArray[np.float64]:
 def _check_moments(moments: NDArray[np.float64]) -> None:
     small, middle, large = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
     with np.errstate(over="ignore"):
-        broken = large > (small + middle) * (1 + TRIANGLE_SLACK)
+        broken = large > (small + middle) * (1 + TRIANGLE_TOLERANCE)
     if np.any(broken | (small <= 0)) and moments.shape == (3, 3) and np.array_equal(moments, moments.T):
         raise ValueError("moments must be the three principal ones, got a tensor. Write Body.from_inertia(tensor).")
     refuse_nonpositive("moments", moments)
@@ -478,7 +478,7 @@ def _refined(
     """
     exact = np.vectorize(Fraction, otypes=[object])
     tensor, x, equal = exact(inertia), exact(axes), _equal(moments)
-    for _ in range(MOST_REFINEMENTS):
+    for _ in range(MAX_REFINEMENTS):
         rest, product = exact(np.eye(3)) - x.T @ x, x.T @ tensor @ x
         values = np.diag(product) / (1 - np.diag(rest))
         gaps = np.where(equal, 1, values - values[:, None])

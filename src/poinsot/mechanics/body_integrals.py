@@ -41,7 +41,7 @@ __all__ = ["integrals_of_body"]
 
 Array = NDArray[np.float64]
 
-SAME = 1e-11
+ENERGY_RATE_TOLERANCE = 1e-11
 """Rate of the energy that counts as zero, relative to the changes of the energy in a unit of time."""
 
 
@@ -146,7 +146,7 @@ class _Rates:
         self.of_momenta = list(zip(rest[9:], noise[13:], strict=True))
         self.power_noise = self.gyration_noise * np.max(np.linalg.norm(self.omega, axis=0))
         self.twist_noise = self.power_noise * np.max(system.body.moments, axis=-1)
-        self.energy_noise = noise[1] + SAME * np.ptp(energy, axis=-1) / time_scale(system)
+        self.energy_noise = noise[1] + ENERGY_RATE_TOLERANCE * np.ptp(energy, axis=-1) / time_scale(system)
         self.rounding = EPS * largest(energy)
 
     def along_space(self, axis: Array) -> Array:
@@ -172,7 +172,7 @@ def _traced(system: BodyDynamics, graph: Graph, count: int) -> TracedRates:
     """
     random = np.random.default_rng(1)
     q, t, omega = (shaken(values, random) for values in samples(system, count))
-    twin = system.beside((*system.members, len(t)))
+    twin = system.broadcast_to((*system.members, len(t)))
     time, rate = graph.variable(t), Vector(omega.T)
     body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.parts}, t)
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from poinsot.taylor.graph import Graph, Node, ordered
 
-__all__ = ["BRANCHES", "conditions", "on_branches"]
+__all__ = ["BRANCH_SAMPLES", "conditions", "on_branches"]
 
-BRANCHES = 16
-"""Samples that take all ways of four conditions."""
+BRANCH_SAMPLES = 16
+"""Number of samples, enough for all branches of four conditions."""
 
 
 def conditions(outputs: Sequence[Any]) -> list[Node]:
@@ -20,7 +20,7 @@ def conditions(outputs: Sequence[Any]) -> list[Node]:
     return [node for node in ordered(outputs) if node.name == "less" and node.varies]
 
 
-def on_branches(graph: Graph, outputs: Sequence[Any], count: int = BRANCHES, other: bool = False) -> list[Any]:
+def on_branches(graph: Graph, outputs: Sequence[Any], count: int = BRANCH_SAMPLES, other: bool = False) -> list[Any]:
     """Return the values of outputs where sixteen of the samples go all ways of four conditions, or the other ways."""
     samples = np.arange(count)
     ways = {node: (samples >> i % 4 & 1).astype(bool) != other for i, node in enumerate(conditions(outputs))}

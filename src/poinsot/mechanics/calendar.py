@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from poinsot.errors import DATES, optional, real_numbers
 from poinsot.immutable import Immutable
 from poinsot.printable import kind_of, quoted, shortened
-from poinsot.quantities import DEEPEST
+from poinsot.quantities import MAX_AXES
 
 __all__ = ["SCALES", "Calendar", "checked_calendar", "holds_dates", "leap_second_gone", "span_of"]
 
@@ -28,13 +28,13 @@ SECONDS = {"s": 1, "min": 60, "h": 3600, "d": 86400}
 """Units of time."""
 
 GPS_BEHIND_TAI = 19
-"""Seconds."""
+"""Seconds by which GPS time is behind TAI."""
 
-DIGITS = 10
-"""Of a second that are kept."""
+DIGITS_OF_SECOND = 10
+"""Number of stored decimal digits of a second."""
 
-FURTHEST = 1e12
-"""Seconds from zero that are still a date."""
+MAX_SECONDS = 1e12
+"""Largest distance of a date from the zero of the calendar, seconds."""
 
 FIRST_YEAR_OF_UTC = 1960
 
@@ -124,7 +124,7 @@ class Calendar(Immutable):
     def date(self, time: Any) -> Any:
         """Return the dates of times as an `astropy.time.Time` in the scale of this calendar (TAI for GPS)."""
         times = real_numbers("time", time, self.unit)
-        if np.any(np.abs(times) > FURTHEST / SECONDS[self.unit]):
+        if np.any(np.abs(times) > MAX_SECONDS / SECONDS[self.unit]):
             raise ValueError(f"time must be within 30000 years of {self.zero} to be a date, got {quoted(time)}.")
         seconds = times * SECONDS[self.unit]
         counted = SCALES[self.scale]
@@ -165,7 +165,7 @@ class Calendar(Immutable):
             passed = getattr(instants, counted) - getattr(self._origin(astropy), counted)
         # The first part is whole days or their half, so that its product is exact; the second has some 1e-12 s of
         # rounding in it, without which whole seconds stay whole.
-        return np.round(passed.jd1 * 86400 + passed.jd2 * 86400, DIGITS) / SECONDS[self.unit]
+        return np.round(passed.jd1 * 86400 + passed.jd2 * 86400, DIGITS_OF_SECOND) / SECONDS[self.unit]
 
     def _origin(self, astropy: Any) -> Any:
         return _instant(astropy, self.zero, self.scale)
@@ -219,7 +219,7 @@ def _is_instant(value: Any) -> bool:
 def holds_dates(values: Any) -> bool:
     """Whether something is a date, or a list or an array that begins with one."""
     first = values
-    for _ in range(DEEPEST):  # a list may contain itself
+    for _ in range(MAX_AXES):  # a list may contain itself
         if isinstance(first, np.ndarray) and first.size:
             first = first.flat[0]  # a row of a matrix is a matrix
         elif isinstance(first, list | tuple) and first:

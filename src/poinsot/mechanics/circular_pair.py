@@ -15,8 +15,8 @@ __all__ = ["circular_orbit", "mean_motion", "upright"]
 
 Array = NDArray[Any]
 
-ROUNDS = 100
-"""Of Newton's method at most, which takes less than ten near Kepler's third law."""
+MAX_ITERATIONS = 100
+"""Largest number of iterations of Newton's method, which needs less than ten near Kepler's third law."""
 
 
 def circular_orbit(pair: Any, what: str, given: dict[str, Any], primary_turns: bool) -> tuple[Array, Array]:
@@ -43,7 +43,7 @@ def circular_orbit(pair: Any, what: str, given: dict[str, Any], primary_turns: b
 def _distance(mu: Array, excess: Array, rate: Array) -> Array:
     """Return r of w^2 r^5 = mu r^2 + k, by Newton's method from where w^2 r^5 is more than twice each of the others."""
     r = np.maximum((2 * mu / rate**2) ** (1 / 3), (2 * excess / rate**2) ** (1 / 5))
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         step = (rate**2 * r**5 - mu * r**2 - excess) / (5 * rate**2 * r**4 - 2 * mu * r)
         r = r - step
         if np.all(np.abs(step) <= np.spacing(r)):

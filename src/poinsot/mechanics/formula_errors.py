@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import dis
 import functools
 from collections.abc import Callable
@@ -70,6 +69,8 @@ def _missing(formula: str, error: AttributeError) -> str:
     """Return the message about an attribute that does not exist, with the nearest one that does."""
     thing, name = error.obj, str(error.name)
     owner = thing.__name__ if isinstance(thing, ModuleType) else kind_of(thing)
+    import difflib
+
     near = difflib.get_close_matches(name, [known for known in dir(thing) if not known.startswith("_")], 1)
     hint = f" Did you mean {quoted(near[0])}?" if near else ""
     return f"{formula} must use attributes that exist, got {quoted(name)} of {owner}.{hint}"

@@ -38,8 +38,8 @@ LEVEL = np.array([0.5, -0.5, -0.5, 0.5])
 OF_TIME = {"quaternion": 4, "omega_space": 3}
 """The functions of the time that a frame has, and how many components the values of each have."""
 
-PARALLEL = 1e-12
-"""The sine of an angle below which two directions span no plane."""
+MIN_SINE = 1e-12
+"""Smallest sine of the angle between two directions that span a plane."""
 
 
 class Frame(Immutable):
@@ -248,7 +248,7 @@ def _orbit_axes(position: NDArray[np.float64], velocity: NDArray[np.float64]) ->
     r, v = (np.linalg.norm(vector, axis=-1, keepdims=True) for vector in (position, velocity))
     radial, across = position / r, np.cross(position, velocity)
     size = np.linalg.norm(across, axis=-1, keepdims=True)
-    if np.any(size <= PARALLEL * r * v):
+    if np.any(size <= MIN_SINE * r * v):
         raise ValueError("position and velocity must span a plane for axes of the orbit, got parallel ones.")
     normal = across / size
     normal = normal - np.vecdot(normal, radial)[..., None] * radial  # of vectors nearly parallel it has lost digits

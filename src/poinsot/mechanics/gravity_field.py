@@ -20,8 +20,8 @@ __all__ = ["GravityField", "norms", "whole_degree"]
 
 Array = NDArray[np.float64]
 
-SLACK = 1e-9
-"""How far C_00 may be from 1: some tables have it as a ratio of two constants."""
+C00_TOLERANCE = 1e-9
+"""Largest difference of C_00 from 1: some tables define it as a ratio of two constants."""
 
 
 class GravityField(Parametric):
@@ -72,7 +72,7 @@ class GravityField(Parametric):
             raise ValueError(f"degree must be at least 2, got {self.degree}.")
         super().__post_init__()
         first = np.ravel(self.C[..., 0, 0])
-        wrong = first[(np.abs(first - 1) > SLACK) & (first != 0)]
+        wrong = first[(np.abs(first - 1) > C00_TOLERANCE) & (first != 0)]
         if wrong.size:
             raise ValueError(f"C_00 must be 1, or 0 where it is left out, got {wrong[0]:g}.")
         zonal = np.argwhere(self.S[..., 0])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable
-from poinsot.mechanics.branch_exploration import BRANCHES, conditions, on_branches
+from poinsot.mechanics.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.state import AnyState
 from poinsot.taylor.graph import Graph
@@ -24,7 +24,7 @@ __all__ = ["EPS", "Integral", "SampledRates", "TracedRates", "component_of", "la
 
 Array = NDArray[np.float64]
 
-SAMPLES = 6
+SAMPLE_STATES = 6
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 64
@@ -93,10 +93,10 @@ class SampledRates:
     """
 
     def __init__(self, system: Collection, trace: Callable[[Graph, int], TracedRates]) -> None:
-        found, branching = _evaluated(system, trace, SAMPLES, forced=False)
-        self.counts = [SAMPLES, *[BRANCHES] * branching]
+        found, branching = _evaluated(system, trace, SAMPLE_STATES, forced=False)
+        self.counts = [SAMPLE_STATES, *[BRANCH_SAMPLES] * branching]
         if branching:
-            others, _ = _evaluated(system, trace, BRANCHES, forced=True)
+            others, _ = _evaluated(system, trace, BRANCH_SAMPLES, forced=True)
             found = [np.concatenate(pair, axis=-1) for pair in zip(found, others, strict=True)]
         plain, moved = ([row[..., half, :] for row in found] for half in (0, 1))
         self.between_times, *self.rows = plain

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import re
 from typing import Any
 
@@ -48,6 +47,8 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
     if len(full) != 1:
         tails = {each.rpartition(".")[2]: each for each in known}
         last = str(name).rpartition(".")[2]
+        import difflib
+
         near = full or [tails[tail] for tail in difflib.get_close_matches(last, tails, 3, 0.0)]
         raise ValueError(
             f"parameters must name single numbers of the system, got {quoted(name)}. Near: {', '.join(near)}."

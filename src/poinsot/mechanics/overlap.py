@@ -13,8 +13,8 @@ from poinsot.mechanics.attitude import Attitude
 
 __all__ = ["gap_between", "refuse_overlap"]
 
-TOUCHING = 1e-14
-"""By how much ellipsoids that touch may overlap by rounding, relative."""
+OVERLAP_TOLERANCE = 1e-14
+"""Largest relative overlap by rounding of ellipsoids in contact."""
 
 
 def gap_between(semiaxes: Sequence[Any], attitudes: Sequence[Attitude], separation: Vector) -> Scalar:
@@ -29,7 +29,7 @@ def gap_between(semiaxes: Sequence[Any], attitudes: Sequence[Attitude], separati
 
 def refuse_overlap(gaps: Any) -> None:
     """Raise a ValueError if ellipsoids overlap, by the least of the results of `gap_between`."""
-    if (least := float(np.min(gaps))) < -TOUCHING:
+    if (least := float(np.min(gaps))) < -OVERLAP_TOLERANCE:
         raise ValueError(
             f"position must separate the bodies, got ellipsoids that overlap: they touch when both are "
             f"{1 + least:.6g} times as large."

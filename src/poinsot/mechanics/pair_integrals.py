@@ -37,8 +37,8 @@ Array = NDArray[np.float64]
 def integrals_of_pair(system: PairDynamics) -> tuple[Integral, ...]:
     """Return the integrals of a system of two bodies."""
     found = SampledRates(system, functools.partial(_traced, system))
-    (energy, *power), torque = found.rows[:POWERS], found.rows[POWERS:]
-    noise_of_power, noise = sum(found.noise[1:POWERS]), found.noise[POWERS:]
+    (energy, *power), torque = found.rows[:ENERGY_ROWS], found.rows[ENERGY_ROWS:]
+    noise_of_power, noise = sum(found.noise[1:ENERGY_ROWS]), found.noise[ENERGY_ROWS:]
     integrals = []
     alike = vanishes(found.between_times, EPS * largest(energy))
     if alike and vanishes(
@@ -55,7 +55,7 @@ def integrals_of_pair(system: PairDynamics) -> tuple[Integral, ...]:
     return tuple(integrals)
 
 
-POWERS = 4
+ENERGY_ROWS = 4
 """Number of rows before the rows of the torque: the energy, and three terms of its rate."""
 
 
@@ -79,7 +79,7 @@ def _traced(system: PairDynamics, graph: Graph, count: int) -> TracedRates:
 
     The rate of the energy has an explicit term, and terms of forces and of torques without a potential.
     """
-    given, twin = _samples(system, count), system.beside((*system.members, count))
+    given, twin = _samples(system, count), system.broadcast_to((*system.members, count))
     pair, pace = twin.body, np.asarray(mean_motion(system.body, system.sample_distance))[..., None]
 
     def variables(values: Iterable[Scalar]) -> Vector:

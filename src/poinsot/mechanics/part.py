@@ -27,7 +27,7 @@ from poinsot.mechanics.parameters import same
 from poinsot.printable import quoted
 
 MAX_JUMP_NUMBER = 2.0**52
-"""The largest number of a jump: those of later jumps are not exact."""
+"""Largest number of a jump; larger numbers are not exact."""
 
 __all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "jumps_at", "named_parts", "parts_of", "tensor_array"]
 

@@ -44,8 +44,8 @@ def named(body: str, name: str) -> str:
 RIGID = (*OF_ONE, *(named(body, name) for body in ("primary", "secondary") for name in OF_ONE))
 """The names in a phase that are those of rigid bodies, one or two."""
 
-TANGENT_SLACK = 1e-9
-"""How large |q . Q| / |Q| may be in what a user gives."""
+TANGENCY_TOLERANCE = 1e-9
+"""Largest |q . Q| / |Q| in an argument."""
 
 
 class StateOfBodies(Summarized):
@@ -421,8 +421,8 @@ def _own_values(name: str, value: ArrayLike) -> NDArray[np.float64]:
 
 def _check_tangent(q: NDArray[np.float64], Q: NDArray[np.float64]) -> None:
     defect, size = np.abs(np.sum(q * Q, axis=-1)), np.hypot.reduce(Q, axis=-1)
-    if np.any(defect > TANGENT_SLACK * size):
-        i = np.argmax(np.atleast_1d(defect - TANGENT_SLACK * size))
+    if np.any(defect > TANGENCY_TOLERANCE * size):
+        i = np.argmax(np.atleast_1d(defect - TANGENCY_TOLERANCE * size))
         ratio = np.atleast_1d(defect)[i] / np.atleast_1d(size)[i]
         raise ValueError(
             f"conjugate_momenta must be tangent to the unit sphere, but |q . Q| = {ratio:.3g} |Q|. "

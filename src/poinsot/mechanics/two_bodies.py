@@ -34,8 +34,8 @@ Array = NDArray[np.float64]
 BODIES = ("primary", "secondary")
 """The names of the two."""
 
-SAME_MU = 1e-9
-"""By how much, relative, the gravitational parameter of an orbit may differ from that of the pair."""
+MU_TOLERANCE = 1e-9
+"""Largest relative difference between the gravitational parameters of an orbit and of the pair."""
 
 GRAVITATIONAL_CONSTANT = 6.6743e-11
 """m^3 / (kg s^2), CODATA 2018."""
@@ -233,7 +233,7 @@ class TwoBodies(Parametric):
         array([2., 0., 0.])
         """
         off = np.abs(np.asarray(orbit.mu) / np.asarray(self.mu) - 1)
-        if np.any(off > SAME_MU):
+        if np.any(off > MU_TOLERANCE):
             raise ValueError(
                 f"orbit must have mu = G (m1 + m2) = {np.ravel(self.mu)[0]:.10g}, got {np.ravel(orbit.mu)[0]:.10g}. "
                 "Write KeplerOrbit(pair.mu, ...)."

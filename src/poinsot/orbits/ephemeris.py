@@ -72,8 +72,8 @@ class PolynomialArc(Orbit):
         return functions.Vector(graph.finished(tangents(self.position_at(moving), {moving: 1.0})))
 
 
-SAMPLES = np.linspace(-1, 1, 17)
-"""Places in a piece at which the distance is sampled for the periapsis."""
+DISTANCE_SAMPLES = np.linspace(-1, 1, 17)
+"""Places in a piece, in units of s, at which the distance is sampled for the periapsis."""
 
 
 class _Pieces(Table):
@@ -96,7 +96,9 @@ class _Pieces(Table):
         self.position_jump, self.velocity_jump = (
             float(np.max(jumps, initial=0.0)) for jumps in (self.position_jumps, velocity_jumps)
         )
-        between = (pieces.values(coefficients, self.half_lengths, np.full(len(self.middles), s), 0) for s in SAMPLES)
+        between = (
+            pieces.values(coefficients, self.half_lengths, np.full(len(self.middles), s), 0) for s in DISTANCE_SAMPLES
+        )
         self.closest = float(min(np.min(np.linalg.norm(r, axis=-1)) for r in between))
 
 
@@ -252,7 +254,7 @@ class Ephemeris(Orbit):
         _check_times(t)
         coefficients, error, difference = pieces.interpolated(t, r, v)
         size = float(np.max(np.linalg.norm(r, axis=-1)))
-        if difference > INCOHERENT * size:
+        if difference > COHERENCE_TOLERANCE * size:
             raise ValueError(
                 f"positions and velocities must be of one smooth motion, but from row to row they miss each other by "
                 f"{difference:.3g} of {size:.3g}. Are their units consistent, and the rows near enough?"
@@ -478,10 +480,10 @@ def _warn_of_jumps(made: _Pieces) -> None:
     )
 
 
-INCOHERENT = 0.01
-"""The error, relative to the largest distance, above which a table is refused."""
+COHERENCE_TOLERANCE = 0.01
+"""Largest error of an accepted table, relative to the largest distance."""
 
-GAP = 1.75
+GAP_RATIO = 1.75
 """An interval that is longer than this times the median of eleven around it is a gap."""
 
 
@@ -510,7 +512,7 @@ def _check_times(t: Array) -> None:
         )
     around = np.lib.stride_tricks.sliding_window_view(np.pad(steps, 5, mode="symmetric"), 11)
     ratios = steps / np.median(around, axis=-1)
-    if np.any(ratios > GAP):
+    if np.any(ratios > GAP_RATIO):
         i = int(np.argmax(ratios))
         raise ValueError(
             f"times must have no gaps, but {steps[i]:.6g} lie between times[{i}] = {t[i]:.10g} and the next, "

@@ -291,7 +291,7 @@ class EscapeBlock(ConicBlock):
         S1 = 0.5 * (grown - 1 / grown)
         square = S1 * S1
         cosh = functions.sqrt(1 + (e - 1) * square)
-        S2, rate = square / (1 + cosh), functions.sqrt(e - 1 + PARABOLIC)
+        S2, rate = square / (1 + cosh), functions.sqrt(e - 1 + MIN_EXCESS)
         # x + e S_3 = S_1 + S_3, for S_1 = x + (e - 1) S_3.
         late = S1 + functions.asinh_defect(rate * S1) / (rate * rate * rate) - self.orbit.scaled(time)
         change = late / (1 + e * S2)
@@ -301,7 +301,7 @@ class EscapeBlock(ConicBlock):
 ANOMALY_SCALE = 32.0
 """Scale of asinh(S_1). Distances of e^32 periapsis distances are beyond any orbit."""
 
-PARABOLIC = 1e-120
+MIN_EXCESS = 1e-120
 """Added to e - 1, so that no kernel divides by zero at a parabola."""
 
 

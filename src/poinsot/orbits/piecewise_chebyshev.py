@@ -23,21 +23,23 @@ DEGREE = 12
 ten microseconds."""
 
 CHECKS = np.array([-0.985, -0.83, -0.62, -0.31, -0.07, 0.19, 0.43, 0.71, 0.9, 0.993])
-ROUNDING = 1e-10
-"""Below this a fit that halving does not improve is left with the rounding of its function."""
-IMPROVEMENT = 8
+FUNCTION_ROUNDING = 1e-10
+"""Largest error of a fit that halving does not improve, relative to the distance: rounding errors of the function."""
+MIN_IMPROVEMENT = 8
+"""Smallest factor by which halving reduces the error of a smooth function."""
 CHECK_TIMES = 4096
 """Times, evenly over the span, at which a fit is compared with its function once its pieces have converged; at least a
 hundredth as many in each piece."""
-MARGIN = 2.0
+ERROR_MARGIN = 2.0
 """Estimated error over the largest difference at the times of comparison: between these may be a larger one."""
-SLOW = 0.5
+MAX_CONVERGENCE_RATIO = 0.5
 """The error of an order of interpolation over that of the order before, above which nothing converges. Where it is
 small, the next order tells the error; of 300 tables of ellipses the true one was at most 30 times the ratio more."""
-HALVINGS = 40
-MOST_PIECES = 200_000
+MAX_HALVINGS = 40
+"""Largest number of halvings of a piece."""
+MAX_PIECES = 200_000
 MAX_INTERVALS = 4096
-ROWS = (2, 4, 6)
+ROWS_OF_ORDERS = (2, 4, 6)
 
 
 def values(coefficients: Array, half_lengths: Array, s: Array, order: int) -> Array:
@@ -99,28 +101,28 @@ def fitted(
         sides = [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
         parts = zip(*(_halved(position, a, b, tolerance) for a, b in sides), strict=True)
         fit = _Fit(*map(np.concatenate, parts))
-    return np.array([start, *fit.left[1:], stop]), fit.coefficients, MARGIN * float(np.max(fit.error))
+    return np.array([start, *fit.left[1:], stop]), fit.coefficients, ERROR_MARGIN * float(np.max(fit.error))
 
 
 def _halved(position: Callable[[Array], Array], start: float, stop: float, tolerance: float) -> _Fit:
     """Return the pieces of a function that is smooth but for jumps."""
     left, right, before = np.array([start]), np.array([stop]), np.array([np.inf])
     done: list[_Fit] = []
-    for halving in range(HALVINGS + 1):
+    for halving in range(MAX_HALVINGS + 1):
         coefficients, error, size = _fits(position, left, right)
-        good = (error <= tolerance * size) | ((error > before / IMPROVEMENT) & (error <= ROUNDING * size))
+        good = (error <= tolerance * size) | ((error > before / MIN_IMPROVEMENT) & (error <= FUNCTION_ROUNDING * size))
         shortest = 0.5 * (right - left) <= 4 * np.spacing(np.maximum(abs(left), abs(right)))
         if np.any(good):
             allowed = np.maximum(tolerance * size[good], 4 * error[good])
             error[good] = _worst(position, coefficients[good], left[good], right[good], CHECK_TIMES >> halving)
             good[good] = error[good] <= allowed
-        ended = good | (halving == HALVINGS) | shortest
+        ended = good | (halving == MAX_HALVINGS) | shortest
         done.append(_Fit(left[ended], coefficients[ended], error[ended], ~good[ended]))
         if np.all(ended):
             break
-        if sum(len(part.left) for part in done) + 2 * np.sum(~ended) > MOST_PIECES:
+        if sum(len(part.left) for part in done) + 2 * np.sum(~ended) > MAX_PIECES:
             raise ValueError(
-                f"start and stop must be so near that {MOST_PIECES} polynomials suffice, got "
+                f"start and stop must be so near that {MAX_PIECES} polynomials suffice, got "
                 f"[{start:.10g}, {stop:.10g}]. Shorten the span, or loosen the tolerance."
             )
         middle = 0.5 * (left[~ended] + right[~ended])
@@ -139,7 +141,7 @@ def _jumps(position: Callable[[Array], Array], fit: _Fit, stop: float, tolerance
     for before, after in knots[edges].reshape(-1, 2):
         a, b = float(before), float(after)
         low, high = position(np.array([a, b]))
-        if np.linalg.norm(high - low) <= max(tolerance, ROUNDING) * np.linalg.norm(high):
+        if np.linalg.norm(high - low) <= max(tolerance, FUNCTION_ROUNDING) * np.linalg.norm(high):
             continue
         while a < (middle := 0.5 * (a + b)) < b:
             (between,) = position(np.array([middle]))
@@ -192,7 +194,7 @@ def interpolated(times: Array, positions: Array, velocities: Array) -> tuple[Arr
         If there are fewer than two rows.
     """
     found: list[tuple[Array, float]] = []
-    for rows in ROWS:
+    for rows in ROWS_OF_ORDERS:
         if rows > times.size:
             break
         coefficients = _hermite(times, positions, velocities, rows)
@@ -205,8 +207,8 @@ def interpolated(times: Array, positions: Array, velocities: Array) -> tuple[Arr
     differences = [difference for _, difference in found]
     best = int(np.argmin(differences))
     coefficients, difference = found[best]
-    ratio = difference / max(differences[best - 1], np.finfo(float).tiny) if best else SLOW
-    return coefficients, MARGIN * max(1.0, 20 * min(ratio, SLOW)) * difference, difference
+    ratio = difference / max(differences[best - 1], np.finfo(float).tiny) if best else MAX_CONVERGENCE_RATIO
+    return coefficients, ERROR_MARGIN * max(1.0, 20 * min(ratio, MAX_CONVERGENCE_RATIO)) * difference, difference
 
 
 def _hermite(times: Array, positions: Array, velocities: Array, rows: int) -> Array:

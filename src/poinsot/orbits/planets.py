@@ -33,7 +33,7 @@ FIRST, LAST = -60 * JULIAN_CENTURY, 60 * JULIAN_CENTURY
 
 MOON_IN_EARTH_AND_MOON = MU["MOON"] / MU["EARTH BARYCENTER"]
 
-TOLERANCE = 1e-12
+POLYNOMIAL_TOLERANCE = 1e-12
 """Relative error of the fitted polynomials. The theories are accurate to 1e-7 at best."""
 
 Array = NDArray[np.float64]
@@ -91,7 +91,7 @@ def planet_orbit(body: str, attractor: str, start: Date, stop: Date, *, calendar
         position=position,
         start=first,
         stop=last,
-        tolerance=TOLERANCE,
+        tolerance=POLYNOMIAL_TOLERANCE,
         reference_frame="ICRF",
         origin=name,
         calendar=calendar,

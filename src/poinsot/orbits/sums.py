@@ -17,7 +17,7 @@ from poinsot.quantities import Date
 
 __all__ = ["orbit_sum"]
 
-TOLERANCE = 1e-12
+POLYNOMIAL_TOLERANCE = 1e-12
 
 
 def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeris:
@@ -71,7 +71,7 @@ def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeri
         position=position,
         start=first,
         stop=last,
-        tolerance=TOLERANCE,
+        tolerance=POLYNOMIAL_TOLERANCE,
         reference_frame=frame,
         origin=orbits[-1].origin,
         calendar=calendar,

@@ -72,8 +72,8 @@ TURN = PI.scaled(2.0)
 LONGITUDE = 1
 """Index of the longitude among the variables: a, lambda, k, h, q, p, or distance, longitude, latitude, Q, P."""
 
-BLOCK = 1 << 16
-"""Arguments that are evaluated at once, so that the arrays stay in the cache."""
+ARGUMENTS_PER_BLOCK = 1 << 16
+"""Number of arguments evaluated together, so that the arrays stay in the cache."""
 
 
 class Table(NamedTuple):
@@ -149,7 +149,7 @@ def _variables(name: str, seconds: Array, unit: float) -> Array:
     """Return the variables of a theory, (variables, n), at times in seconds that the series counts in units."""
     table = _table(name)
     arguments = len(table.factors[0])
-    size = BLOCK // arguments
+    size = ARGUMENTS_PER_BLOCK // arguments
     blocks = np.resize(seconds, (-(-seconds.size // size), size))
     waves = np.empty((2, arguments, size), dtype=complex)
     values = np.empty((1 + table.columns[-1, 0], *blocks.shape))

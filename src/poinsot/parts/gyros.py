@@ -20,8 +20,8 @@ from poinsot.quantities import AngularVelocity, Real
 
 __all__ = ["ControlMomentGyro", "GimballedRotor"]
 
-RIGHT_ANGLE = 1e-9
-"""The cosine of the angle of two axes that are said to be perpendicular."""
+PERPENDICULAR_TOLERANCE = 1e-9
+"""Largest cosine of the angle between perpendicular axes."""
 
 
 class Gimbal(Part):
@@ -34,7 +34,7 @@ class Gimbal(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         cosine = np.max(np.abs(np.sum(self.gimbal_axis * self.spin_axis, axis=-1)))
-        if cosine > RIGHT_ANGLE:
+        if cosine > PERPENDICULAR_TOLERANCE:
             raise ValueError(f"spin_axis must be perpendicular to gimbal_axis, got a cosine of {cosine:.3g}.")
 
     @override

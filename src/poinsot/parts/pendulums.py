@@ -20,8 +20,8 @@ from poinsot.quantities import BodyVector, Real
 
 __all__ = ["SloshPendulum"]
 
-RIGHT_ANGLE = 1e-9
-"""The cosine of the angle of two axes that are said to be perpendicular."""
+PERPENDICULAR_TOLERANCE = 1e-9
+"""Largest cosine of the angle between perpendicular axes."""
 
 
 class SloshPendulum(Part):
@@ -76,7 +76,7 @@ class SloshPendulum(Part):
         if np.any(np.asarray(self.mass) >= np.asarray(self.total_mass)):
             raise ValueError(f"mass must be less than total_mass, got {self.mass} and {self.total_mass}.")
         cosine = np.max(np.abs(np.sum(self.direction * self.across, axis=-1)))
-        if cosine > RIGHT_ANGLE:
+        if cosine > PERPENDICULAR_TOLERANCE:
             raise ValueError(f"across must be perpendicular to direction, got a cosine of {cosine:.3g}.")
 
     @property

@@ -21,10 +21,10 @@ from poinsot.quantities import OR_NUMBER, Along, Rule
 
 __all__ = ["ReactionWheels"]
 
-STEEPNESS = 20.0
+TORQUE_FALL_STEEPNESS = 20.0
 """The torque of a motor falls linearly to zero over the last twentieth of the largest speed."""
 
-DRY = 1e-3
+DRY_FRICTION_RANGE = 1e-3
 """Dry friction grows linearly over this part of the largest speed about rest.
 
 A function such as tanh would be flat to rounding a little farther away, and steps would go across it unawares.
@@ -159,14 +159,16 @@ class ReactionWheels(Part):
     def _largest(self, i: int, speed: Scalar) -> tuple[Scalar, Scalar]:
         """Return the largest torques of a motor at a speed of its wheel, downwards and upwards."""
         most, part = self.largest_torques[i], speed * (1 / self.largest_speeds[i])
-        upwards = most * functions.minimum(1.0, STEEPNESS * (1 - part))
-        return most * functions.minimum(1.0, STEEPNESS * (1 + part)), upwards
+        upwards = most * functions.minimum(1.0, TORQUE_FALL_STEEPNESS * (1 - part))
+        return most * functions.minimum(1.0, TORQUE_FALL_STEEPNESS * (1 + part)), upwards
 
     def _torque(self, i: int, wanted: Scalar, speed: Scalar) -> Scalar:
         """Return the torque of motor and friction on a wheel."""
         downwards, upwards = self._largest(i, speed)
         part = speed * (1 / self.largest_speeds[i])
-        rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.clip(part * (1 / DRY), -1.0, 1.0)
+        rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.clip(
+            part * (1 / DRY_FRICTION_RANGE), -1.0, 1.0
+        )
         return functions.clip(wanted, -downwards, upwards) - rubbing
 
     @of_scalars

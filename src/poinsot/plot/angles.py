@@ -30,9 +30,9 @@ Array = NDArray[np.float64]
 TURN = 2 * np.pi
 LOCKED = np.radians(5)
 """Distance from gimbal lock, radians, within which the first and the third angle vary rapidly."""
-EDGE = 1e-6
+WRAP_TOLERANCE = 1e-6
 """Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
-BROKEN = 0.4
+MAX_CHANGE = 0.4
 """Fraction of a turn: a larger change between two samples interrupts the curve."""
 
 
@@ -145,7 +145,7 @@ def _draw(
     if "roll" in curves:
         curves = dict(reversed(curves.items()))
     shaded = {"near gimbal lock": np.any(np.reshape(locked, (-1, locked.shape[-1])), axis=0)}
-    breaks = {name: jumps(angles[..., i], BROKEN * TURN) for i, name in enumerate(names)}
+    breaks = {name: jumps(angles[..., i], MAX_CHANGE * TURN) for i, name in enumerate(names)}
     panel: Axes = against_time(motion, {label + shown.label: curves}, ax, breaks=breaks, shaded=shaded, **options)[0]
     parts: Sequence[Any] = panel.child_axes or [panel]
     for part in parts:
@@ -167,7 +167,7 @@ def _angles(q: Array, sequence: str) -> tuple[Array, NDArray[np.bool_]]:
     defined = across > 2 * SINGULAR_SINE
     if np.any(defined):
         angles[defined] = angles_from_quaternion(q[defined], sequence)
-    return np.pi + EDGE - np.mod(np.pi + EDGE - angles, TURN), across < np.sin(LOCKED)
+    return np.pi + WRAP_TOLERANCE - np.mod(np.pi + WRAP_TOLERANCE - angles, TURN), across < np.sin(LOCKED)
 
 
 def _unwrapped(angles: Array) -> Array:

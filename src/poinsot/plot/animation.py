@@ -34,11 +34,11 @@ __all__ = ["animate"]
 
 Array = NDArray[np.float64]
 
-PER_SECOND = 20
-"""Frames; the delays in a GIF are whole hundredths of a second."""
+FRAMES_PER_SECOND = 20
+"""Frames in a second; the delays in a GIF are whole hundredths of a second."""
 
-LONGEST = 600
-"""Seconds of a film."""
+MAX_SECONDS = 600
+"""Longest duration of an animation, seconds."""
 
 INCHES, DOTS = 4.8, 100
 VIEW = (22.0, -59.0)
@@ -47,17 +47,17 @@ VIEW = (22.0, -59.0)
 AXIS, LONGEST_RATE, LONGEST_MOMENTUM, REACH, ROOM = 1.35, 1.55, 1.9, 1.85, 2.1
 """Lengths in units of the largest extent of the body, as on the page; of two bodies that of their orbits."""
 
-LEGIBLE = 0.5
+MIN_LABELLED_SIZE = 0.5
 """Smallest size of a body whose vectors are labelled."""
 
 LIGHT, SHADE = np.array([0.83, 0.88, 0.92]), np.array([0.62, 0.71, 0.79])
 """Colours of alternate octants of a body, by which its turn is seen."""
 
-TRACE = 20
-"""Frames for which the tip of an axis leaves a trace."""
+TRACE_FRAMES = 20
+"""Number of frames for which the tip of an axis leaves a trace."""
 
-FINE = 8
-"""Points of a trace for each frame."""
+TRACE_POINTS_PER_FRAME = 8
+"""Number of points of a trace for each frame."""
 
 
 @checked
@@ -113,10 +113,10 @@ def animate(
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     seconds = float(real_array("seconds", seconds, ()))
     refuse_nonpositive("seconds", seconds)
-    if seconds > LONGEST:
-        raise ValueError(f"seconds must be at most {LONGEST}, got {seconds}.")
+    if seconds > MAX_SECONDS:
+        raise ValueError(f"seconds must be at most {MAX_SECONDS}, got {seconds}.")
     write = WRITERS[path.suffix]
-    times = np.linspace(np.min(motion.times), np.max(motion.times), max(2, round(seconds * PER_SECOND)))
+    times = np.linspace(np.min(motion.times), np.max(motion.times), max(2, round(seconds * FRAMES_PER_SECOND)))
     with new_file(path, overwrite) as part:
         write(part, _frames(motion, times, view_direction(VIEW if view is None else view)))
     return path
@@ -166,7 +166,7 @@ def _moving(
     largest = float(np.max(np.linalg.norm(corners, axis=-1)))
     size = 1.0 if path is None else scale * largest
     octants = np.prod(np.mean(corners, axis=1), axis=-1) > 0
-    fine = np.linspace(times[0], times[-1], FINE * (times.size - 1) + 1)
+    fine = np.linspace(times[0], times[-1], TRACE_POINTS_PER_FRAME * (times.size - 1) + 1)
     attitude = _attitudes(motion, fine)
     trace = AXIS * quat.rotate(attitude, np.array([0, 0, 1.0])) if path is None else _between(motion.times, path, fine)
     rate = motion.omega_space
@@ -174,8 +174,8 @@ def _moving(
         corners * (size / largest),
         np.where(octants[:, None], LIGHT, SHADE),
         size,
-        np.zeros((times.size, 3)) if path is None else trace[::FINE],
-        attitude[::FINE],
+        np.zeros((times.size, 3)) if path is None else trace[::TRACE_POINTS_PER_FRAME],
+        attitude[::TRACE_POINTS_PER_FRAME],
         _between(motion.times, rate * (LONGEST_RATE * size / (np.max(np.linalg.norm(rate, axis=-1)) or 1.0)), times),
         trace,
         colour,
@@ -251,9 +251,14 @@ def _draw(panel: Axes, bodies: list[_AnimatedBody], momentum: Array | None, i: i
 
 def _draw_axes(panel: Axes, body: _AnimatedBody, i: int, across: Array, eye: Array) -> None:
     """Draw the axes of a body, its rate, and the trace of its third axis, or of itself where it moves."""
-    panel.plot(*(body.trace[max(0, i - TRACE) * FINE : i * FINE + 1] @ across).T, color=body.colour, lw=1.2, zorder=3)
+    panel.plot(
+        *(body.trace[max(0, i - TRACE_FRAMES) * TRACE_POINTS_PER_FRAME : i * TRACE_POINTS_PER_FRAME + 1] @ across).T,
+        color=body.colour,
+        lw=1.2,
+        zorder=3,
+    )
     axes = AXIS * body.size * quat.rotate(body.attitude[i], np.eye(3))
-    named = body.size > LEGIBLE
+    named = body.size > MIN_LABELLED_SIZE
     for name, axis in zip(("b₁", "b₂", "b₃"), axes, strict=True):
         _arrow(panel, body.place[i], axis, name if named else "", PURPLE, across, eye)
     _arrow(panel, body.place[i], body.rate[i], "ω" if named else "", GREEN, across, eye)
@@ -278,7 +283,7 @@ def _write_gif(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
     from PIL import Image
 
     first, *others = (Image.fromarray(frame).quantize(64, dither=Image.Dither.NONE) for frame in frames)
-    options: Any = {"duration": 1000 // PER_SECOND, "loop": 0, "optimize": False}
+    options: Any = {"duration": 1000 // FRAMES_PER_SECOND, "loop": 0, "optimize": False}
     content = io.BytesIO()
     first.save(content, "GIF", save_all=True, append_images=others, **options)
     path.write_bytes(content.getvalue())
@@ -286,7 +291,7 @@ def _write_gif(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
 
 def _write_mp4(path: Path, frames: Iterator[NDArray[np.uint8]]) -> None:
     side = round(INCHES * DOTS)
-    taken = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{side}x{side}", "-r", str(PER_SECOND), "-i", "-"]
+    taken = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{side}x{side}", "-r", str(FRAMES_PER_SECOND), "-i", "-"]
     made = ["-an", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
     command = [_ffmpeg(), "-y", "-loglevel", "error", *taken, *made]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:  # noqa: S603 - no shell

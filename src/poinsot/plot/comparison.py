@@ -25,13 +25,13 @@ __all__ = ["attitude_error", "difference", "median_attitude"]
 
 Array = NDArray[np.float64]
 
-FLOOR = 0.5 * np.finfo(float).eps
+MIN_ANGLE = 0.5 * np.finfo(float).eps
 """Smallest angle on a log axis: the unit roundoff of a float."""
 SAME_INSTANT = 5e-7
 """Largest difference of equal times, seconds. Files of dates round times to a nanosecond or to a SPICE tick."""
-ROUNDS = 10
+MEDIAN_ITERATIONS = 10
 """Number of iterations for a median attitude."""
-NEAR = 1e-9
+MIN_MEDIAN_ANGLE = 1e-9
 """Angle to the median, radians, below which the weights of members do not increase."""
 
 
@@ -144,10 +144,10 @@ def median_attitude(q: Array) -> Array:
     rows = np.nan_to_num(np.swapaxes(q, 0, 1))
     weights = np.any(rows, axis=-1).astype(float)
     there, median = weights, np.empty(rows.shape[1:])
-    for _ in range(ROUNDS):
+    for _ in range(MEDIAN_ITERATIONS):
         median = np.linalg.eigh(np.swapaxes(weights[..., None] * rows, -1, -2) @ rows)[1][..., -1]
         near = np.abs(np.vecdot(rows, median[:, None]))
-        weights = there / np.maximum(2 * np.arccos(np.minimum(near, 1.0)), NEAR)
+        weights = there / np.maximum(2 * np.arccos(np.minimum(near, 1.0)), MIN_MEDIAN_ANGLE)
     turns = np.vecdot(median[1:], median[:-1]) < 0
     return np.asarray(median * np.where(np.append(False, np.logical_xor.accumulate(turns)), -1, 1)[:, None])
 
@@ -177,7 +177,7 @@ def _angle_between(one: State | Trajectory, other: Trajectory) -> Array:
     """Return the angles between attitudes; the smallest nonzero angle replaces zero angles."""
     angle = np.asarray(rotation_angle(one.quaternion, other.quaternion))
     smallest = np.min(angle, where=angle > 0, initial=np.inf)
-    return np.where(angle > 0, angle, smallest if np.isfinite(smallest) else FLOOR)
+    return np.where(angle > 0, angle, smallest if np.isfinite(smallest) else MIN_ANGLE)
 
 
 def _at_same_times(motion: Trajectory, other: Trajectory) -> bool:

@@ -25,26 +25,26 @@ Booleans = NDArray[np.bool_]
 STYLES = ("-", "--", "-.", ":")
 BANDS = ((5, 95, 0.15), (25, 75, 0.25))
 """Percentiles between which a band lies, and its opacity."""
-COLUMNS = 1500
+PANEL_COLUMNS = 1500
 """Number of columns of a panel. A curve is drawn through the first, least, largest and last sample of each."""
 MAX_TURNING_POINTS = 600
 """Largest number of turning points of a curve; a curve with more is drawn as its envelope."""
-IN_COLUMN = 4
-ENVELOPE = 0.3
+POINTS_PER_COLUMN = 4
+ENVELOPE_OPACITY = 0.3
 """Opacity of an envelope."""
 COVERED = 0.1, 0.005
 """Fraction of samples at which a curve covers an earlier one, and tolerance as fraction of the range of a panel."""
 FEW_DECADES = 2.5
-ROUNDING = 1e-9
+MIN_RELATIVE_CHANGE = 1e-9
 """Fraction of the largest value below which the axis does not enlarge changes."""
 SIZES = {1: (8.0, 4.0), 2: (11.0, 4.0), 4: (17.0, 4.2)}
 """Inches of figures, by the number of their panels."""
-GAP = 0.06
+PANEL_GAP = 0.06
 """Gap between the parts of a panel, as fraction of its height."""
 MAX_EVENT_LINES = 30
 """Largest number of events drawn as lines over the full height; more events are ticks at the upper edge."""
 EVENT_STYLES = (":", "--", "-.", (0, (1, 4)))
-ROOM = 0.02
+EDGE_MARGIN = 0.02
 """Margin on either side of the curves, as fraction of the time span, if an event follows the last time."""
 
 
@@ -149,10 +149,10 @@ def _covered(curves: Sequence[Array], shown: Booleans, log: bool) -> list[int]:
 
 def _divided(panel: Axes, count: int) -> list[Axes]:
     """Return parts of a panel one below the other, which share its time axis; the panel retains its labels."""
-    height = (1 + GAP) / count - GAP
+    height = (1 + PANEL_GAP) / count - PANEL_GAP
     parts: list[Axes] = []
     for i in range(count):
-        part = panel.inset_axes((0.0, 1 - height - i * (height + GAP), 1.0, height), sharex=panel)
+        part = panel.inset_axes((0.0, 1 - height - i * (height + PANEL_GAP), 1.0, height), sharex=panel)
         part.tick_params(labelbottom=False, bottom=False)
         part.yaxis.set_label_position("right")
         part.grid(alpha=0.25)
@@ -183,7 +183,7 @@ def _scale(panel: Axes, times: Array, log: bool) -> None:
     else:
         low, high = panel.get_ylim()
         largest = max(abs(low), abs(high))
-        if high - low < ROUNDING * largest:
+        if high - low < MIN_RELATIVE_CHANGE * largest:
             panel.set_ylim(low - 0.5 * largest, high + 0.5 * largest)
         panel.ticklabel_format(axis="y", scilimits=PLAIN, useMathText=True)
 
@@ -228,7 +228,7 @@ def _mark_events(panel: Axes, motion: Trajectory, times: Array, axis: TimeAxis) 
         label = in_words(found.event.kind) + (f", {own.size} times" if own.size > 1 else "")
         look: Any = {"colors": GREY, "linewidth": 1.0, "linestyle": style, "label": label, "zorder": 1.5}
         if np.any((own < start) | (own > stop)):
-            panel.margins(x=ROOM)
+            panel.margins(x=EDGE_MARGIN)
         panel.vlines(axis.places(own), 0 if few else 0.95, 1, transform=panel.get_xaxis_transform(), **look)
 
 
@@ -242,7 +242,7 @@ def _draw(panel: Axes, times: Array, values: Array, begin: Booleans, **style: An
     steps = np.diff(values)
     turning_points = int(np.count_nonzero(steps[1:] * steps[:-1] < 0))
     if turning_points > MAX_TURNING_POINTS:
-        columns = _columns(times, min(turning_points // IN_COLUMN, COLUMNS))
+        columns = _columns(times, min(turning_points // POINTS_PER_COLUMN, PANEL_COLUMNS))
         _draw_envelope(panel, times, values, columns, style["color"], style["label"])
     else:
         panel.plot(*_seen(times, values, begin), **style)
@@ -257,7 +257,7 @@ def _draw_envelope(
     low, high = np.fmin.reduceat(values, columns), np.fmax.reduceat(values, columns)
     middle = 0.5 * (times[columns] + times[np.append(columns[1:], times.size) - 1])
     middle[[0, -1]] = times[[0, -1]]
-    look: Any = {"facecolor": to_rgba(color, ENVELOPE), "edgecolor": color, "linewidth": 0.6, "label": label}
+    look: Any = {"facecolor": to_rgba(color, ENVELOPE_OPACITY), "edgecolor": color, "linewidth": 0.6, "label": label}
     panel.fill_between(middle, low, high, **look)
 
 
@@ -289,7 +289,7 @@ def _bands_in_words(values: Array) -> str:
     return f"Median of {members}, and bands from {bands} of them."
 
 
-def _columns(times: Array, count: int = COLUMNS) -> NDArray[np.int64]:
+def _columns(times: Array, count: int = PANEL_COLUMNS) -> NDArray[np.int64]:
     """Return the index of the first sample of each column of a panel, or all indices if the samples are few."""
     if times.size <= 4 * count:
         return np.arange(times.size)

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = ["spectrum"]
 
-NAMED = 5
+NAMED_LINES = 5
 """Number of the strongest lines, whose frequencies are written above them."""
-DIGITS = 10
+MAX_DIGITS = 10
 """Largest number of digits of a frequency."""
 
 
@@ -84,7 +84,7 @@ def spectrum(
             circles.set_fillstyle(fill)
     if residual > 0:
         axes.axhline(residual, color=VERMILION, linestyle="--", label="RMS residual")
-    for line in range(min(NAMED, nu.size)):
+    for line in range(min(NAMED_LINES, nu.size)):
         words = _written(float(nu[line]), float(errors[line]))
         axes.annotate(words, (nu[line], size[line]), (0, 5), textcoords="offset points", ha="center", fontsize="small")
     axes.set_yscale("log")
@@ -96,9 +96,9 @@ def spectrum(
 
 def _written(value: float, error: float) -> str:
     """Return a number to the first digit of its standard error, which is in brackets: 0.47139(2)."""
-    smallest = abs(value) / 10.0 ** (DIGITS - 1)
+    smallest = abs(value) / 10.0 ** (MAX_DIGITS - 1)
     if error < smallest or value == 0:
-        return f"{value:.{DIGITS}g}"
+        return f"{value:.{MAX_DIGITS}g}"
     last = math.floor(math.log10(error))
     digit = math.ceil(error / 10.0**last)
     if digit == 10:

@@ -38,7 +38,7 @@ __all__ = ["herpolhode", "is_constant", "poinsot_construction", "polhode"]
 
 Array = NDArray[np.float64]
 
-CONSTANT = 1e-6
+CONSTANT_TOLERANCE = 1e-6
 """Largest relative variation of a constant angular momentum in space or kinetic energy."""
 
 VIEW = (20.0, -60.0)
@@ -308,7 +308,7 @@ def _facing(omega: Array, moments: Array) -> Array:
 def is_constant(values: Array) -> bool:
     """Return True if vectors (n, k) are constant."""
     change = np.max(np.linalg.norm(values - values[0], axis=-1))
-    return bool(change <= CONSTANT * np.max(np.linalg.norm(values, axis=-1)))
+    return bool(change <= CONSTANT_TOLERANCE * np.max(np.linalg.norm(values, axis=-1)))
 
 
 def _check_turning(motion: Trajectory) -> None:
@@ -322,7 +322,7 @@ def _check_torque_free(motion: Trajectory) -> None:
         raise ValueError(f"motion must be of a rigid body, got one with {parts[0].name}. Parts leave no such plane.")
     G, G0 = motion.angular_momentum_space, motion.initial.angular_momentum_space
     change = np.max(np.linalg.norm(G - G0, axis=-1)) / np.max(np.linalg.norm(G, axis=-1))
-    if change > CONSTANT:
+    if change > CONSTANT_TOLERANCE:
         raise ValueError(
             f"motion must have a constant angular momentum in space, but it changes by {change:.2g} of its size. "
             "Propagate System(body) without forces: only free motion has an invariable plane."

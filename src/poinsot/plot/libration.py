@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["librations"]
 
-BROKEN = 0.8 * np.pi
+MAX_CHANGE = 0.8 * np.pi
 """Angle, radians: a larger change between two samples interrupts the curve."""
 
 
@@ -58,6 +58,6 @@ def librations(
     angles = {name: getattr(found, name) for name in ("roll", "pitch", "yaw")}
     unit = angle_unit_of(angle_unit, list(angles.values()))
     curves = {f"librations of the {body}{unit.label}": {name: unit.factor * each for name, each in angles.items()}}
-    breaks = {name: jumps(each, BROKEN) for name, each in angles.items()}
+    breaks = {name: jumps(each, MAX_CHANGE) for name, each in angles.items()}
     panel: Axes = against_time(motion, curves, ax, breaks=breaks, **options)[0]
     return panel

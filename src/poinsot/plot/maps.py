@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 SHADES = 512
 TWO_SIDED, ONE_SIDED = "PuOr_r", "cividis"
 """Colour maps of uniform lightness that colour-blind readers can distinguish: white in the middle; dark to light."""
-REGULAR = 2.0
+REGULAR_MEGNO = 2.0
 """MEGNO of regular motion."""
 
 
@@ -132,7 +132,7 @@ def chaos(
         panel.set_prop_cycle(color=COLOURS if few else [BLUE])
         panel.plot(unit.factor * since.T, values.T, label=list(labels) or None, **style)
         dress(panel, f"time from the start{unit.label}", quantity)
-    left.axhline(REGULAR, color=GREY, linestyle="--", linewidth=1.0, zorder=0)
+    left.axhline(REGULAR_MEGNO, color=GREY, linestyle="--", linewidth=1.0, zorder=0)
     right.set_xscale("log")
     return drawn
 

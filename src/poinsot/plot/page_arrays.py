@@ -13,10 +13,10 @@ __all__ = ["PageTimes", "base64_of", "packed", "rows_of"]
 
 Array = NDArray[np.float64]
 
-BUDGET = 3.0e6
-"""Bytes of numbers that a page has at most; written in letters they are 4 MB."""
+MAX_PAGE_BYTES = 3.0e6
+"""Largest size of the numbers of a page in bytes; as text they are 4 MB."""
 
-COLUMNS = 1024
+PANEL_COLUMNS = 1024
 """Number of columns of a plot of very many times, each with the least and the largest value."""
 
 WIDE, NARROW = "<f4", "<i2"
@@ -49,7 +49,7 @@ class PageTimes:
         """Return the least and the largest of all stored values in each column of a plot."""
         forwards = slice(None, None, 1 if self.every[-1] > self.every[0] else -1)
         times, values = self.every[forwards], values[forwards]
-        edges = np.linspace(times[0], times[-1], COLUMNS, endpoint=False)
+        edges = np.linspace(times[0], times[-1], PANEL_COLUMNS, endpoint=False)
         first = np.searchsorted(times, edges)
         return {
             "low": packed(np.minimum.reduceat(values, first), NARROW),
@@ -68,7 +68,7 @@ def rows_of(times: Array, rate: Array, numbers: int, sharing: int = 1) -> PageTi
     sharing : int
         How many motions share the page.
     """
-    budget = BUDGET / sharing
+    budget = MAX_PAGE_BYTES / sharing
     order = np.arange(times.size)[:: 1 if times[-1] > times[0] else -1]
     if times.size * (8 + 4 * numbers) <= budget:
         return PageTimes(times, order, WIDE)

@@ -65,25 +65,25 @@ COLOURS = {
     "components": [BLACK, BLUE, VERMILION, GREEN],
 }
 
-THINNEST = 0.01
+MIN_EXTENT = 0.01
 """Smallest extent of a drawn body relative to the largest. A flat plate remains visible from its side."""
 
-LARGEST_SPHERE = 0.1
+MAX_SPHERE = 0.1
 """Largest radius of the sphere of a mass point, relative to the farthest one; many spheres are smaller."""
 
-MOST_SPHERES = 20_000
+MAX_SPHERES = 20_000
 """Largest number of drawn mass points, the heaviest ones."""
 
 SECONDS_PER_TURN = 4.0
 
-SHORTEST = 10.0
+MIN_MOTION_SECONDS = 10.0
 """Shortest duration of a whole motion at the initial speed of the page, seconds."""
 
 
 DURATIONS = {"min": "minutes", "h": "hours", "d": "days", "yr": "years", "1": "units of time"}
 """Words for units of time in titles."""
 
-MOST_GHOSTS = 8
+MAX_GHOSTS = 8
 """Largest number of other motions on a page."""
 
 
@@ -97,8 +97,8 @@ def others_of(motion: Trajectory, given: Trajectory | Sequence[Trajectory] | Non
                 "others must be motions of as many bodies as the motion, "
                 f"got {len(other.of_bodies)} for {len(motion.of_bodies)}."
             )
-    if len(others) > MOST_GHOSTS:
-        others = [others[i] for i in np.linspace(0, len(others) - 1, MOST_GHOSTS).astype(int)]
+    if len(others) > MAX_GHOSTS:
+        others = [others[i] for i in np.linspace(0, len(others) - 1, MAX_GHOSTS).astype(int)]
     for other in others:
         if other.times.size < 2:
             raise ValueError(f"others must be motions at two times or more, got {other.times.size}.")
@@ -201,7 +201,7 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
 def _solid_of_mass(body: Body, mass: float) -> dict[str, Any]:
     """Return the shapes as which one of two bodies is drawn, in the unit of length."""
     sides, (_, axes), shape = extents(body, mass), gyration_radii(body), _shape(body.shape)
-    sides = np.maximum(sides, THINNEST * np.max(sides))
+    sides = np.maximum(sides, MIN_EXTENT * np.max(sides))
     radius = body.shape.circumscribing_radius if shape is not None and body.shape is not None else np.max(sides)
     return {
         "shape": shape,
@@ -214,7 +214,7 @@ def _solid_of_mass(body: Body, mass: float) -> dict[str, Any]:
 def _pace(times: Array, mean_rate: float) -> float:
     """Return the time that passes in a second at the speed in which the page starts."""
     turn = 2 * np.pi / mean_rate if mean_rate else np.inf
-    return min(turn / SECONDS_PER_TURN, abs(float(times[-1] - times[0])) / SHORTEST)
+    return min(turn / SECONDS_PER_TURN, abs(float(times[-1] - times[0])) / MIN_MOTION_SECONDS)
 
 
 def _longest(vectors: Array) -> float:
@@ -271,7 +271,7 @@ def _solids(motion: Trajectory) -> dict[str, Any]:
     return {
         "shape": _shape(body.shape),
         "principal": quaternion_from_matrix(axes).tolist(),
-        "extent": np.maximum(extent / np.max(extent), THINNEST).tolist(),
+        "extent": np.maximum(extent / np.max(extent), MIN_EXTENT).tolist(),
         "inertia_ellipsoid": np.sqrt(2 * motion.kinetic_energy[0] / moments).tolist() if _rolls(motion) else None,
     }
 
@@ -289,8 +289,8 @@ def _part(part: Any, center: Array, scale: float) -> dict[str, Any]:
     if isinstance(part, Mesh):
         return {"triangles": packed(scale * (part.vertices - center)[part.faces])}
     if isinstance(part, Mascons):
-        heaviest = np.sort(np.argsort(part.masses)[-MOST_SPHERES:])
-        sizes = min(LARGEST_SPHERE, 0.6 / np.cbrt(heaviest.size)) * np.cbrt(part.masses[heaviest] / np.max(part.masses))
+        heaviest = np.sort(np.argsort(part.masses)[-MAX_SPHERES:])
+        sizes = min(MAX_SPHERE, 0.6 / np.cbrt(heaviest.size)) * np.cbrt(part.masses[heaviest] / np.max(part.masses))
         return {"spheres": packed(np.column_stack([scale * (part.positions[heaviest] - center), sizes]))}
     sides = part.semiaxes if isinstance(part, Ellipsoid) else (part.radius, part.radius, part.height / 2)
     return {

@@ -38,15 +38,15 @@ TORQUES = ("#882255", "#44AA99", "#332288", "#AA4499", "#117733", "#999933")
 FIELDS = ("#56B4E9", "#0072B2")
 MOMENTA = ("#B15928", "#6A3D9A")
 
-SAME_MU = 1e-3
+MU_TOLERANCE = 1e-3
 """Largest relative difference between the gravitational parameter of an attractor and of a known body."""
-METRES = 1000.0
+METRES_PER_KILOMETRE = 1000.0
 """Metres in a kilometre. In a unit of length 1000 times smaller, mu is 1000^3 times its value in km."""
 
-MOST_EVENTS = 1000
+MAX_EVENTS = 1000
 """Largest number of events of one kind on the time line."""
 
-MOST_FACETS = 1000
+MAX_FACETS = 1000
 """Largest number of drawn facets. More facets belong to a mesh, which the page draws itself."""
 
 
@@ -65,7 +65,7 @@ def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
     """Return the surroundings of a body or a pair; `pace` is the time that passes on the page in a second."""
     found = Surroundings({"vectors": []}, {})
     state = state_of(motion.phase, motion.times)
-    instant = motion.system.dynamics.beside(state.shape).at(state, motion.environment)
+    instant = motion.system.dynamics.broadcast_to(state.shape).at(state, motion.environment)
     _add_orbit(found, motion)
     _add_sun(found, motion, instant)
     if is_of_two_bodies(motion):
@@ -118,8 +118,8 @@ def _attractor(orbit: Orbit, motion: Trajectory) -> tuple[str, float | None]:
     second = 1 / SECONDS.get(motion.system.units["time"], 1.0)
     for name, mu in MU.items():
         ratio = _mu(orbit) * second**2 / mu
-        for unit in (1.0, METRES):
-            if name in RADIUS and abs(ratio / unit**3 - 1) < SAME_MU:
+        for unit in (1.0, METRES_PER_KILOMETRE):
+            if name in RADIUS and abs(ratio / unit**3 - 1) < MU_TOLERANCE:
                 return name.capitalize(), radius or RADIUS[name] * unit
     return orbit.origin if orbit.origin.islower() else orbit.origin.capitalize(), radius
 
@@ -130,7 +130,7 @@ def _mu(orbit: Orbit) -> float:
 
 def _add_sun(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
     """Add the direction to the Sun, and which part of it is seen behind occulters."""
-    force = next(iter(_within(motion.system.dynamics.beside(motion.times.shape), Sunlight)), None)
+    force = next(iter(_within(motion.system.dynamics.broadcast_to(motion.times.shape), Sunlight)), None)
     if force is None:
         return
     towards = -_rows(instant.direction(force.sun), motion)
@@ -156,7 +156,7 @@ def _add_torques(found: Surroundings, motion: Trajectory) -> None:
 def _add_fields(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
     """Add magnetic fields where the body is."""
     fields: list[MagneticField] = []
-    for field in _within(motion.system.dynamics.beside(motion.times.shape), MagneticField):
+    for field in _within(motion.system.dynamics.broadcast_to(motion.times.shape), MagneticField):
         if not any(same(field, known) for known in fields):
             fields.append(field)
     for i, field in enumerate(fields[: len(FIELDS)]):
@@ -192,7 +192,7 @@ def _add_vector(found: Surroundings, array: str, values: Array, own: dict[str, s
 
 def _polygons(facets: Facets) -> dict[str, Any] | None:
     """Return facets as squares of their areas, within a unit sphere, with their shares of light."""
-    if facets.count > MOST_FACETS:
+    if facets.count > MAX_FACETS:
         return None
     sides = _sides(facets)
     first = np.cross(facets.normals, np.eye(3)[np.argmin(np.abs(facets.normals), axis=-1)])
@@ -256,7 +256,7 @@ def events_of(motion: Trajectory) -> list[dict[str, Any]]:
     """Return the events of a motion by name, with their times."""
     found = []
     for record in motion.events:
-        times, directions = record.times[:MOST_EVENTS], record.directions[:MOST_EVENTS]
+        times, directions = record.times[:MAX_EVENTS], record.directions[:MAX_EVENTS]
         order = np.argsort(times)
         name = type(record.event).__name__
         found.append({"name": name, "times": times[order].tolist(), "directions": directions[order].tolist()})

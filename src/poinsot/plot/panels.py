@@ -48,11 +48,11 @@ OPTIONS = {
 DEFAULTS = {"separate": False, "title": ""}
 """Defaults of options in groups; None for all others."""
 
-PAD = 28
+TITLE_PAD = 28
 """Points between axes and their title, for a legend."""
 PLAIN = (-4, 5)
 """Powers of ten between which numbers on the axes are written without one."""
-POWER = 0.05
+POWER_HEIGHT = 0.05
 """Height of the power of ten above a panel, as fraction of the height of the panel."""
 RIGHT_ANGLE, TICKS = 90.0, 5
 """Degrees, and ticks an inch."""
@@ -127,7 +127,7 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
         wanted = "ax must be an Axes" if count == 1 else f"axes must be {count} Axes"
         raise TypeError(f"{wanted} of matplotlib, got {described(given)}.")
     if title:
-        found[0].set_title(title, pad=PAD)
+        found[0].set_title(title, pad=TITLE_PAD)
     drawn = np.empty(count, dtype=object)
     drawn[:] = found
     return drawn
@@ -165,7 +165,9 @@ def dress(panel: Axes, x_label: str, y_label: str, legend_of: Axes | None = None
     options: Any = {"ncols": columns, "frameon": False}
     largest = np.max(np.abs(panel.get_ylim()))
     plain = panel.get_yscale() == "log" or 10.0 ** PLAIN[0] <= largest < 10.0 ** PLAIN[1]
-    panel.legend(handles, names, loc="lower center", bbox_to_anchor=(0.5, 1.0 if plain else 1.0 + POWER), **options)
+    panel.legend(
+        handles, names, loc="lower center", bbox_to_anchor=(0.5, 1.0 if plain else 1.0 + POWER_HEIGHT), **options
+    )
 
 
 def _length(name: str) -> int:

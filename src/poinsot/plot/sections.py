@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 RADIANS = " [rad]"
 RATE = " [rad / unit of time]"
 NEIGHBOURS = COLOURS[:5]
-INK = 3e4
+MAX_INK = 3e4
 """Points of a picture at which they become single dots."""
 
 
@@ -61,7 +61,7 @@ def section(
         _in_unit(values, label, section.motion.system.units, angle_unit, rate_unit)
         for values, label in zip((section.x, section.y), section.labels, strict=True)
     )
-    size = float(np.clip(INK / max(int(np.count_nonzero(points)), 1), 0.1, 6.0))
+    size = float(np.clip(MAX_INK / max(int(np.count_nonzero(points)), 1), 0.1, 6.0))
     for k, colour in enumerate(NEIGHBOURS):
         mine = points.copy()
         mine[np.arange(len(mine)) % len(NEIGHBOURS) != k] = False

@@ -25,7 +25,7 @@ UP = np.linspace(0, np.pi, 61)[:, None]
 SPHERE = np.stack([np.sin(UP) * np.cos(AROUND), np.sin(UP) * np.sin(AROUND), np.cos(UP) + 0 * AROUND], axis=-1)
 TUBE = np.stack([np.cos(AROUND), np.sin(AROUND), 1 + 0 * AROUND], axis=-1)
 
-MOST_BALLS = 300
+MAX_BALLS = 300
 """Largest number of mass points drawn as balls, the heaviest ones."""
 
 
@@ -78,7 +78,7 @@ def _triangles(part: Any) -> Array:
     if isinstance(part, Mesh):
         return np.asarray(part.vertices[part.faces])
     if isinstance(part, Mascons):
-        heaviest = np.argsort(part.masses)[-MOST_BALLS:]
+        heaviest = np.argsort(part.masses)[-MAX_BALLS:]
         radii = 0.6 * part.circumscribing_radius * np.cbrt(part.masses[heaviest] / np.sum(part.masses))
         ball = _grid(SPHERE[::10, ::15])
         return np.concatenate([place + r * ball for place, r in zip(part.positions[heaviest], radii, strict=True)])

@@ -34,13 +34,13 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-FADED = 0.3
+FAR_SIDE_OPACITY = 0.3
 """Opacity of curves on the far side."""
 
-MOST_POINTS = 20_000
+MAX_POINTS = 20_000
 """Largest number of points of a line that a vector file stores as a line."""
 
-LAYERS = 24
+LIGHT_LAYERS = 24
 """Number of layers of light on a solid."""
 
 SIDE, TALLEST, ROOM = 6.4, 5.6, 0.15
@@ -48,7 +48,7 @@ SIDE, TALLEST, ROOM = 6.4, 5.6, 0.15
 BELOW, LINE = 0.45, 0.27
 """Inches of the legend below, and of a line of the title above."""
 
-PER_CHARACTER = 4
+POINTS_PER_CHARACTER = 4
 """Points by which the name of an axis goes away from it for each character of its ticks after the fifth."""
 
 
@@ -104,15 +104,15 @@ class DrawnSolid:
         right, up = right_and_up(self.eye)
         light = 0.45 * flat[np.argmax(flat @ (up - 0.7 * right))]
         light += 0.1 * np.min(self.ellipsoid.semiaxes) * self.eye  # so that the smaller layers lie in front
-        layers = [light + size * (flat - light) for size in np.linspace(1, 0, LAYERS, endpoint=False)]
-        colours = ["#C9D8E4", *[(1, 1, 1, 2 / LAYERS)] * (LAYERS - 1)]
+        layers = [light + size * (flat - light) for size in np.linspace(1, 0, LIGHT_LAYERS, endpoint=False)]
+        colours = ["#C9D8E4", *[(1, 1, 1, 2 / LIGHT_LAYERS)] * (LIGHT_LAYERS - 1)]
         self.axes.add_collection3d(Poly3DCollection(layers, facecolors=colours, edgecolors="none", zorder=1))
         self.axes.plot(*outline.T, color="#6E6E6E", linewidth=0.8, zorder=1)
 
     def curve(self, points: Array, colour: str, width: float, label: str | None = None, **style: Any) -> None:
         """Draw a curve on the surface, shape (m, 3)."""
         near = self._near(points)
-        for side, order, opacity, name in ((~near, 2, FADED, None), (near, 3, 1.0, label)):
+        for side, order, opacity, name in ((~near, 2, FAR_SIDE_OPACITY, None), (near, 3, 1.0, label)):
             part = np.where(_widened(side)[:, None], points, np.nan)
             draw_path(self.axes, part, color=colour, linewidth=width, alpha=opacity, zorder=order, label=name, **style)
 
@@ -123,7 +123,7 @@ class DrawnSolid:
 
     def mark(self, point: Array, colour: str, label: str | None = None) -> None:
         """Draw a point of the surface, shape (3,)."""
-        draw_point(self.axes, point, colour, label, opacity=1.0 if self._near(point) else FADED)
+        draw_point(self.axes, point, colour, label, opacity=1.0 if self._near(point) else FAR_SIDE_OPACITY)
 
     def _near(self, points: Array) -> Any:
         return self.ellipsoid.normals(points) @ self.eye >= 0
@@ -192,7 +192,7 @@ def label_axes(axes: Any, labels: Sequence[str]) -> None:
         axis.line.set_color(GREY)
         axis.set_major_locator(MaxNLocator(ticks))
         longest = max(map(len, axis.get_major_formatter().format_ticks(axis.get_majorticklocs())), default=0)
-        axis.labelpad = 4 + PER_CHARACTER * max(longest - 5, 0)
+        axis.labelpad = 4 + POINTS_PER_CHARACTER * max(longest - 5, 0)
     axes.tick_params(labelsize=8, colors="#404040")
     axes.grid(visible=False)
 
@@ -267,7 +267,7 @@ def _extent(axes: Any) -> tuple[Array, Array]:
 
 def draw_path(axes: Any, points: Array, **style: Any) -> None:
     """Draw the line through points, shape (n, 2) or (n, 3): of very many as dots, also in a vector file."""
-    axes.plot(*points.T, rasterized=len(points) > MOST_POINTS, **style)
+    axes.plot(*points.T, rasterized=len(points) > MAX_POINTS, **style)
 
 
 def draw_point(axes: Any, point: Array, colour: str, label: str | None = None, opacity: float = 1.0) -> None:

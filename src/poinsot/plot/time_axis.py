@@ -26,7 +26,7 @@ FIRST_DATES = ["%Y", "%Y", "%Y-%m-%d", "%m-%d", "%H:%M", "%H:%M:%S"]
 """Formats of ticks at years, months, days, hours, minutes and seconds, and of ticks where a longer unit begins."""
 WHOLE = re.compile(r"\.0*$")
 """Zero decimals at the end of a date with whole seconds."""
-MOST_DATES = 7
+MAX_DATES = 7
 """Ticks of an axis of dates: 36 months, 72 hours, 180 minutes and seconds have so many of their largest intervals."""
 UNIX_EPOCH = 2440587.5
 """1970-01-01 as a Julian date."""
@@ -67,7 +67,7 @@ class TimeAxis:
         import matplotlib.dates as mdates
 
         dates: Any = mdates
-        locator = dates.AutoDateLocator(minticks=3, maxticks=MOST_DATES)
+        locator = dates.AutoDateLocator(minticks=3, maxticks=MAX_DATES)
         written = {"formats": DATES, "zero_formats": FIRST_DATES, "show_offset": False}
         panel.xaxis.set_major_locator(locator)
         panel.xaxis.set_major_formatter(dates.ConciseDateFormatter(locator, **written))

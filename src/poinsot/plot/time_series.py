@@ -34,9 +34,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-FLOOR = 0.5 * np.finfo(float).eps
+MIN_DRIFT = 0.5 * np.finfo(float).eps
 """Smallest value on the log axis of relative drifts: the unit roundoff of a float."""
-ROUNDING = 1e-12
+MIN_RELATIVE_TORQUE = 1e-12
 """Fraction of its largest value below which a torque is rounding error and is not drawn."""
 
 
@@ -245,7 +245,7 @@ def torques(
     sizes = {name: np.linalg.norm(torque, axis=-1) for name, torque in found.items()}
     unit = torque_unit_of(motion.system.units, torque_unit)
     shown = {
-        in_words(name): np.where(size > ROUNDING * np.nanmax(size, initial=0), unit.factor * size, np.nan)
+        in_words(name): np.where(size > MIN_RELATIVE_TORQUE * np.nanmax(size, initial=0), unit.factor * size, np.nan)
         for name, size in sizes.items()
     }
     panel: Axes = against_time(reached(motion), {f"torque{unit.label}": shown}, ax, log=True, **options)[0]
@@ -283,10 +283,10 @@ def drift(motion: Trajectory, *, ax: Axes | None = None, **options: Unpack[Curve
     names = _names_of_integrals(motion)
     drifts |= {names[key]: drift for key, drift in motion.drift.items()}
     curves = {
-        name: np.where(np.isnan(drift), drift, np.maximum(np.abs(drift), FLOOR)) for name, drift in drifts.items()
+        name: np.where(np.isnan(drift), drift, np.maximum(np.abs(drift), MIN_DRIFT)) for name, drift in drifts.items()
     }
     panel: Axes = against_time(motion, {"relative drift": curves}, ax, log=True, **options)[0]
-    panel.set_ylim(bottom=0.8 * FLOOR)
+    panel.set_ylim(bottom=0.8 * MIN_DRIFT)
     return panel
 
 

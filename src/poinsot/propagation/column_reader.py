@@ -28,7 +28,7 @@ __all__ = ["ColumnReader"]
 Array = NDArray[np.float64]
 EVERY = slice(None)
 
-ROWS_OF_BLOCK = 16_384
+ROWS_PER_BLOCK = 16_384
 """Rows whose columns are computed together, so that intermediate results stay in the cache."""
 
 
@@ -132,7 +132,7 @@ class ColumnReader:
         dated = any(isinstance(each, Dated) for record in self.system.dynamics.records for each in within(record))
         rows, members = self.rows.in_memory(), EVERY if self.is_ensemble else None
         count = max(self.times.size, 1)
-        step = count if dated else ROWS_OF_BLOCK // max(self.members, 1) or count
+        step = count if dated else ROWS_PER_BLOCK // max(self.members, 1) or count
         for first in range(0, count, step):
             at = slice(first, first + step)
             some, times = selected(rows, members, at), self.times[at]

@@ -25,8 +25,8 @@ __all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 Array = NDArray[np.float64]
 Integers = NDArray[np.int_]
 
-BLOCK = 65_536
-"""Events converted together."""
+EVENTS_PER_BLOCK = 65_536
+"""Number of events converted together."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -179,7 +179,7 @@ def crossings(
     rows = np.empty((len(found), variables.size))
     for i, (_, record) in enumerate(found):
         rows[i] = record[3]
-    blocks = [slice(first, first + BLOCK) for first in range(0, max(len(found), 1), BLOCK)]
+    blocks = [slice(first, first + EVENTS_PER_BLOCK) for first in range(0, max(len(found), 1), EVENTS_PER_BLOCK)]
     parts = [_phase(variables, members[block], times[block], rows[block]) for block in blocks]
     phase = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     order = np.lexsort((times if rising else -times, members))

@@ -28,11 +28,11 @@ from poinsot.printable import quoted
 from poinsot.propagation.arguments import RunSettings, broadcast_members, check_bodies
 from poinsot.storage.run_record import Method, RunRecord
 
-__all__ = ["TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
+__all__ = ["MAX_COORDINATES_TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
 
 Array = NDArray[np.float64]
 
-TOGETHER = 12
+MAX_COORDINATES_TOGETHER = 12
 """The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""
 
 

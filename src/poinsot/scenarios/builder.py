@@ -29,8 +29,8 @@ from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import nearest, quoted
 from poinsot.scenarios.errors import MISSING, Errors, has, maker_at
 from poinsot.scenarios.folder import Folder
-from poinsot.scenarios.registry import Group, Key, default_of, makers
-from poinsot.scenarios.schema import MOST_TIMES, STARTS, STATE, converted, scenario_model, short
+from poinsot.scenarios.registry import RENAMED, Group, Key, default_of, makers
+from poinsot.scenarios.schema import MAX_TIMES, STARTS, STATE, converted, scenario_model, short
 from poinsot.scenarios.toml_text import Path, parsed_toml
 
 __all__ = ["Parts"]
@@ -52,10 +52,10 @@ PAIRS = {"conjugate_momenta": ("quaternion",), "euler_momenta": ("euler_angles",
 
 ATTITUDES = ("quaternion", "matrix", "euler_angles", "roll_pitch_yaw")
 
-MOST_ROWS = 100_000_000
+MAX_ROWS = 100_000_000
 """Times of all members together."""
 
-MOST_DRAWN = 10_000_000
+MAX_DRAWN = 10_000_000
 """Numbers in the place of one."""
 
 VARIED = ("body", "state", "forces", "orbits")
@@ -122,8 +122,8 @@ class Parts:
             place: Path = ("ensemble", "spread", i)
             table, key, kind = self._target(spread["of"], place)
             value = np.zeros(3) if key == "turn" else np.asarray(table[key], dtype=float)
-            if members * value.size > MOST_DRAWN:
-                rule = f"must make at most {MOST_DRAWN} numbers of one"
+            if members * value.size > MAX_DRAWN:
+                rule = f"must make at most {MAX_DRAWN} numbers of one"
                 raise self._errors.at(("ensemble", "members"), f"{rule}, got more with {members}.")
             drawn = self._drawn(random, {**spread, "kind": kind}, value, members, place)
             if key == "turn":
@@ -168,6 +168,8 @@ class Parts:
         node: Any = self.values if parts[0] in VARIED else {}
         for part in parts[:-1]:
             node = node[part] if has(node, part) else {}
+        if isinstance(node, dict):
+            parts[-1] = RENAMED.get((str(node.get("type")), str(parts[-1])), parts[-1])
         if not has(node, parts[-1]) or not isinstance(node[parts[-1]], np.ndarray):
             near = nearest(path, _places(self.values))
             raise self._errors.at((*place, "of"), f"must be the place of a number, got {short(path)}.{near}")
@@ -435,9 +437,9 @@ class Parts:
             times = self._grid(float(start), self._stop(float(start), read, table), table)
         self._errors.called(("times",), check_span, system, state, times)
         members = (self._errors.called(("state",), common_members, system, state) or (1,))[0]
-        if times.size * members > MOST_ROWS:
+        if times.size * members > MAX_ROWS:
             count = times.size * members
-            raise self._errors.at(("times",), f"must be at most {MOST_ROWS} with all members, got {count}.")
+            raise self._errors.at(("times",), f"must be at most {MAX_ROWS} with all members, got {count}.")
         return np.asarray(times)
 
     def _stop(self, start: float, read: dict[str, Any], table: dict[str, Any]) -> float:
@@ -462,8 +464,8 @@ class Parts:
         if not (step and (stop - start) / step >= 0):
             raise self._errors.at(("times", "step"), f"must lead from start to stop, got {step}.")
         steps = (stop - start) / step * (1 + 1e-12)
-        if steps > MOST_TIMES:
-            raise self._errors.at(("times", "step"), f"must make at most {MOST_TIMES} times, got more with {step}.")
+        if steps > MAX_TIMES:
+            raise self._errors.at(("times", "step"), f"must make at most {MAX_TIMES} times, got more with {step}.")
         return np.asarray(start + step * np.arange(math.floor(steps) + 1))
 
     def run(self, system: System) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Union
 
 from pydantic import (
     AfterValidator,
+    AliasChoices,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -34,13 +35,13 @@ from poinsot.printable import quoted
 from poinsot.scenarios.quantities import quantity
 from poinsot.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
 
-__all__ = ["MOST_TIMES", "STARTS", "STATE", "converted", "scenario_model", "schema", "short"]
+__all__ = ["MAX_TIMES", "STARTS", "STATE", "converted", "scenario_model", "schema", "short"]
 
 STRICT = ConfigDict(extra="forbid", protected_namespaces=())
 
-LARGEST_WHOLE = 2**53
+MAX_INTEGER = 2**53
 
-MOST_TIMES = 10_000_000
+MAX_TIMES = 10_000_000
 
 UNITS = (
     Key("time", "text", "Unit of time, such as s. Values with units require s, min, h or d.", default="1"),
@@ -116,7 +117,7 @@ STATE = (
 TIMES = (
     Key("start", "time", "First time. Default: the time of the state.", default=0.0),
     Key("stop", "time", "Last time."),
-    Key("count", "whole", "Number of times from start to stop.", limits=(1, MOST_TIMES)),
+    Key("count", "whole", "Number of times from start to stop.", limits=(1, MAX_TIMES)),
     Key("step", "duration", "Interval between the times from start to stop."),
     Key("periods", "number", "Number of revolutions of an orbit, instead of stop."),
     Key("orbit", "orbit", "Orbit that defines the revolutions."),
@@ -294,7 +295,9 @@ def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
     annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank, key.or_number)
     words = f"Name of a file that ends in {' or '.join(key.choices)}. {key.help}" if key.kind == "output" else key.help
     bounds: Any = dict(zip(("ge", "le"), key.limits, strict=True)) if key.limits else {}
-    return annotation, Field(... if key.required else key.default, description=words or None, **bounds)
+    names = AliasChoices(key.name, key.former) if key.former else None
+    default = ... if key.required else key.default
+    return annotation, Field(default, validation_alias=names, description=words or None, **bounds)
 
 
 def _output(endings: tuple[str, ...], name: str) -> str:
@@ -359,7 +362,7 @@ def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float):
         rule = "a number in your own units" if isinstance(value, str) else "a number"
         raise ValueError(f"{name} must be {rule}, got {short(value)}.")
-    if abs(value) > LARGEST_WHOLE and isinstance(value, int):
+    if abs(value) > MAX_INTEGER and isinstance(value, int):
         raise ValueError(f"{name} must be at most 2^53 where it is whole, got more. Write it with a decimal point.")
     return value
 

@@ -15,12 +15,12 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.parameters import Parametric, records_in
 from poinsot.mechanics.system import System
 from poinsot.orbits.restricted_three_body import CirclingPair
-from poinsot.scenarios.toml_text import MOST_CHARACTERS, MOST_KEYS, MOST_NUMBERS
+from poinsot.scenarios.toml_text import MAX_CHARACTERS, MAX_KEYS, MAX_NUMBERS
 from poinsot.shapes.assembly import Assembly
 
 __all__ = ["Text", "rebuilt_system", "shape_of", "text_of"]
 
-MOST_WRITTEN = 100
+MAX_WRITTEN = 100
 """Numbers of one array in a text; longer ones are named there, and are variables beside it."""
 
 HEADER = "# Written for a system made in Python. State and times are variables of the file that has this text.\n"
@@ -48,9 +48,9 @@ def text_of(system: System, run: Mapping[str, Any]) -> Text:
     parts += [writer.section("[body]", system.body)]
     parts += [writer.section("[[forces]]", force) for force in system.forces]
     text = "\n".join([HEADER, *parts, *writer.orbits, _table("[run]", dict(run))])
-    if len(text) > MOST_CHARACTERS or text.count(",") > MOST_NUMBERS:
+    if len(text) > MAX_CHARACTERS or text.count(",") > MAX_NUMBERS:
         given = text.count(",")
-        raise ValueError(f"a scenario must have at most {MOST_NUMBERS} numbers to be stored in a file, got {given}.")
+        raise ValueError(f"a scenario must have at most {MAX_NUMBERS} numbers to be stored in a file, got {given}.")
     return Text(text, writer.data)
 
 
@@ -71,7 +71,7 @@ def shape_of(body: Body, name: str) -> Text | None:
         return None
     writer = _Writer(name)
     text = _table("[body]", {"type": "Body.from_shape"}) + writer.section("[body.shape]", shape)
-    return Text(text, writer.data) if len(text) <= MOST_CHARACTERS and text.count("=") < 0.8 * MOST_KEYS else None
+    return Text(text, writer.data) if len(text) <= MAX_CHARACTERS and text.count("=") < 0.8 * MAX_KEYS else None
 
 
 def _parts_of(shape: Any) -> Iterator[Any]:
@@ -123,7 +123,7 @@ class _Writer:
 
     def _kept(self, value: Any) -> Any:
         """Return a value, or the name of a long array."""
-        if not isinstance(value, np.ndarray) or value.size <= MOST_WRITTEN:
+        if not isinstance(value, np.ndarray) or value.size <= MAX_WRITTEN:
             return value
         name = f"{self._name}_{len(self.data) + 1}"
         self.data[name] = value

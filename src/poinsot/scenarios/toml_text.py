@@ -6,17 +6,17 @@ import re
 import tomllib
 from typing import Any
 
-__all__ = ["MOST_CHARACTERS", "MOST_KEYS", "MOST_NUMBERS", "Path", "lines_of", "parsed_toml"]
+__all__ = ["MAX_CHARACTERS", "MAX_KEYS", "MAX_NUMBERS", "Path", "lines_of", "parsed_toml"]
 
-MOST_CHARACTERS = 1_000_000
+MAX_CHARACTERS = 1_000_000
 """Of a scenario: what is read in a second."""
 
-MOST_NUMBERS = 20_000
-MOST_KEYS = 5_000
-MOST_PARTS = 8
+MAX_NUMBERS = 20_000
+MAX_KEYS = 5_000
+MAX_PARTS = 8
 
 _KEY = r"(?:(?<![\w-])[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')"
-_LONG_KEY = re.compile(rf"(?:{_KEY}\s*+\.\s*+){{{MOST_PARTS}}}")
+_LONG_KEY = re.compile(rf"(?:{_KEY}\s*+\.\s*+){{{MAX_PARTS}}}")
 
 _TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}'
@@ -31,13 +31,13 @@ Path = tuple[str | int, ...]
 
 def parsed_toml(text: str, name: str) -> dict[str, Any]:
     """Return the tables of a text; refuse one that is no TOML, or too long or too deep to be read in a second."""
-    counted = {"characters": (len(text), MOST_CHARACTERS), "numbers in lists": (text.count(","), MOST_NUMBERS)}
-    counted["keys and tables"] = (text.count("=") + text.count("[") - text.count(","), MOST_KEYS)
+    counted = {"characters": (len(text), MAX_CHARACTERS), "numbers in lists": (text.count(","), MAX_NUMBERS)}
+    counted["keys and tables"] = (text.count("=") + text.count("[") - text.count(","), MAX_KEYS)
     for what, (count, most) in counted.items():
         if count > most:
             raise ValueError(f"{name} must have at most {most} {what}, got {count}.")
     if _LONG_KEY.search(text):
-        raise ValueError(f"{name} must have keys of at most {MOST_PARTS} parts, got a longer one.")
+        raise ValueError(f"{name} must have keys of at most {MAX_PARTS} parts, got a longer one.")
     try:
         return tomllib.loads(text)
     except RecursionError:

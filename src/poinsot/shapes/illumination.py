@@ -23,11 +23,11 @@ MAX_PAIRS = 4_000_000
 CONE_MARGIN = 1e-5
 """Widening of the cones around faces, in cosines, because their axes have 24 bits."""
 
-MOST_SHADED = 20_000
+MAX_SHADED = 20_000
 """Faces of a mesh with shadows, which are sought among all pairs."""
 
-GRAZING = 1e-12
-"""Heights over a face, in radii of the mesh, that are rounding."""
+HEIGHT_ROUNDING = 1e-12
+"""Rounding error of a height over a face, in radii of the mesh."""
 
 
 class Lighting:
@@ -38,14 +38,14 @@ class Lighting:
         self.corners = self.vertices[self.faces]
         self.areas, self.normals = mesh.face_areas, np.nan_to_num(mesh.face_normals)  # a flat triangle is never lit
         self.centers = mesh.face_centers - mesh.center_of_mass
-        self._low = GRAZING * mesh.circumscribing_radius
+        self._low = HEIGHT_ROUNDING * mesh.circumscribing_radius
 
     def lit(self, directions: Array, shadows: bool = True) -> Flags:
         """Return True where light from unit vectors (n, 3) reaches the centroids of the faces; shape (n, faces)."""
         facing = directions @ self.normals.T > 0
         if shadows:
-            if len(self.areas) > MOST_SHADED:
-                rule = f"must have at most {MOST_SHADED} faces where shadows are computed"
+            if len(self.areas) > MAX_SHADED:
+                rule = f"must have at most {MAX_SHADED} faces where shadows are computed"
                 raise ValueError(f"mesh {rule}, got {len(self.areas)}. Take a coarser one, or shadows=False.")
             for face, other in self.hidden():
                 self._shade(facing, directions, face, other)

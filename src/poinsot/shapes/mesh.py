@@ -14,7 +14,7 @@ from poinsot.mechanics.body import inertia_of_spread
 from poinsot.mechanics.parameters import Points
 from poinsot.shapes import polyhedron
 from poinsot.shapes.shape import Shape, ShapePoints, mass_of
-from poinsot.shapes.winding import FLAT, check_closed, check_outwards, repaired
+from poinsot.shapes.winding import FLAT_TOLERANCE, check_closed, check_outwards, repaired
 
 __all__ = ["Mesh"]
 
@@ -136,7 +136,7 @@ class Mesh(Shape):
         return Mesh(self.vertices @ matrix.T + position, self.faces, mass=self.mass)
 
     def _check_volume(self) -> None:
-        if abs(self.volume) <= FLAT * np.prod(np.ptp(self.vertices[self.faces], axis=(0, 1))):
+        if abs(self.volume) <= FLAT_TOLERANCE * np.prod(np.ptp(self.vertices[self.faces], axis=(0, 1))):
             raise ValueError("faces must enclose a volume, but they enclose none.")
         if self.volume < 0:
             raise ValueError(

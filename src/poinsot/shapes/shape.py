@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 ShapePoints = Annotated[ArrayLike, ("n", 3), Along("axes of the shape")]
 ShapeVector = Annotated[ArrayLike, (3,), Along("axes of the shape")]
 
-HIGHEST_DEGREE = 80
-"""Beyond it, coefficients that are not normalised leave the range of doubles."""
+MAX_DEGREE = 80
+"""Largest degree of a field. Beyond it, coefficients that are not normalised leave the range of doubles."""
 
 
 class Shape(Immutable):
@@ -143,8 +143,8 @@ class Shape(Immutable):
             the field. For an `Assembly` it is an upper bound.
         """
         degree = whole_degree(degree)
-        if not 2 <= degree <= HIGHEST_DEGREE:
-            raise ValueError(f"degree must be from 2 to {HIGHEST_DEGREE}, got {degree}.")
+        if not 2 <= degree <= MAX_DEGREE:
+            raise ValueError(f"degree must be from 2 to {MAX_DEGREE}, got {degree}.")
         length = self.circumscribing_radius if radius is None else float(real_array("radius", radius, ()))
         refuse_nonpositive("radius", length)
         integrals = self._multipoles(degree, self.center_of_mass, length) / self.mass

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from poinsot.shapes import polyhedron
 
-__all__ = ["FLAT", "check_closed", "check_outwards", "repaired"]
+__all__ = ["FLAT_TOLERANCE", "check_closed", "check_outwards", "repaired"]
 
 Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
-FLAT = 64 * np.finfo(float).eps
+FLAT_TOLERANCE = 64 * np.finfo(float).eps
 """The volume over that of the box around a surface below which it encloses nothing but rounding."""
 
 SAMPLED_FACES = 8
@@ -86,7 +86,7 @@ class _Surfaces:
         self.high = np.maximum.reduceat(self.corners.max(axis=1), self.starts)
         a, b, c = np.moveaxis(self.corners - np.repeat(self.low, counts, axis=0)[:, None], 1, 0)
         self.volumes = np.add.reduceat(np.einsum("fi,fi->f", a, np.cross(b, c)), self.starts) / 6
-        flat = np.abs(self.volumes) <= FLAT * np.prod(self.high - self.low, axis=1)
+        flat = np.abs(self.volumes) <= FLAT_TOLERANCE * np.prod(self.high - self.low, axis=1)
         self.signs = np.where(flat, 0, np.sign(self.volumes)).astype(int)
 
     def wound_wrongly(self) -> NDArray[np.bool_]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -26,6 +25,8 @@ from poinsot.storage.workers import on_workers
 from poinsot.storage.zarr_group import Attributes, Described, Numbers, StoreError
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     import xarray
     from distributed import Client
 
@@ -239,6 +240,8 @@ def _run(
 
 def _written_behind(task: ChunkTask, numbers: Sequence[int], progress: Progress) -> Generator[Finished]:
     """Run chunks one after another in this process; each is written while the next one is computed."""
+    from concurrent.futures import ThreadPoolExecutor
+
     with ThreadPoolExecutor(1) as writer:
         before: list[Future[Finished]] = []
         for number in numbers:

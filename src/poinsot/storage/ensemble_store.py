@@ -21,7 +21,7 @@ from poinsot.atomic_write import synced
 from poinsot.printable import quoted, shortened
 from poinsot.storage.memory import available_memory
 from poinsot.storage.zarr_group import (
-    BLOCK,
+    BLOCK_BYTES,
     GROUP,
     Attributes,
     Described,
@@ -57,13 +57,13 @@ __all__ = [
 
 CHUNKS = "chunks"
 
-FORMAT = 1
+STORE_FORMAT = 1
 """Of the folders and names in a store."""
 
 MAX_CHUNK_BYTES = 128 * 1024**2
 """Largest size of the rows of a chunk: larger chunks are no faster."""
 
-MOST_CHUNKS = 2**24
+MAX_CHUNKS = 2**24
 """In one store: each is at least a file."""
 
 Variables = Mapping[str, tuple[tuple[str, ...], Numbers, Attributes]]
@@ -97,7 +97,7 @@ class EnsembleStore:
         self.folder = folder
         self.described, self.attributes = read_group(folder)
         said = self.attributes.get("store")
-        if not isinstance(said, dict) or said.get("format") != FORMAT:
+        if not isinstance(said, dict) or said.get("format") != STORE_FORMAT:
             raise StoreError("it is not of this format")
         members, chunk = said.get("members"), said.get("chunk")
         if not (type(members) is int and type(chunk) is int and 0 <= members < 2**48 and 0 <= chunk < 2**48):
@@ -109,8 +109,8 @@ class EnsembleStore:
                 raise StoreError(f"{name} has other chunks than the others")
         check_lengths(self.described)
         count = -(-self.members // self.chunk) if self.chunk else 0
-        if count > MOST_CHUNKS:
-            raise StoreError(f"it has {count} chunks, more than {MOST_CHUNKS}")
+        if count > MAX_CHUNKS:
+            raise StoreError(f"it has {count} chunks, more than {MAX_CHUNKS}")
         self.whole = np.zeros(count, dtype=bool)
         self._look()
 
@@ -313,7 +313,7 @@ def frame_of(
     described = {name: Described.of(*given) for name, given in whole.items()}
     block = block_of(chunk, max((each.member_bytes for each in rows.values()), default=1))
     shards = {name: each.in_shards(chunk, block) for name, each in rows.items()}
-    store = {"format": FORMAT, "members": members, "chunk": chunk, **about}
+    store = {"format": STORE_FORMAT, "members": members, "chunk": chunk, **about}
     return Frame(
         whole, {**described, **shards}, plain_attributes({**fixed.attrs, **coordinates_of(fixed), "store": store})
     )
@@ -343,7 +343,7 @@ def save_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any])
 
 def block_of(chunk: int, member_bytes: int) -> int:
     """Return how many members a block has: as many as it has room for, and a chunk a whole number of."""
-    most = max(BLOCK // max(member_bytes, 1), 1)
+    most = max(BLOCK_BYTES // max(member_bytes, 1), 1)
     return next((n for n in range(min(most, chunk), 1, -1) if chunk % n == 0), 1)
 
 

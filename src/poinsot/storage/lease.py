@@ -6,8 +6,7 @@ import contextlib
 import fcntl
 import json
 import os
-import secrets
-import socket
+import platform
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,15 +14,15 @@ from typing import NoReturn
 
 from poinsot.printable import shortened
 
-__all__ = ["LEASE", "Lease", "lease"]
+__all__ = ["LEASE_SECONDS", "Lease", "lease"]
 
 NAME = "lock"
 
-LEASE = 60.0
+LEASE_SECONDS = 60.0
 """Seconds after which a lease that nobody renews has ended: its owner was killed on another machine."""
 
-RENEWALS = 4
-"""Of a lease, in the time that it lasts."""
+RENEWALS_PER_LEASE = 4
+"""Number of renewals of a lease in its duration."""
 
 
 @contextlib.contextmanager
@@ -46,7 +45,7 @@ class Lease:
 
     def __init__(self, path: Path) -> None:
         self._path, self._mine, self._ended = path, False, threading.Event()
-        self._token = {"host": socket.gethostname(), "process": os.getpid(), "token": secrets.token_hex(8)}
+        self._token = {"host": platform.node(), "process": os.getpid(), "token": os.urandom(8).hex()}
         self._renewing = threading.Thread(target=self._renew, daemon=True)
         self._number = self._opened()
 
@@ -59,7 +58,7 @@ class Lease:
             os.close(self._number)
             self._number = self._opened()
         owner = self._owner()
-        if owner.get("host", self._token["host"]) != self._token["host"] and self._age() < LEASE:
+        if owner.get("host", self._token["host"]) != self._token["host"] and self._age() < LEASE_SECONDS:
             self._refuse(owner)
         self._mine = True
         os.ftruncate(self._number, 0)
@@ -102,7 +101,7 @@ class Lease:
         os.close(self._number)
 
     def _renew(self) -> None:
-        while not self._ended.wait(LEASE / RENEWALS):
+        while not self._ended.wait(LEASE_SECONDS / RENEWALS_PER_LEASE):
             with contextlib.suppress(OSError):
                 os.utime(self._number)
 

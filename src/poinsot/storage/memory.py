@@ -11,22 +11,22 @@ __all__ = ["available_memory", "refuse_larger_than_memory"]
 
 PROC, CGROUPS = Path("/proc"), Path("/sys/fs/cgroup")
 
-UNKNOWN = 2 * 1024**3
-"""Bytes, on a system that does not say."""
+ASSUMED_BYTES = 2 * 1024**3
+"""Available memory in bytes on a system that does not report it."""
 
-SMALL = 128 * 1024**2
-"""Bytes of which nobody asks: the answer takes a millisecond."""
+MIN_CHECKED_BYTES = 128 * 1024**2
+"""Smallest amount of memory for which the available memory is queried: a query takes a millisecond."""
 
 
 def available_memory() -> int:
     """Return the bytes that this process may use beside what it has: those of the machine, its cgroups and limits."""
-    return max(min([*_of_machine(), *_of_cgroups(), *_of_limits()], default=UNKNOWN), 0)
+    return max(min([*_of_machine(), *_of_cgroups(), *_of_limits()], default=ASSUMED_BYTES), 0)
 
 
 def refuse_larger_than_memory(members: int, times: int, numbers: int) -> None:
     """Raise a ValueError, before anything is computed, if motions of so many numbers at a time have no room."""
     needed = 8 * members * times * numbers
-    if needed > SMALL and needed > (free := available_memory()):
+    if needed > MIN_CHECKED_BYTES and needed > (free := available_memory()):
         raise ValueError(
             f"motions must fit into the memory that this process may use, {free / 1e9:.3g} GB, got {members} members "
             f"at {times} times, which take {needed / 1e9:.3g} GB. Write them to a store on disk: out='run.zarr'."

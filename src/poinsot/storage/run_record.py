@@ -5,11 +5,12 @@ from __future__ import annotations
 import functools
 import json
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
-from importlib import metadata
 from typing import Any
+
+from typing_extensions import override
 
 from poinsot.immutable import read_only
 
@@ -71,7 +72,7 @@ class RunRecord:
     ) -> RunRecord:
         """Return the record of a run, from the totals of its report."""
         tolerance, order, steps, wall_time, kernel, lanes = totals
-        own = (tolerance, order, steps, wall_time, versions(), kernel, lanes)
+        own = (tolerance, order, steps, wall_time, Versions(), kernel, lanes)
         return cls(method, formulation, precision, *own)
 
     @property
@@ -101,8 +102,34 @@ class RunRecord:
         }
 
 
+class Versions(Mapping[str, str]):
+    """The versions of this process, which are looked up when one of them is read first."""
+
+    @override
+    def __getitem__(self, name: str) -> str:
+        return versions()[name]
+
+    @override
+    def __iter__(self) -> Iterator[str]:
+        return iter(versions())
+
+    @override
+    def __len__(self) -> int:
+        return len(versions())
+
+    @override
+    def __repr__(self) -> str:
+        return repr(versions())
+
+    @override
+    def __reduce__(self) -> tuple[type[dict[str, str]], tuple[dict[str, str]]]:
+        return dict, (dict(versions()),)
+
+
 @functools.cache
 def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
+    from importlib import metadata
+
     packages = {name: metadata.version(name) for name in ("poinsot", "llvmlite", "numpy", "scipy")}
     return read_only({**packages, "python": platform.python_version()})

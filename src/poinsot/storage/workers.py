@@ -12,7 +12,7 @@ from poinsot.storage.run_record import versions
 
 __all__ = ["check_client", "on_workers"]
 
-ALIKE = ("poinsot", "llvmlite")
+SAME_VERSION_PACKAGES = ("poinsot", "llvmlite")
 """Packages whose versions workers have in common with the client: others compute other bits, or do not know a task."""
 
 LARGEST_TASK = "1 TB"
@@ -86,7 +86,9 @@ def _unpacked(packed: bytes, known: dict[str, str]) -> Task[Any]:
     """Return the task, on a worker."""
     own = _own_versions()
     if own != known:
-        apart = " and ".join(f"{name} {own[name]}, not {known[name]}" for name in ALIKE if own[name] != known[name])
+        apart = " and ".join(
+            f"{name} {own[name]}, not {known[name]}" for name in SAME_VERSION_PACKAGES if own[name] != known[name]
+        )
         raise RuntimeError(f"workers must have the versions of the client, got {apart}.")
     try:
         task: Task[Any] = pickle.loads(packed)  # noqa: S301, of the client, to which the worker belongs
@@ -104,7 +106,7 @@ def _chunk(number: int, task: Task[Done]) -> Done:
 
 
 def _own_versions() -> dict[str, str]:
-    return {name: version for name, version in versions().items() if name in ALIKE}
+    return {name: version for name, version in versions().items() if name in SAME_VERSION_PACKAGES}
 
 
 def _told(error: Exception) -> Exception:

@@ -12,10 +12,8 @@ import hashlib
 import json
 import math
 import os
-import secrets
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -50,10 +48,10 @@ GROUP = "zarr.json"
 
 KINDS = {"float64": "<f8", "float32": "<f4", "int64": "<i8"}
 
-MOST_OF_JSON = 8 * 1024 * 1024
+MAX_JSON_BYTES = 8 * 1024 * 1024
 """Bytes of the description of a group: its scenario, and the reason of each member that failed."""
 
-BLOCK = 1_000_000
+BLOCK_BYTES = 1_000_000
 """Bytes of a block of members, about: what is read for one of them."""
 
 ABSENT = np.full(2, 2**64 - 1, dtype="<u8").tobytes()
@@ -65,8 +63,8 @@ BYTES: Json = {"name": "bytes", "configuration": {"endian": "little"}}
 CHECKSUM: Json = {"name": "crc32c"}
 SIZE_OF_CHECKSUM = 4
 
-WRITERS = 4
-"""Threads on which the files of a group are written."""
+WRITER_THREADS = 4
+"""Number of threads that write the files of a group."""
 
 
 Numbers = NDArray[np.generic]
@@ -370,7 +368,9 @@ def _write_description(folder: Path, metadata: Attributes) -> None:
 
 def side_by_side(writes: Iterable[Callable[[], None]]) -> None:
     """Write files on several threads: each of them waits for the disk most of its time."""
-    with ThreadPoolExecutor(WRITERS) as writers:
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(WRITER_THREADS) as writers:
         for written in [writers.submit(write) for write in writes]:
             written.result()
 
@@ -421,9 +421,9 @@ def _json_in(folder: Path) -> Any:
     """Return what describes an array or a group."""
     try:
         with open(folder / GROUP, "rb", opener=_plain_file) as stream:
-            content = stream.read(MOST_OF_JSON + 1)
-        if len(content) > MOST_OF_JSON:
-            raise StoreError(f"{GROUP} is longer than {MOST_OF_JSON} bytes")
+            content = stream.read(MAX_JSON_BYTES + 1)
+        if len(content) > MAX_JSON_BYTES:
+            raise StoreError(f"{GROUP} is longer than {MAX_JSON_BYTES} bytes")
         return json.loads(content)
     except OSError as error:
         raise StoreError(f"{shortened(folder.name)}/{GROUP}: {error.strerror}") from None
@@ -455,7 +455,7 @@ def _write_json(path: Path, told: Attributes) -> None:
 
 def _part_of(path: Path) -> Path:
     """Return the name of a file until it is whole, which no other process, thread or machine has."""
-    return path.with_name(f"{path.name}.{secrets.token_hex(8)}.part")
+    return path.with_name(f"{path.name}.{os.urandom(8).hex()}.part")
 
 
 def _plain_file(path: str, flags: int) -> int:

@@ -45,19 +45,19 @@ NEARBY = 0.25
 those of the variables; the rest of its series is smaller by this to the power of the order. A step to a zero farther
 away ends half-way."""
 
-LINEAR = 2.0**-26
+LINEAR_PART = 2.0**-26
 """The part of a step in which variables are linear."""
 
 MARKS = "crossed", "rising"
 """Integers that mark events by bits: the events that happen, and the events whose values rise with time."""
 
-BITS = 64
-"""Events of an integer that marks events by bits."""
+BITS_PER_WORD = 64
+"""Number of events that one integer marks."""
 
 
 def bit_of(event: int) -> tuple[int, int]:
     """Return the integer that marks an event, by its number among such integers, and the bit of the event."""
-    word, bit = divmod(event, BITS)
+    word, bit = divmod(event, BITS_PER_WORD)
     return word, 1 << bit
 
 
@@ -127,7 +127,7 @@ class Detection(KernelPart):
         super().__init__(context)
         self._rescaling, self._deadlines, self._orders = rescaling, deadlines, context.order + 1
         self.count, self.events = len(decomposition.watched), len(decomposition.events)
-        self._words = max(-(-self.events // BITS), 1)
+        self._words = max(-(-self.events // BITS_PER_WORD), 1)
         self.conditions, self._crossings = decomposition.conditions, decomposition.events
         self._stops, self._attitude = decomposition.stops, decomposition.attitude
         self._at_target = AT_TARGET * (2.0**-52 if context.wide else 1.0)
@@ -198,7 +198,7 @@ class Detection(KernelPart):
         last_near = work.doubles("simultaneity")
         near = self._simultaneity(work).larger(last_near[0])
         chosen, early, waits, whole = work.lines.constant(self.context.whole, -1), nowhere, nowhere, h
-        linear = near.larger(LINEAR * abs(h.high))
+        linear = near.larger(LINEAR_PART * abs(h.high))
         starts, first = self._starts(work, near, linear), len(self.conditions)
         wrong = list[Value]()
         for i, sign in enumerate(starts.signs):
@@ -331,7 +331,7 @@ class Detection(KernelPart):
         words = [work.integers("crossed")[0] * 0] * self._words
         for i, mask in enumerate(crossed):
             chosen = mask & (signs[first + i] * way).is_("lt", 0.0) if name == "rising" else mask
-            words[i // BITS] = words[i // BITS] | (chosen.to_integer() << i % BITS)
+            words[i // BITS_PER_WORD] = words[i // BITS_PER_WORD] | (chosen.to_integer() << i % BITS_PER_WORD)
         return words
 
     def _recorded(self, work: Work, starts: _Starts, wrong: Sequence[Value], active: Value) -> Value:
@@ -348,7 +348,7 @@ class Detection(KernelPart):
         marks, happens, stops = list[Value](), nowhere, nowhere
         for word in range(self._words):
             rising = work.integers("rising")[word]
-            crossings = list(enumerate(self._crossings[word * BITS : (word + 1) * BITS]))
+            crossings = list(enumerate(self._crossings[word * BITS_PER_WORD : (word + 1) * BITS_PER_WORD]))
             falls, rises = (sum(1 << i for i, x in crossings if x.direction == way) for way in (-1, 1))
             stopping = sum(1 << i for i, x in crossings if x.stops)
             which = work.integers("crossed")[word] & ~((rising & falls) | (~rising & rises))

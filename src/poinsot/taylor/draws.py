@@ -11,14 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.functions import Scalar
 
-__all__ = ["UNUSED", "key_of", "normals", "uniform", "uniforms", "words"]
+__all__ = ["UNUSED_BITS", "key_of", "normals", "uniform", "uniforms", "words"]
 
 STRIDE = 0x9E3779B97F4A7C15
 """2^64 over the golden ratio, odd: the step from one word to the next."""
 
 FACTORS = 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
 
-UNUSED = 12
+UNUSED_BITS = 12
 """Bits of a word that are left: a number and a half have room for the others."""
 
 
@@ -48,7 +48,7 @@ def words(key: Any, number: Any, count: int) -> list[Any]:
 def uniforms(keys: NDArray[np.uint64], numbers: ArrayLike, count: int) -> list[NDArray[np.float64]]:
     """Return independent numbers between 0 and 1, both excluded: arrays of the shape of the keys."""
     found = words(keys, np.asarray(numbers).astype(np.int64).astype(np.uint64), count)
-    return [uniform((word >> UNUSED).astype(float)) for word in found]
+    return [uniform((word >> UNUSED_BITS).astype(float)) for word in found]
 
 
 def uniform(whole: Any) -> Any:

@@ -18,8 +18,8 @@ from poinsot.taylor.schedule import CoefficientRow, Schedule
 
 __all__ = ["Batch", "Layout", "Rolled", "Single", "layout_of"]
 
-WIDTH = 4
-"""Inner sums of one member in a vector."""
+SUMS_PER_VECTOR = 4
+"""Number of inner sums of one member in a vector."""
 
 MIN_ROLLED = 200
 """Inner sums of one member from which on a loop over parts computes them. Fewer run faster as straight-line code."""
@@ -94,7 +94,7 @@ class Single:
 
     lanes = 1
 
-    def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool, unit: int = WIDTH) -> None:
+    def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool, unit: int = SUMS_PER_VECTOR) -> None:
         inner = [inner for group in schedule.groups for inner in group]
         self._count = -(-len(inner) // unit) * unit
         self._index = {one.place: i for i, one in enumerate(inner)}
@@ -105,12 +105,14 @@ class Single:
         self._variables, self._stride = variables, 2 * self._count
         self._open: dict[int, Value] = {}
         self._left: dict[int, int] = {}
-        self._filled = collections.Counter(place // WIDTH for places in self._places.values() for place in places)
+        self._filled = collections.Counter(
+            place // SUMS_PER_VECTOR for places in self._places.values() for place in places
+        )
         self._sums = (order + 1) * self._stride
         self._ahead = (order + (len(schedule.outputs) > variables)) & 1
         self._states = self._sums + 2 * self._count
         self._memory = CoefficientMemory(self._states + (order + 1) * variables, wide)
-        self.size, self._most = self._memory.size, self._memory.at_once(WIDTH)
+        self.size, self._most = self._memory.size, self._memory.at_once(SUMS_PER_VECTOR)
 
     def _at(self, memory: Value, place: Value | int, lanes: int = 1) -> Array:
         """Return memory from a place on, counted in numbers."""
@@ -123,12 +125,12 @@ class Single:
     def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
         """Store what inner sums of higher orders read, vectors as soon as they are complete."""
         for place in self._places.get(row, ()):
-            block = place // WIDTH
-            vector_of = self._open.setdefault(block, n.function.constant(self._memory.kind(WIDTH), 0.0))
-            self._open[block] = vector_of.with_lane(place % WIDTH, value)
+            block = place // SUMS_PER_VECTOR
+            vector_of = self._open.setdefault(block, n.function.constant(self._memory.kind(SUMS_PER_VECTOR), 0.0))
+            self._open[block] = vector_of.with_lane(place % SUMS_PER_VECTOR, value)
             self._left[block] = self._left.get(block, self._filled[block]) - 1
             if not self._left[block]:
-                self._at(memory, n * self._stride, WIDTH)[block] = self._open.pop(block)
+                self._at(memory, n * self._stride, SUMS_PER_VECTOR)[block] = self._open.pop(block)
                 del self._left[block]
 
     def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
@@ -136,12 +138,12 @@ class Single:
 
         These are such that the last order needs nothing ahead of it; nor does the second need anything of the first.
         """
-        lines, far, stride = n.function, self._count // WIDTH, self._stride // WIDTH
+        lines, far, stride = n.function, self._count // SUMS_PER_VECTOR, self._stride // SUMS_PER_VECTOR
         first_of_two = (n & 1).is_("eq", self._ahead) | n.is_("eq", 1)
 
         def arrays(memory: Value) -> tuple[Callable[[Value | int], Array], Array, Array]:
-            found, ahead = (self._at(memory, self._sums + i * self._count, WIDTH) for i in range(2))
-            return lambda j: self._at(memory, j * self._stride, WIDTH), found, ahead
+            found, ahead = (self._at(memory, self._sums + i * self._count, SUMS_PER_VECTOR) for i in range(2))
+            return lambda j: self._at(memory, j * self._stride, SUMS_PER_VECTOR), found, ahead
 
         def two(memory: Value, part: Sequence[int]) -> None:
             rows, found, ahead = arrays(memory)
@@ -164,7 +166,7 @@ class Single:
 
     def _each_part(self, memory: Value, write: Callable[[Value, Sequence[int]], None]) -> None:
         """Write the inner sums of parts: vectors by their numbers, in the memory from an address on."""
-        for part in _parts([range(self._count // WIDTH)], max(self._most // 3, 1)):
+        for part in _parts([range(self._count // SUMS_PER_VECTOR)], max(self._most // 3, 1)):
             write(memory, part)
 
 
@@ -176,8 +178,8 @@ class Rolled(Single):
     """
 
     def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool) -> None:
-        self._part = range(1 if wide else _registers(WIDTH) // 3)
-        super().__init__(schedule, variables, order, wide, len(self._part) * WIDTH)
+        self._part = range(1 if wide else _registers(SUMS_PER_VECTOR) // 3)
+        super().__init__(schedule, variables, order, wide, len(self._part) * SUMS_PER_VECTOR)
 
     @override
     def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
@@ -186,7 +188,7 @@ class Rolled(Single):
 
     @override
     def _each_part(self, memory: Value, write: Callable[[Value, Sequence[int]], None]) -> None:
-        unit, whole = len(self._part) * WIDTH, self._at(memory, 0)
+        unit, whole = len(self._part) * SUMS_PER_VECTOR, self._at(memory, 0)
         memory.function.count(self._count // unit, lambda part: write(whole.at(part * unit), self._part))
 
 

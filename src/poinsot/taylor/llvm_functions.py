@@ -29,7 +29,7 @@ LIBRARY = ("acos", "asin", "asinh", "atan", "atan2", "cos", "exp", "log", "log2"
 HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
 """pi/2 in three parts, each the rest to double precision."""
 
-FAR = 2.0**48
+MAX_REDUCED_ANGLE = 2.0**48
 """Angles beyond which the C library reduces them: the number of quarter turns must have fewer than 51 bits."""
 
 SINE = (
@@ -45,7 +45,7 @@ COSINE = (
 SINE_DEFECT = tuple((-1.0) ** k / math.factorial(2 * k + 3) for k in range(12))
 """x - sin x over x^3, in powers of x^2; up to 2."""
 
-ROUNDING = 6755399441055744.0
+ROUNDING_SHIFT = 6755399441055744.0
 """1.5 2^52: a number with this added and taken away again is rounded to an integer, the low bits of the sum."""
 
 MAX_HALVES = 16
@@ -118,8 +118,8 @@ def _polynomial(x: Value, coefficients: Sequence[float]) -> Value:
 
 def _reduced(x: Value, parts: Sequence[float]) -> tuple[Value, Value]:
     """Return x less the nearest multiple of an angle that is given in parts, and which, plus `ROUNDING`."""
-    count = x.fma(1.0 / parts[0], ROUNDING)
-    rounded = count - ROUNDING
+    count = x.fma(1.0 / parts[0], ROUNDING_SHIFT)
+    rounded = count - ROUNDING_SHIFT
     for part in parts:
         x = (-rounded).fma(part, x)  # the first one is exact
     return x, count
@@ -144,7 +144,7 @@ def _written_sine_and_cosine(x: Value) -> Value:
     signs = ((quadrant & 2) << 62, ((quadrant + 1) & 2) << 62)
     values = (odd.choose(cosine, sine), odd.choose(sine, cosine))
     near = [(value.as_bits() ^ sign).as_double() for value, sign in zip(values, signs, strict=True)]
-    far = abs(x).is_("gt", FAR)
+    far = abs(x).is_("gt", MAX_REDUCED_ANGLE)
 
     def exact() -> list[Value]:
         return [far.choose(each(name, [x]), value) for name, value in zip(("sin", "cos"), near, strict=True)]
@@ -163,7 +163,7 @@ def _written_eccentric_anomaly(eccentricity: Value, mean_anomaly: Value) -> Valu
     """Solve E - e sin E = M by Danby's method of order four, for E between -pi and pi."""
     lines = mean_anomaly.function
     reduced, _ = _reduced(mean_anomaly, [4.0 * part for part in HALF_PI])
-    far = abs(mean_anomaly).is_("gt", FAR)
+    far = abs(mean_anomaly).is_("gt", MAX_REDUCED_ANGLE)
 
     def exact() -> list[Value]:
         both = _sine_and_cosine(mean_anomaly)
@@ -218,6 +218,6 @@ def rough_log2(x: Value) -> Value:
 def rough_exp2(x: Value) -> Value:
     """Return the power of two to 0.001."""
     x = x.larger(-1000.0).smaller(1000.0)
-    rounded = x + ROUNDING
-    f = x - (rounded - ROUNDING)
+    rounded = x + ROUNDING_SHIFT
+    f = x - (rounded - ROUNDING_SHIFT)
     return _polynomial(f, (1.0, 0.69314718, 0.24022651, 0.0558)) * ((rounded.as_bits() + 1023) << 52).as_double()

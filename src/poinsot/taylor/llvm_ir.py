@@ -58,7 +58,7 @@ MAX_OPTIMIZED = 20_000_000
 """Characters of a text above which code is of level 0: of some 35,000 operations level 1 takes 10 s, level 0 a fifth of
 that, and a step of level 0 takes nearly twice as long."""
 
-FORMAT = 1
+CODE_FORMAT = 1
 """A number to change where the same text is compiled or loaded otherwise than before."""
 
 ATTRIBUTES = 'alignstack(64) "prefer-vector-width"="512"'
@@ -735,5 +735,5 @@ def _key(text: str, *machine: str | int) -> str:
     import llvmlite
     import llvmlite.binding as llvm
 
-    decided = (FORMAT, llvmlite.__version__, llvm.llvm_version_info, *machine)
+    decided = (CODE_FORMAT, llvmlite.__version__, llvm.llvm_version_info, *machine)
     return hashlib.sha256(repr(decided).encode() + b"\0" + text.encode()).hexdigest()

@@ -30,7 +30,7 @@ DOUBLE_DOUBLE_ORDERS = 8
 """Orders that are summed in double-double arithmetic. Terms of order n are e^(-2 n) of the variables at the end of a
 step, so that rounding errors of higher orders are below 1e-22."""
 
-COLLISION = 2.0**-53
+COLLISION_STEP = 2.0**-53
 """Steps shorter than this part of the time lead so close to a singularity that rounding errors change the path."""
 
 
@@ -180,7 +180,7 @@ class _Branch:
     @classmethod
     def of(cls, far: float, steps: NDArray[np.void], ends: Doubles) -> _Branch:
         """Return the branch from the steps of all members, and the times that these reached, (members, 2)."""
-        collided = np.abs(steps["length"]) <= COLLISION * np.abs(steps["start"][:, 0])
+        collided = np.abs(steps["length"]) <= COLLISION_STEP * np.abs(steps["start"][:, 0])
         ends = ends.copy()
         for step in steps[collided][::-1]:  # the first one of each member last
             ends[step["task"]] = step["start"]

@@ -18,14 +18,14 @@ from poinsot.taylor.decomposition import Momenta
 from poinsot.taylor.graph import GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Structure, Value
 
-__all__ = ["EXPONENT_RANGE", "LEAST_MOMENTUM", "MOMENTUM_SCALE", "MOST_MOMENTUM", "Rescaling", "powers_of"]
+__all__ = ["EXPONENT_RANGE", "MAX_MOMENTUM", "MIN_MOMENTUM", "MOMENTUM_SCALE", "Rescaling", "powers_of"]
 
 
 MOMENTUM_SCALE = 0.1
 """The size given to the momenta: below that of q, so that the step control, which looks at the largest variable, keeps
 its grip on the attitude."""
 
-LEAST_MOMENTUM, MOST_MOMENTUM = MOMENTUM_SCALE / 16, 1.0
+MIN_MOMENTUM, MAX_MOMENTUM = MOMENTUM_SCALE / 16, 1.0
 """The band of momenta where a step begins, outside of which the scale is chosen anew."""
 
 EXPONENT_RANGE = (-400, 400)
@@ -138,10 +138,10 @@ class Rescaling(KernelPart):
                     lane.function.count(count, functools.partial(scale, first=first + self.context.parameters))
         work.array("outward")[lane] = _power_of_two(0 - exponent)
         # No other scale is better at the ends of its range, or where forces give a body at rest as much.
-        pushed = (task.array("torque_scale")[0] * _power_of_two(exponent)).is_("ge", LEAST_MOMENTUM)
+        pushed = (task.array("torque_scale")[0] * _power_of_two(exponent)).is_("ge", MIN_MOMENTUM)
         zero, infinite = (lane.function.constant(DOUBLE, limit) for limit in (0.0, math.inf))
-        work.array("least")[lane] = (pushed | exponent.is_("ge", most)).choose(zero, LEAST_MOMENTUM**2)
-        work.array("most")[lane] = exponent.is_("le", least).choose(infinite, MOST_MOMENTUM**2)
+        work.array("least")[lane] = (pushed | exponent.is_("ge", most)).choose(zero, MIN_MOMENTUM**2)
+        work.array("most")[lane] = exponent.is_("le", least).choose(infinite, MAX_MOMENTUM**2)
 
     def _rescale(self, work: Work, lane: Value) -> None:
         """Choose the scale of a lane anew if its momenta are out of the band."""

@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from poinsot.taylor.context import Context, KernelPart, Work
 from poinsot.taylor.detection import Detection
-from poinsot.taylor.draws import UNUSED, uniform, words
+from poinsot.taylor.draws import UNUSED_BITS, uniform, words
 from poinsot.taylor.evaluation import written
 from poinsot.taylor.graph import GraphScalar, Node
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Structure, Value, Wide
@@ -20,7 +20,7 @@ __all__ = ["SAMPLE", "Jumps", "Sampling", "Update"]
 SAMPLE = "sample"
 """The field of a lane with the time of its next sample."""
 
-SAMPLES = ("numbers", "periods", "phases")
+SAMPLE_FIELDS = ("numbers", "periods", "phases")
 """Fields of the samples of each part: number of the next one, time between two, and time of number 0."""
 
 
@@ -67,7 +67,7 @@ class Sampling(KernelPart):
         super().__init__(context)
         self._detection, self.count = detection, len(jumps.updates) if jumps else 0
         count = (self.count,)
-        self.of_tasks_and_lanes = [*((name, "f8", count) for name in SAMPLES), ("keys", "i8", count)]
+        self.of_tasks_and_lanes = [*((name, "f8", count) for name in SAMPLE_FIELDS), ("keys", "i8", count)]
         self.of_lanes = [(SAMPLE, "f8", ())]
         if jumps:
             self.functions = {"next_sample": self._next_sample, "jump": functools.partial(self._jump, jumps)}
@@ -96,7 +96,7 @@ class Sampling(KernelPart):
 
     @staticmethod
     def _time(work: Work, place: Value) -> Value:
-        number, period, phase = (work.array(name)[place] for name in SAMPLES)
+        number, period, phase = (work.array(name)[place] for name in SAMPLE_FIELDS)
         return number * period + phase
 
     def _jump(self, jumps: Jumps, work: Work, lane: Value) -> None:
@@ -130,4 +130,4 @@ class Sampling(KernelPart):
         """Return uniform numbers for the next sample of a lane."""
         key, number = work.array("keys", INTEGER)[place], work.array("numbers")[place].to_integer()
         found = words(key, number, count) if count else []
-        return [uniform((word >> UNUSED).to_double()) for word in found]
+        return [uniform((word >> UNUSED_BITS).to_double()) for word in found]

@@ -16,8 +16,8 @@ from poinsot.taylor.decomposition import Decomposition, Function, Operand, Opera
 
 __all__ = ["CoefficientRow", "InnerSum", "Schedule", "varying"]
 
-GROUP = 24
-"""How many inner sums one loop has at most: with their operands they fill 32 registers."""
+MAX_SUMS_IN_LOOP = 24
+"""Largest number of inner sums in one loop: with their operands they fill 32 registers."""
 
 _Load = tuple[int, "CoefficientRow"]
 """Rows that a loop loads as first operands (0) and as second operands (1)."""
@@ -114,7 +114,7 @@ def _grouped(sums: Sequence[InnerSum]) -> list[list[InnerSum]]:
                 readers[load].append((inner.place, turned, option))
     left = {inner.place: inner for inner in sums}
     groups: list[list[InnerSum]] = []
-    count = -(-len(left) // GROUP)
+    count = -(-len(left) // MAX_SUMS_IN_LOOP)
     while left:
         size = -(-len(left) // (count - len(groups)))
         groups.append(_group(left, readers, size))

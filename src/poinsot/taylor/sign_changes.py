@@ -14,7 +14,7 @@ from poinsot.taylor.llvm_ir import INTEGER, POINTER, Array, Value
 
 __all__ = ["first_change"]
 
-ROUNDING = 2.0**-50
+ROUNDING_BOUND = 2.0**-50
 """Bound of the rounding error of a polynomial, relative to the sum of the sizes of its terms."""
 
 MAX_TRUNCATED, NEXT = 1e-7, 2.0**-5
@@ -84,7 +84,7 @@ class _Series:
         for _ in range(doublings):
             power = power * power
         truncated = self.beyond * power
-        error = ROUNDING * size / self.total + truncated
+        error = ROUNDING_BOUND * size / self.total + truncated
         return [sign * value / self.total, sign * slope / self.total, error, 2.0**doublings * truncated / share]
 
 

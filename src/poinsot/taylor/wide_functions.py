@@ -50,8 +50,8 @@ EXPONENTIAL = [Fraction(1, math.factorial(k + 1)) for k in range(10)]
 LOGARITHM = [Fraction(2, 2 * k + 1) for k in range(20)]
 SINE_DEFECT = [Fraction((-1) ** k, math.factorial(2 * k + 3)) for k in range(20)]
 
-HALVINGS = 9
-"""Of the argument of the exponential function before its series."""
+EXP_HALVINGS = 9
+"""Number of halvings of the argument of the exponential function before its series."""
 
 MAX_NEWTON_STEPS, CONVERGED = 12, 2.0**-55
 """Of Kepler's equation: the most steps, and the relative change after which the next one would be below rounding."""
@@ -130,9 +130,9 @@ def _tan(x: WideValue) -> Value:
 
 def _expm1_of_small(r: WideValue) -> WideValue:
     """Return exp(r) - 1 for |r| below 0.4: that of r / 512, doubled nine times."""
-    r = r.times_power_of_two(2.0**-HALVINGS)
+    r = r.times_power_of_two(2.0**-EXP_HALVINGS)
     small = r * _polynomial(r, EXPONENTIAL)
-    for _ in range(HALVINGS):
+    for _ in range(EXP_HALVINGS):
         small = small.times_power_of_two(2.0) + small * small
     return small
 

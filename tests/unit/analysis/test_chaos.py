@@ -187,7 +187,7 @@ def test_a_spectrum_counts_from_the_start():
 def test_it_does_not_matter_how_often_vectors_are_made_orthogonal(monkeypatch):
     batch, times = states(4), [30.0]
     few = pt.analysis.lyapunov_spectrum(TOP, batch, times).exponents
-    monkeypatch.setattr(chaos, "APART", 1.0)
+    monkeypatch.setattr(chaos, "ORTHOGONALISATION_ANGLE", 1.0)
     many = pt.analysis.lyapunov_spectrum(TOP, batch, times).exponents
     np.testing.assert_allclose(few, many, rtol=0, atol=1e-12)
 

@@ -235,7 +235,7 @@ class _Context:
 
 
 def test_it_ends_after_many_points(monkeypatch):
-    monkeypatch.setattr(continuation, "MOST", 3)
+    monkeypatch.setattr(continuation, "MAX_POINTS", 3)
     branch = continue_motion(at_rest(), "moments[0]", 1.5)
     assert (len(branch.motions), branch.ending) == (3, "it has 3 motions")
 
@@ -252,7 +252,7 @@ def test_what_is_not_found_is_unresolved(monkeypatch, branch):
 
 
 def test_messages_come_after_a_while(monkeypatch, capsys):
-    monkeypatch.setattr("poinsot.display.progress.PATIENCE", 0.01)
+    monkeypatch.setattr("poinsot.display.progress.DELAY", 0.01)
     monkeypatch.setenv("FORCE_COLOR", "1")
     continue_motion(at_rest(), "moments[0]", 1.4, progress=True)
     assert "motions, body.moments[0] = " in capsys.readouterr().err

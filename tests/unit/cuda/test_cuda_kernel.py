@@ -30,7 +30,7 @@ def cupy(monkeypatch):
 @pytest.fixture
 def few_steps(monkeypatch):
     """Seven steps a launch."""
-    monkeypatch.setattr(cuda_kernel, "BUDGET", 7)
+    monkeypatch.setattr(cuda_kernel, "FIRST_LAUNCH_STEPS", 7)
     monkeypatch.setattr(cuda_kernel, "BRISK", 0.0)
 
 
@@ -173,7 +173,7 @@ def test_what_is_done_is_there_when_a_run_is_left():
 def test_launches_take_neither_seconds_nor_an_instant(monkeypatch):
     """Four steps at first; the clock makes a launch last 0.01 s a step."""
     now, launched = [0.0], []
-    monkeypatch.setattr(cuda_kernel, "BUDGET", 4)
+    monkeypatch.setattr(cuda_kernel, "FIRST_LAUNCH_STEPS", 4)
     monkeypatch.setattr(cuda_kernel, "clock", SimpleNamespace(perf_counter=lambda: now[0]))
     code = cuda_kernel.compiled(TOP, ORDER)
     queue = queue_of(code, starts("top"), [100.0])

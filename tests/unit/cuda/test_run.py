@@ -139,7 +139,7 @@ def test_members_fail_as_on_the_processor():
 def test_many_steps_are_not_steps_that_lead_nowhere(monkeypatch):
     """Members are looked at every five steps."""
     monkeypatch.setattr(kernels, "BUDGET", 5)
-    monkeypatch.setattr(cuda_kernel, "BUDGET", 1)
+    monkeypatch.setattr(cuda_kernel, "FIRST_LAUNCH_STEPS", 1)
     monkeypatch.setattr(cuda_kernel, "BRISK", 0.0)
     here, there = (pt.propagate(TOP, STARTS, TIMES, device=device) for device in ("cpu", "cuda"))
     assert here.run.steps > 20 * COUNT

@@ -4,7 +4,7 @@ import pytest
 
 from poinsot import functions
 from poinsot.display.formulas import (
-    MOST_SYMBOLS,
+    MAX_SYMBOLS,
     ForceSummary,
     StatedFormula,
     SystemSummary,
@@ -58,7 +58,7 @@ def test_a_condition_is_typeset():
 
 
 def test_a_long_formula_has_no_equations():
-    symbols = [GRAPH.symbol((f"x{i}", "")) for i in range(MOST_SYMBOLS + 1)]
+    symbols = [GRAPH.symbol((f"x{i}", "")) for i in range(MAX_SYMBOLS + 1)]
     assert latex(sum(symbols[1:], symbols[0])) == []
     assert len(latex(sum(symbols[2:], symbols[1]))) == 1
 

@@ -11,7 +11,7 @@ from poinsot.display import progress
 
 
 def test_a_display_that_begins_late_shows_what_was_reported_before(monkeypatch):
-    monkeypatch.setattr(progress, "PATIENCE", 0.2)
+    monkeypatch.setattr(progress, "DELAY", 0.2)
     written, until = io.StringIO(), time.monotonic() + 30
     with progress.bar("members", 40, True, Console(file=written, force_terminal=True, width=80)) as report:
         report(15)
@@ -23,7 +23,7 @@ def test_a_display_that_begins_late_shows_what_was_reported_before(monkeypatch):
 
 def written_within(monkeypatch, wanted, *, patience=30.0):
     """What a run of one report writes, and the report that it got."""
-    monkeypatch.setattr(progress, "PATIENCE", patience)
+    monkeypatch.setattr(progress, "DELAY", patience)
     written = io.StringIO()
     with progress.bar("members", 40, wanted, Console(file=written, force_terminal=True, width=80)) as report:
         report(15)
@@ -42,7 +42,7 @@ def test_a_part_of_a_longer_run_reports_to_the_function_of_the_run(monkeypatch):
 
 
 def test_a_display_shows_the_part_in_place_of_the_rate(monkeypatch):
-    monkeypatch.setattr(progress, "PATIENCE", 0.01)
+    monkeypatch.setattr(progress, "DELAY", 0.01)
     written, until = io.StringIO(), time.monotonic() + 30
     with progress.bar("members", 4, True, Console(file=written, force_terminal=True, width=80)) as report:
         report(1, "forces")
@@ -52,7 +52,7 @@ def test_a_display_shows_the_part_in_place_of_the_rate(monkeypatch):
 
 
 def test_a_display_ends_where_a_run_fails(monkeypatch):
-    monkeypatch.setattr(progress, "PATIENCE", 0.01)
+    monkeypatch.setattr(progress, "DELAY", 0.01)
 
     class Display:
         """Counts its starts and stops."""

@@ -19,7 +19,7 @@ PLACES = {
 @pytest.mark.parametrize("compiled", [True, False])
 @pytest.mark.parametrize("place", PLACES)
 def test_rows_are_multiplied_where_they_lie(monkeypatch, place, compiled, kind):
-    monkeypatch.setattr(turned_rows, "MANY", 1 if compiled else 1000)
+    monkeypatch.setattr(turned_rows, "MIN_COMPILED_ROWS", 1 if compiled else 1000)
     memory = np.random.default_rng(4).normal(size=(3, 5, 9)).astype(kind)
     rows = PLACES[place](memory)
     turns, expected = np.random.default_rng(5).normal(size=rows.shape), memory.copy()
@@ -29,7 +29,7 @@ def test_rows_are_multiplied_where_they_lie(monkeypatch, place, compiled, kind):
 
 
 def test_one_turn_is_for_all_rows(monkeypatch):
-    monkeypatch.setattr(turned_rows, "MANY", 1)
+    monkeypatch.setattr(turned_rows, "MIN_COMPILED_ROWS", 1)
     rows, turn = np.random.default_rng(6).normal(size=(5, 4)), np.array([0.0, 1.0, 0.0, 0.0])
     q0, q1, q2, q3 = rows.T.copy()
     turned_rows.turn_rows(turn, rows)

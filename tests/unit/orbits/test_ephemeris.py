@@ -399,7 +399,7 @@ def test_names_of_one_frame_are_one():
 
 @pytest.mark.parametrize("case", BAD)
 def test_bad_input_gets_one_sentence(case, fitted, monkeypatch):
-    monkeypatch.setattr(piecewise_chebyshev, "MOST_PIECES", 2000)
+    monkeypatch.setattr(piecewise_chebyshev, "MAX_PIECES", 2000)
     call, sentence = BAD[case]
     with pytest.raises(ValueError, match=sentence):
         call(fitted)

@@ -187,7 +187,7 @@ def test_an_interrupt_keeps_the_finished_members():
 def test_progress_is_shown_where_it_is_wanted(capsys, monkeypatch):
     pt.propagate(TOP, states(20), [0.0, 1.0], progress=True)
     assert capsys.readouterr().err == ""  # of what is done at once
-    monkeypatch.setattr("poinsot.display.progress.PATIENCE", 0.01)
+    monkeypatch.setattr("poinsot.display.progress.DELAY", 0.01)
     monkeypatch.setenv("FORCE_COLOR", "1")  # as a terminal does
     pt.propagate(TOP, states(4000), [0.0, 30.0], progress=True)
     assert "members" in capsys.readouterr().err

@@ -140,7 +140,7 @@ def test_directions_of_any_length_and_number_are_the_same():
 
 
 def test_shadows_of_too_many_faces_are_refused(monkeypatch):
-    monkeypatch.setattr(illumination, "MOST_SHADED", 11)
+    monkeypatch.setattr(illumination, "MAX_SHADED", 11)
     box = pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0)
     sentence = (
         r"^mesh must have at most 11 faces where shadows are computed, got 12\. Take a coarser one, or shadows=False\.$"

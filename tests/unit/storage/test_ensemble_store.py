@@ -305,7 +305,7 @@ def test_a_store_larger_than_memory_is_refused(whole, monkeypatch):
 
 
 def test_more_chunks_than_a_store_has_are_refused(whole, monkeypatch):
-    monkeypatch.setattr(ensemble_store, "MOST_CHUNKS", 3)
+    monkeypatch.setattr(ensemble_store, "MAX_CHUNKS", 3)
     with pytest.raises(ValueError, match=r"it has 4 chunks, more than 3\.$"):
         pt.load(whole[0])
 
@@ -402,7 +402,7 @@ def test_a_lease_of_another_machine_is_waited_for_a_minute(whole, tmp_path):
     with pytest.raises(ValueError, match=r"out must be a store that no other run writes, got .*, which process 7 on"):
         run(store)
     now = time.time()
-    os.utime(store / "lock", (now - 2 * lease.LEASE,) * 2)
+    os.utime(store / "lock", (now - 2 * lease.LEASE_SECONDS,) * 2)
     run(store)
     assert not (store / "lock").exists()
     (store / "lock").write_text(json.dumps(owner | {"host": socket.gethostname()}))  # killed on this machine
@@ -419,7 +419,7 @@ def test_a_lease_that_is_lost_ends_the_run(tmp_path):
 
 
 def test_a_lease_is_renewed(tmp_path, monkeypatch):
-    monkeypatch.setattr(lease, "LEASE", 0.2)
+    monkeypatch.setattr(lease, "LEASE_SECONDS", 0.2)
     with lease.lease(tmp_path):
         os.utime(tmp_path / "lock", (0, 0))
         for _ in range(100):
@@ -436,7 +436,7 @@ def test_a_lease_is_renewed(tmp_path, monkeypatch):
 def test_blocks_divide_chunks(chunk, member_bytes):
     block = ensemble_store.block_of(chunk, member_bytes)
     assert chunk % block == 0
-    assert block == 1 or block * member_bytes <= zarr_group.BLOCK
+    assert block == 1 or block * member_bytes <= zarr_group.BLOCK_BYTES
 
 
 def test_one_member_is_read_alone(whole, monkeypatch):

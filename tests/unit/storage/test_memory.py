@@ -39,7 +39,7 @@ def test_nothing_is_known(tmp_path, monkeypatch):
     monkeypatch.setattr(memory, "PROC", tmp_path)
     monkeypatch.setattr(memory, "CGROUPS", tmp_path)
     monkeypatch.setattr(resource, "getrlimit", lambda _: (resource.RLIM_INFINITY,) * 2)
-    assert memory.available_memory() == memory.UNKNOWN
+    assert memory.available_memory() == memory.ASSUMED_BYTES
 
 
 def test_a_group_and_those_that_it_is_in(system):
@@ -86,7 +86,7 @@ def test_motions_larger_than_memory_are_refused_before_the_run(monkeypatch):
 
 def test_what_motions_take_is_what_is_asked_for(monkeypatch):
     """One byte less than the rows take is too little; so much is enough."""
-    monkeypatch.setattr(memory, "SMALL", 0)
+    monkeypatch.setattr(memory, "MIN_CHECKED_BYTES", 0)
     body, times = pt.Body((1.25, 1.0, 0.75)), np.linspace(0, 1, 11)
     state = body.state((1, 0, 0, 0), omega_body=np.linspace((0, 0, 1), (0, 1, 1), 8))
     for run in (lambda: pt.propagate(pt.System(body), state, times), lambda: pt.free_motion(body, state, times)):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.integration.state_vector import BLOCK
+from poinsot.integration.state_vector import ROWS_PER_BLOCK
 from poinsot.taylor.dense_output import StoredSteps
 
 EPS = np.finfo(float).eps
@@ -67,7 +67,7 @@ def test_polynomials_at_ends_of_steps_are_those_of_the_side(sign):
 
 def test_a_motion_has_the_same_bits_for_many_times_as_for_few(top, start):
     motion = pt.propagate(top, start, [0.0, 5.0], dense=True)
-    times = np.linspace(0.0, 5.0, BLOCK + 3)
+    times = np.linspace(0.0, 5.0, ROWS_PER_BLOCK + 3)
     many, few = motion(times), motion(times[-5:])
     assert np.array_equal(many.quaternion[-5:], few.quaternion)
     assert np.array_equal(many.angular_momentum_body[-5:], few.angular_momentum_body)

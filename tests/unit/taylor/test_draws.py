@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from poinsot.taylor.draws import UNUSED, key_of, normals, uniform, uniforms, words
+from poinsot.taylor.draws import UNUSED_BITS, key_of, normals, uniform, uniforms, words
 
 MASK = 2**64 - 1
 
@@ -56,6 +56,6 @@ def test_members_seeds_and_samples_before_time_zero_have_numbers_of_their_own():
 
 
 def test_uniform_numbers_stay_between_zero_and_one():
-    least, most = (uniform(float(word >> UNUSED)) for word in (0, MASK))
+    least, most = (uniform(float(word >> UNUSED_BITS)) for word in (0, MASK))
     assert least == 2.0**-53
     assert most == 1 - 2.0**-53

@@ -30,7 +30,7 @@ from poinsot.taylor.kernel_program import KernelProgram
 from poinsot.taylor.kernels import Code, compiled, order_of
 from poinsot.taylor.layouts import Rolled
 from poinsot.taylor.queue import FOREVER, STEPS_IN_BLOCK, Output, Queue, Worker
-from poinsot.taylor.rescaling import LEAST_MOMENTUM, MOST_MOMENTUM
+from poinsot.taylor.rescaling import MAX_MOMENTUM, MIN_MOMENTUM
 from poinsot.taylor.tasks import Status
 
 EPS = np.finfo(float).eps
@@ -604,7 +604,7 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
         np.testing.assert_allclose(row[:, 0], exact, rtol=100 * EPS)
         np.testing.assert_allclose(row[:, 2], x + g * ((m1 - f / k) * (1 - decay) / k + f / k * times), rtol=4 * EPS)
     sizes = np.ldexp(np.linalg.norm(rows[:, -1, :2], axis=1), tasks["exponent"])
-    assert np.all((sizes > LEAST_MOMENTUM / 3) & (sizes < 3 * MOST_MOMENTUM))  # they were within as the last step began
+    assert np.all((sizes > MIN_MOMENTUM / 3) & (sizes < 3 * MAX_MOMENTUM))  # they were within as the last step began
     assert np.all(np.abs(tasks["exponent"]) > 10)
     np.testing.assert_array_equal(tasks["state"], rows[:, -1])
 

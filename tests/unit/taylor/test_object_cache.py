@@ -251,7 +251,7 @@ def test_all_that_decides_the_code_is_in_its_key(change, place, monkeypatch):
     elif change == "level":
         monkeypatch.setattr(llvm_ir, "CODE_GENERATION", 2)
     elif change == "format":
-        monkeypatch.setattr(llvm_ir, "FORMAT", -1)
+        monkeypatch.setattr(llvm_ir, "CODE_FORMAT", -1)
     elif change == "processor":
         monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: "generic")
     elif change == "features":

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from poinsot.taylor.decomposition import Decomposition, Product, Variable
-from poinsot.taylor.schedule import GROUP, Schedule
+from poinsot.taylor.schedule import MAX_SUMS_IN_LOOP, Schedule
 
 
 @pytest.mark.parametrize(("states", "products"), [(4, 9), (7, 28), (9, 60), (30, 200)])
@@ -15,7 +15,7 @@ def test_each_loop_goes_on_with_the_inner_sum_that_loads_the_fewest_rows(states,
     chosen = np.random.default_rng(states).choice(len(pairs), products, replace=products > len(pairs))
     operations = (*map(Variable, range(states)), *(Product(*pairs[k]) for k in chosen))
     groups = Schedule(Decomposition(operations, tuple(range(states)), 0)).groups
-    assert max(map(len, groups)) <= GROUP
+    assert max(map(len, groups)) <= MAX_SUMS_IN_LOOP
     left = {place: pairs[k] for place, k in enumerate(chosen)}
     for group in groups:
         firsts, seconds = set(), set()

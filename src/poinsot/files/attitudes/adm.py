@@ -23,11 +23,11 @@ from poinsot.printable import quoted
 
 Array = NDArray[np.float64]
 
-UNIT_SLACK = 1e-3
+NORM_TOLERANCE = 1e-3
 """Tolerance of |q| - 1 in a file of few digits."""
 
-SHORTEST_PERIOD = 1e-9
-"""Seconds."""
+MIN_PERIOD = 1e-9
+"""Shortest period, seconds."""
 
 QUATERNION = ("Q1", "Q2", "Q3", "QC")
 QUATERNION_DOT = tuple(f"{key}_DOT" for key in QUATERNION)
@@ -86,9 +86,9 @@ def read_attitudes(
     norms = np.linalg.norm(raw, axis=-1)
     error = np.abs(norms - 1)
     worst = int(np.argmax(error))
-    if not error[worst] <= UNIT_SLACK:
+    if not error[worst] <= NORM_TOLERANCE:
         place, norm = rows.places[worst], norms[worst]
-        raise ValueError(f"{place} must have a quaternion of unit norm to {UNIT_SLACK}, got |q| = {norm:.6g}.")
+        raise ValueError(f"{place} must have a quaternion of unit norm to {NORM_TOLERANCE}, got |q| = {norm:.6g}.")
     q, omega = raw / norms[:, None], None
     if form == "SPIN" and (not more or version >= "2"):
         omega = _spin_rate(q, rows, more)
@@ -151,7 +151,7 @@ def _spin_rate(q: Array, rows: Rows, nutation: str) -> Array:
         tilt, phase = rows.stacked("NUTATION", "NUTATION_PHASE", factor=np.pi / 180).T
         momentum = np.stack([np.sin(tilt) * np.cos(phase), -np.sin(tilt) * np.sin(phase), np.cos(tilt)], axis=-1)
         (period,) = rows.stacked("NUTATION_PER").T
-        wrong = np.flatnonzero(~(period > SHORTEST_PERIOD))
+        wrong = np.flatnonzero(~(period > MIN_PERIOD))
         if wrong.size:
             place, given = rows.places[wrong[0]], period[wrong[0]]
             raise ValueError(f"{place} must have a positive NUTATION_PER, got {given}.")

@@ -32,14 +32,14 @@ __all__ = ["read_ck", "spice_attitude", "write_ck"]
 
 Array = NDArray[np.float64]
 
-MARGIN = 1e-3
+COVERAGE_MARGIN = 1e-3
 """Seconds by which a C-kernel reaches beyond the first and the last attitude."""
 
-BLOCK = 50_000
-"""Times that are asked for together: SPICE takes about a second for them, and its process little memory."""
+TIMES_PER_CALL = 50_000
+"""Number of times in one call: SPICE takes about a second for them, and its process little memory."""
 
-TICKS = 1_000_000
-"""In a second of the clock of a C-kernel."""
+TICKS_PER_SECOND = 1_000_000
+"""Ticks in a second of the clock of a C-kernel."""
 
 OWN = "poinsot"
 """The name of the segments that are written here."""
@@ -137,7 +137,7 @@ def _table(
     spice: Kernels, frame: str, reference_frame: str, t: Array, calendar: Calendar, progress: Progress
 ) -> AttitudeTable:
     ets = np.atleast_1d(ET.converted(t, calendar))
-    blocks = np.array_split(ets, max(-(-ets.size // BLOCK), 1))
+    blocks = np.array_split(ets, max(-(-ets.size // TIMES_PER_CALL), 1))
     answers = []
     with bar("times", ets.size, progress) as told:
         for block in blocks:
@@ -262,13 +262,15 @@ def write_ck(
     first.precision = 9
     begin = Calendar(str(first.isot), "TDB")
     at_first = ET.time(f"{begin.zero} TDB")
-    zero = at_first - MARGIN  # of the clock
+    zero = at_first - COVERAGE_MARGIN  # of the clock
     seconds = np.asarray(begin.time(instants)) + (at_first - zero)
     names = {"frame": frame, "spacecraft": spacecraft, "number": 1000 * spacecraft, "clock": -spacecraft}
     others = (path.with_suffix(".tsc"), path.with_suffix(".tf"))
     with contextlib.ExitStack() as stack:
         kernel, clock, frames = (stack.enter_context(new_file(name, overwrite)) for name in (path, *others))
-        clock.write_text(CLOCK.format(**names, ticks=TICKS, zero=zero, date=begin.zero[:10]), encoding="ascii")
+        clock.write_text(
+            CLOCK.format(**names, ticks=TICKS_PER_SECOND, zero=zero, date=begin.zero[:10]), encoding="ascii"
+        )
         frames.write_text(FRAME.format(**names), encoding="ascii")
         with _opened(spice, kernel) as handle:
             _write_segment(spice, handle, table, seconds, 1000 * spacecraft, rates)
@@ -314,10 +316,13 @@ def _write_segment(spice: Any, handle: int, table: AttitudeTable, seconds: Array
     """Write the attitudes, as quaternions of the matrices from space to body, and rates along the space axes."""
     known = rates_per_second(table, rates)
     omega = np.zeros((seconds.size, 3)) if known is None else known
-    ends = [quat.product(table.quaternion[i], _small_turn(omega[i] * t)) for i, t in ((0, -MARGIN), (-1, MARGIN))]
+    ends = [
+        quat.product(table.quaternion[i], _small_turn(omega[i] * t))
+        for i, t in ((0, -COVERAGE_MARGIN), (-1, COVERAGE_MARGIN))
+    ]
     q = np.concatenate([ends[:1], table.quaternion, ends[1:]])
     along_space = quat.rotate(q, np.concatenate([omega[:1], omega, omega[-1:]]))
-    ticks = TICKS * np.concatenate([[0.0], seconds, [seconds[-1] + MARGIN]])
+    ticks = TICKS_PER_SECOND * np.concatenate([[0.0], seconds, [seconds[-1] + COVERAGE_MARGIN]])
     span, said = (ticks[0], ticks[-1]), known is not None
     spice.ckw03(
         handle, *span, number, "J2000", said, OWN, ticks.size, ticks, quat.conjugate(q), along_space, 1, ticks[:1]

@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.files.keys import Entry, Keys
-from poinsot.files.untrusted import MOST_BYTES, lazy_lines, read_text
+from poinsot.files.untrusted import MAX_BYTES, lazy_lines, read_text
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
 from poinsot.printable import quoted, shortened
-from poinsot.shapes.shape import HIGHEST_DEGREE
+from poinsot.shapes.shape import MAX_DEGREE
 
 __all__ = ["read_field"]
 
 Array = NDArray[np.float64]
 
 
-LARGEST = 1e100
-"""Number in a table: what it is multiplied with does not overflow."""
+MAX_NUMBER = 1e100
+"""Largest number in a table: its products do not overflow."""
 
-MOST_OF_HEADER = 1_000_000
+MAX_HEADER_CHARACTERS = 1_000_000
 """Characters."""
 
 
@@ -76,11 +76,11 @@ def read_field(
     >>> pt.files.read_field("g.tab", mass=1.0).degree
     2
     """
-    text, factor = read_text(path, MOST_BYTES), float(real_array("unit", unit, ()))
+    text, factor = read_text(path, MAX_BYTES), float(real_array("unit", unit, ()))
     refuse_nonpositive("unit", factor)
     try:
         table = _icgem(text) if "end_of_head" in text else _shadr(text)
-        last, highest = whole_degree(table.degree if degree is None else degree), min(table.degree, HIGHEST_DEGREE)
+        last, highest = whole_degree(table.degree if degree is None else degree), min(table.degree, MAX_DEGREE)
         if not 2 <= last <= highest:
             raise ValueError(f"degree must be from 2 to {highest}, got {last}. The table has {table.degree}.")
         C, S = _coefficients(table, last)
@@ -95,7 +95,7 @@ def read_field(
 
 def _shadr(text: str) -> _Table:
     lines = ((k, line) for k, line in lazy_lines(text) if line.strip())
-    header = _fields(next(lines, (0, ""))[1][:MOST_OF_HEADER])
+    header = _fields(next(lines, (0, ""))[1][:MAX_HEADER_CHARACTERS])
     if not 6 <= len(header) <= 8:
         raise ValueError(
             f"the header must have radius, GM, its error, degree, order and normalization, got {len(header)} fields."
@@ -114,7 +114,7 @@ ICGEM = Keys(("radius", "max_degree", "norm"))
 
 def _icgem(text: str) -> _Table:
     head, _, body = text.partition("end_of_head")
-    words = (line.split() for _, line in lazy_lines(head.rpartition("begin_of_head")[2][:MOST_OF_HEADER]))
+    words = (line.split() for _, line in lazy_lines(head.rpartition("begin_of_head")[2][:MAX_HEADER_CHARACTERS]))
     stated = (Entry(line[0], line[1], "the header") for line in words if len(line) >= 2 and ICGEM.resembles(line[0]))
     known = {key: entry.value for key, entry in ICGEM.by_key(stated).items()}
     for name in ("radius", "max_degree"):
@@ -180,7 +180,7 @@ def _number(line: int, field: str) -> float:
         number = float(field.upper().replace("D", "E"))
     except ValueError:
         number = math.nan
-    if not abs(number) < LARGEST:
+    if not abs(number) < MAX_NUMBER:
         raise ValueError(f"a number must be finite and below 1e100, got {quoted(field)} in {_place(line)}.")
     return number
 

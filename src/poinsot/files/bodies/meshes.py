@@ -20,8 +20,8 @@ from poinsot.shapes.mesh import Mesh
 
 __all__ = ["read_mesh"]
 
-MOST_BYTES = 200_000_000
-MOST_FACES = 5_000_000
+MAX_BYTES = 200_000_000
+MAX_FACES = 5_000_000
 
 KINDS = {".obj": "OBJ", ".tab": "OBJ", ".ply": "PLY", ".stl": "STL"}
 """Formats by the end of the name; a shape model in .tab is the lines of OBJ or a table of plates."""
@@ -33,10 +33,10 @@ PLATES = "a table of plates must be counts, rows of i x y z and rows of i a b c,
 
 VERTEX = re.compile(rb"vertex", re.IGNORECASE)
 
-FARTHEST = 1e50
-"""Of a vertex: moments, fifth powers of lengths, do not overflow."""
+MAX_COORDINATE = 1e50
+"""Largest coordinate of a vertex: moments, fifth powers of lengths, do not overflow."""
 
-SPARE = 16
+MAX_VERTICES_PER_FACE = 16
 """Vertices for each face above which a file is refused: each corner of a quadrilateral is 4, with normals and more."""
 
 SILENT = logging.NullHandler()
@@ -92,7 +92,7 @@ def read_mesh(
         raise ValueError(f"path must end in {', '.join(KINDS)}, got {shortened(path.name)}.")
     factor = float(real_array("unit", unit, ()))
     refuse_nonpositive("unit", factor)
-    content = read_bytes(path, MOST_BYTES)
+    content = read_bytes(path, MAX_BYTES)
     try:
         if path.suffix.lower() == ".tab" and TABLE.match(content):
             found = _plates(content.lstrip())
@@ -106,8 +106,8 @@ def read_mesh(
 
 
 def _refuse_many(faces: int) -> None:
-    if faces > MOST_FACES:
-        raise ValueError(f"a mesh must have at most {MOST_FACES} faces, got {faces}.")
+    if faces > MAX_FACES:
+        raise ValueError(f"a mesh must have at most {MAX_FACES} faces, got {faces}.")
 
 
 def _most_faces(kind: str, content: bytes) -> int:
@@ -117,7 +117,7 @@ def _most_faces(kind: str, content: bytes) -> int:
     if kind == "STL":
         binary = _is_binary(content)
         corners = (len(content) - 84) // 50 * 3 if binary else sum(1 for _ in VERTEX.finditer(content))
-        return _refuse_spare(corners or SPARE * 2000, corners // 3)
+        return _refuse_spare(corners or MAX_VERTICES_PER_FACE * 2000, corners // 3)
     header, found, _ = content.partition(b"end_header")
     if not found or len(header) > 100_000:
         raise ValueError("a PLY file must have a header with an end, got none.")
@@ -130,7 +130,7 @@ def _most_faces(kind: str, content: bytes) -> int:
 
 def _refuse_spare(vertices: int, faces: int) -> int:
     """Refuse far more vertices than faces can have, before they are read; return the number of faces."""
-    if vertices > SPARE * (faces + 1000):
+    if vertices > MAX_VERTICES_PER_FACE * (faces + 1000):
         given = f"{faces} faces for {vertices} vertices" if faces else "none"
         raise ValueError(f"the file must have faces, got {given}.")
     return faces
@@ -212,8 +212,8 @@ def _joined(points: Any, polygons: Any) -> tuple[NDArray[np.float64], NDArray[An
     """Return the points, each once, and triangles of them, without those that shrink to an edge."""
     with np.errstate(invalid="ignore"):  # a NaN of 32 bits may warn before it is refused
         vertices = real_array("vertices", points, (None, 3))
-    if np.any(np.abs(vertices) > FARTHEST):
-        raise ValueError(f"vertices must be within {FARTHEST:g}, got {np.max(np.abs(vertices)):g}.")
+    if np.any(np.abs(vertices) > MAX_COORDINATE):
+        raise ValueError(f"vertices must be within {MAX_COORDINATE:g}, got {np.max(np.abs(vertices)):g}.")
     order = np.lexsort(vertices.T)
     new = np.append(True, np.any(vertices[order][1:] != vertices[order][:-1], axis=1))[: len(vertices)]
     place = np.empty(len(vertices), dtype=np.int64)

@@ -33,7 +33,7 @@ METADATA = Keys(
 
 ACCELERATION = ("X_DDOT", "Y_DDOT", "Z_DDOT")
 
-MOST_DISTANCE, MOST_SPEED = 1e13, 299792.458
+MAX_DISTANCE, MAX_SPEED = 1e13, 299792.458
 """km, a light-year; km/s."""
 
 COMPONENTS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
@@ -92,7 +92,7 @@ def read_oem(
         raise ValueError(f"REF_FRAME in {name} must be {rule}, got {quoted(frame)}.")
     mu = attractor_mu(center, mu)
     table = rows.stacked(*COMPONENTS)
-    wrong = np.flatnonzero((np.abs(table) >= [MOST_DISTANCE] * 3 + [MOST_SPEED] * 3).any(axis=1))
+    wrong = np.flatnonzero((np.abs(table) >= [MAX_DISTANCE] * 3 + [MAX_SPEED] * 3).any(axis=1))
     if wrong.size:
         raise ValueError(f"{rows.places[wrong[0]]} must have km and km/s, got {rows.numbers[wrong[0]]}.")
     times, calendar = ccsds.times_of(rows, None if calendar is None else checked_calendar(calendar))

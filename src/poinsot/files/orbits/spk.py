@@ -18,12 +18,12 @@ from poinsot.quantities import Date
 
 __all__ = ["spice_orbit"]
 
-TOLERANCE = 1e-12
+POLYNOMIAL_TOLERANCE = 1e-12
 
-FARTHEST = 1e100
-"""km, above all that there is and below what overflows when it is squared."""
+MAX_DISTANCE = 1e100
+"""Largest distance, km: above all real ones, and its square does not overflow."""
 
-MOST_TIMES = 100_000
+MAX_TIMES = 100_000
 """At which positions are asked of small kernels; of larger ones at one more for each byte."""
 
 
@@ -84,7 +84,7 @@ def spice_orbit(
         mu = attractor_mu(origin, own_mu if mu is None else mu)
         rule = f"kernels must cover {quoted(target)} from {quoted(center)} at all times from start to stop"
 
-        left = MOST_TIMES + spice.size
+        left = MAX_TIMES + spice.size
 
         def position(times: NDArray[np.float64]) -> NDArray[np.float64]:
             nonlocal left
@@ -96,8 +96,8 @@ def spice_orbit(
                 )
             ets = ET.converted(times, calendar)
             found = spice.ask("positions", rule, target_id, frame, center_id, times=ets)[1][0]
-            if not np.all(np.abs(found) < FARTHEST):
-                raise ValueError(f"kernels must have positions within {FARTHEST:g} km, got others.")
+            if not np.all(np.abs(found) < MAX_DISTANCE):
+                raise ValueError(f"kernels must have positions within {MAX_DISTANCE:g} km, got others.")
             return found
 
         return Ephemeris.from_function(
@@ -105,7 +105,7 @@ def spice_orbit(
             position=position,
             start=first,
             stop=last,
-            tolerance=TOLERANCE,
+            tolerance=POLYNOMIAL_TOLERANCE,
             reference_frame="ICRF" if frame.upper() == "J2000" else frame.upper(),
             origin=origin,
             calendar=calendar,

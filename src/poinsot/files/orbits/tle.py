@@ -31,16 +31,16 @@ __all__ = ["omm_orbit", "tle_orbit"]
 MU_WGS72 = 398600.8
 """km3/s2, of the gravity field that SGP4 and the elements are made with."""
 
-TOLERANCE = 1e-10
-"""Of the polynomials, relative to the distance; SGP4 itself is good to a km."""
+POLYNOMIAL_TOLERANCE = 1e-10
+"""Tolerance of the polynomials, relative to the distance; SGP4 itself is accurate to a km."""
 
 VELOCITIES_COMPARED = 4001
 """Times at which SGP4's velocity is compared with the derivative of its position."""
 
-MOST_BETWEEN_VELOCITIES = 0.01
+MAX_VELOCITY_DIFFERENCE = 0.01
 """km/s. The difference is 4 m/s or less for all sets of Vallado et al. (2006) but object 23333, where it is 312 m/s."""
 
-MOST_CHARACTERS = 1_000_000
+MAX_CHARACTERS = 1_000_000
 
 LINES = (
     re.compile(
@@ -255,7 +255,7 @@ def _orbit(
         position=lambda times: along_axes(times)[0],
         start=first,
         stop=last,
-        tolerance=TOLERANCE,
+        tolerance=POLYNOMIAL_TOLERANCE,
         reference_frame=reference_frame,
         origin="EARTH",
         calendar=calendar,
@@ -270,9 +270,9 @@ def _warn_of_velocity(times: Array, differences: Array) -> None:
     """Warn where the derivative of SGP4's position, which is the velocity of the orbit, is far from SGP4's velocity."""
     sizes = np.linalg.norm(differences, axis=-1)
     worst = int(np.argmax(sizes))
-    if sizes[worst] > MOST_BETWEEN_VELOCITIES:
+    if sizes[worst] > MAX_VELOCITY_DIFFERENCE:
         warnings.warn(
-            f"the velocity of SGP4 must be within {MOST_BETWEEN_VELOCITIES} km/s of the derivative of its position, "
+            f"the velocity of SGP4 must be within {MAX_VELOCITY_DIFFERENCE} km/s of the derivative of its position, "
             f"got {sizes[worst]:.3g} km/s at t = {times[worst]:.10g}. velocity_at returns the derivative.",
             stacklevel=level_of_user(),
         )
@@ -311,7 +311,7 @@ def _in_icrf(places: Array, dates: Any) -> Array:
 def _set_of(lines: str | Sequence[str]) -> tuple[str, str]:
     """Return the two lines of the one set, checked."""
     if isinstance(lines, str):
-        if len(lines) > MOST_CHARACTERS:
+        if len(lines) > MAX_CHARACTERS:
             raise ValueError(f"lines must be one set of elements, got {len(lines)} characters.")
         lines = lines.splitlines()
     if not isinstance(lines, Sequence) or not all(isinstance(line, str) for line in lines):
@@ -359,7 +359,7 @@ def _fields_of(message: str | Mapping[str, Any]) -> dict[str, str]:
         if wrong:
             raise TypeError(f"message must be a mapping of texts and numbers, got {described(wrong[0])} in it.")
         found = [_entries_of_fields(message.items())]
-    elif len(message) > MOST_CHARACTERS:
+    elif len(message) > MAX_CHARACTERS:
         raise ValueError(f"message must be about one satellite, got {len(message)} characters.")
     else:
         found = _entries_of_text(message.strip().lstrip("\ufeff"))

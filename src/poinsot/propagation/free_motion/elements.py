@@ -40,13 +40,13 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int_]
 Flags = NDArray[np.bool_]
 
-MOST_ROUNDS = 64
+MAX_AGM_STEPS = 64
 """Of the arithmetic-geometric mean; six suffice unless 1 - m is below 1e-9, one more for every factor 1/4 of r'."""
 
-NOTHING = 1e-145
+MIN_MOMENTUM = 1e-145
 """The largest component of the momentum is of the order of one; a square of what is smaller has too few digits."""
 
-ENOUGH = 1e-17
+MEANS_TOLERANCE = 1e-17
 """The relative difference of the two means at which the next round ends below 1e-33."""
 
 
@@ -174,7 +174,7 @@ def _scaled_momentum(principal: Array, state: State) -> tuple[tuple[DoubleDouble
     high = np.stack([x.hi for x in g], axis=-1)
     second, at_rest = _exponent(high), np.all(high == 0, axis=-1)
     g1, g2, g3 = (x.scaled(np.exp2(-second)[()]) for x in g)
-    g1, g2, g3 = (pick(np.abs(x.hi) < NOTHING, 0.0, x) for x in (g1, g2, g3))
+    g1, g2, g3 = (pick(np.abs(x.hi) < MIN_MOMENTUM, 0.0, x) for x in (g1, g2, g3))
     return (g1, g2, pick(at_rest, 1.0, g3)), first + second, at_rest
 
 
@@ -204,8 +204,8 @@ def _mean(small: DoubleDouble) -> DoubleDouble:
     """Return AGM(1, small), 0 if small is."""
     a, b = DoubleDouble(np.ones_like(small.hi)[()]), small
     done: Flags = small.hi == 0
-    for _ in range(MOST_ROUNDS):
-        ends = abs(a.hi - b.hi) <= ENOUGH * a.hi
+    for _ in range(MAX_AGM_STEPS):
+        ends = abs(a.hi - b.hi) <= MEANS_TOLERANCE * a.hi
         a, b = pick(done, a, (a + b).scaled(0.5)), (a * b).sqrt()
         done = done | ends
         if np.all(done):
@@ -217,11 +217,11 @@ def _mean_and_sum(small: DoubleDouble, p: DoubleDouble) -> tuple[DoubleDouble, D
     """Return AGM(1, small), 0 if small is, and the sum of Q_n; all n of them make 2 if small is 0."""
     a, b, term, total = DoubleDouble(np.ones_like(small.hi)[()]), small, DoubleDouble(1.0), DoubleDouble(1.0)
     done: Flags = small.hi == 0
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_AGM_STEPS):
         square, product = p * p, a * b
         term = (term * ((square - product) / (square + product))).scaled(0.5)
         total, p = pick(done, total, total + term), (p + product / p).scaled(0.5)
-        ends = (abs(a.hi - b.hi) <= ENOUGH * a.hi) & (abs(term.hi) <= ENOUGH**2)
+        ends = (abs(a.hi - b.hi) <= MEANS_TOLERANCE * a.hi) & (abs(term.hi) <= MEANS_TOLERANCE**2)
         a, b = pick(done, a, (a + b).scaled(0.5)), product.sqrt()
         done = done | ends  # the rounds of others do not change it
         if np.all(done):

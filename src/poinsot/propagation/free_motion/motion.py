@@ -41,8 +41,8 @@ __all__ = ["free_motion"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 8192
-"""Attitudes computed together: their intermediate results stay in the second cache of a processor."""
+ATTITUDES_PER_BLOCK = 8192
+"""Number of attitudes computed together: their intermediate results stay in the second cache of a processor."""
 
 SIZES = {"quaternion": 4, "angular_momentum_body": 3}
 """What a motion is made of."""
@@ -154,8 +154,8 @@ class _Rotation:
         """Return q and g at times; shapes (..., n, 4) and (..., n, 3)."""
         shape = (*np.shape(self.time), times.size)
         q, g = np.empty((*shape, 4)), np.empty((*shape, 3))
-        for i in range(0, times.size, BLOCK):
-            block = slice(i, i + BLOCK)
+        for i in range(0, times.size, ATTITUDES_PER_BLOCK):
+            block = slice(i, i + ATTITUDES_PER_BLOCK)
             elapsed = DoubleDouble.difference(times[block], np.asarray(self.time)[..., None])
             turned, along = self.theta.motion(elapsed)
             q[..., block, :], g[..., block, :] = turned @ self.to_q, along @ self.to_g
@@ -166,7 +166,7 @@ def _ensemble(body: Body, state: State, times: Array) -> Phase:
     """Return q and g of all members; shapes (members, n, 4) and (members, n, 3)."""
     shape = (len(state.quaternion), times.size)
     phase = {name: np.empty((*shape, size)) for name, size in SIZES.items()}
-    for chosen, rotation in _rotations(body, state, max(1, BLOCK // times.size)):
+    for chosen, rotation in _rotations(body, state, max(1, ATTITUDES_PER_BLOCK // times.size)):
         for name, values in rotation.phase(times).items():
             phase[name][chosen] = values
     return phase

@@ -41,10 +41,10 @@ Coefficients = tuple[Complex | float, Complex | float, Array | float]
 Place = TypeVar("Place")
 """Reduced argument of the functions."""
 
-NEGLIGIBLE = 2.0**-56
-"""The size of the first term that is left out of a series that begins with one."""
+MAX_OMITTED_TERM = 2.0**-56
+"""Size of the first omitted term of a series that begins with one."""
 
-AT_REST = 1e3
+LIMITING_ARGUMENT = 1e3
 """An x at which the hyperbolic functions have their limits: that of a body turning about its middle axis."""
 
 
@@ -180,7 +180,7 @@ class Near(Theta[NearPlace]):
         length = pick(mean.hi == 0, 1.0, (PI * other / mean).scaled(0.5))
         self.length = _columns(length)
         self.rate = _columns(pick(still, 0.0, (self.e.rate * other).scaled(0.5)))
-        self.start_x = _column(np.where(still, np.sign(self.start) * AT_REST, 0.5 * other.hi * self.start))
+        self.start_x = _column(np.where(still, np.sign(self.start) * LIMITING_ARGUMENT, 0.5 * other.hi * self.start))
         self.drift = _column(np.where(mean.hi == 0, 0.0, 2 / np.pi * mean.hi * self.pole))  # v0/K
         self.nome = np.where(self.endless, 0.0, np.exp(-self.length.hi))
         self.pole_angle = _column(0.5 * other.hi * self.pole)
@@ -235,7 +235,7 @@ class Near(Theta[NearPlace]):
 
 def _terms(nome: Array, exponent: Callable[[int], int]) -> Integers:
     """Return the number of the last term that counts, of each member: others do not add terms to its sums."""
-    return np.asarray(np.argmax([nome ** exponent(n + 1) < NEGLIGIBLE for n in range(10)], axis=0))[()]
+    return np.asarray(np.argmax([nome ** exponent(n + 1) < MAX_OMITTED_TERM for n in range(10)], axis=0))[()]
 
 
 def _radians(turns: DoubleDouble) -> Array:

@@ -33,7 +33,7 @@ def test_spice_finds_attitudes_and_rates_by_the_clock(kernels):
     try:
         segment = spice.ckcov(str(kernels[0]), -1000000, True, "SEGMENT", 0.0, "SCLK", spice.cell_double(10))
         first, last = spice.wnfetd(segment, 0)
-        found = [spice.ckgpav(-1000000, tick, 0.0, "J2000") for tick in first + 1e6 * (TIMES + ck.MARGIN)]
+        found = [spice.ckgpav(-1000000, tick, 0.0, "J2000") for tick in first + 1e6 * (TIMES + ck.COVERAGE_MARGIN)]
     finally:
         spice.kclear()
     assert last - first == pytest.approx(10.002e6, abs=0.2)
@@ -205,8 +205,8 @@ def test_rates_at_some_times_only_are_an_error(kernels, monkeypatch):
         )
     spice.ckcls(handle)
     two = [path, *kernels[1:]]
-    for block in (ck.BLOCK, 2):
-        monkeypatch.setattr(ck, "BLOCK", block)
+    for block in (ck.TIMES_PER_CALL, 2):
+        monkeypatch.setattr(ck, "TIMES_PER_CALL", block)
         with pytest.raises(
             ValueError,
             match=r"^kernels must have rates of 'SC_BODY_1' at all times or at none, got rates at 2026-11-21T"
@@ -233,10 +233,10 @@ def test_blocks_of_times_give_the_same_as_all_together(kernels, monkeypatch):
         return pt.files.spice_attitude("SC_BODY_1", TIMES, kernels, calendar=CALENDAR)
 
     whole = table()
-    monkeypatch.setattr(ck, "BLOCK", 3)
+    monkeypatch.setattr(ck, "TIMES_PER_CALL", 3)
     np.testing.assert_array_equal(table().quaternion, whole.quaternion)
     np.testing.assert_array_equal(table().omega_body, whole.omega_body)
-    assert len(TIMES) > 2 * ck.BLOCK
+    assert len(TIMES) > 2 * ck.TIMES_PER_CALL
 
 
 def test_blocks_of_times_are_told(kernels, monkeypatch):
@@ -246,7 +246,7 @@ def test_blocks_of_times_are_told(kernels, monkeypatch):
         told.append((what, total, wanted))
         return contextlib.nullcontext(told.append)
 
-    monkeypatch.setattr(ck, "BLOCK", 3)
+    monkeypatch.setattr(ck, "TIMES_PER_CALL", 3)
     monkeypatch.setattr(ck, "bar", noted)
     pt.files.spice_attitude("SC_BODY_1", TIMES[:8], kernels, calendar=CALENDAR, progress=True)
     assert told == [("times", 8, True), 3, 3, 2]

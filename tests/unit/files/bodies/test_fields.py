@@ -6,7 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import poinsot as pt
-from poinsot.shapes.shape import HIGHEST_DEGREE
+from poinsot.shapes.shape import MAX_DEGREE
 
 FIELD = pt.shapes.Mesh(
     [(0.0, 0, 0), (1.5, 0.2, 0), (0.1, 1.2, -0.1), (0.3, 0.4, 1.1)],
@@ -69,7 +69,7 @@ def test_degree_and_unit(tmp_path):
         read(tmp_path, shadr(), 5)
     with pytest.raises(TypeError, match=r"degree must be a whole number of at most 63 bits, got float 3\.0\."):
         read(tmp_path, shadr(), 3.0)
-    with pytest.raises(ValueError, match=f"degree must be from 2 to {HIGHEST_DEGREE}, got 90"):
+    with pytest.raises(ValueError, match=f"degree must be from 2 to {MAX_DEGREE}, got 90"):
         read(tmp_path, shadr(degree=90))
     assert read(tmp_path, shadr([*rows(), (90, 3, 1e-9, 1e-9)], degree=90), 4).degree == 4
     with pytest.raises(ValueError, match="unit must be positive"):

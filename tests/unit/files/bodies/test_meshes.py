@@ -206,11 +206,11 @@ def test_bad_files_end_in_one_sentence(name, content, sentence, tmp_path):
 
 def test_too_large_files_and_other_formats_are_refused(tmp_path, monkeypatch):
     path = written(tmp_path, "box.stl", stl_binary())
-    monkeypatch.setattr(meshes, "MOST_FACES", 11)
+    monkeypatch.setattr(meshes, "MAX_FACES", 11)
     for name in ("box.stl", "box.obj", "text.ply", "text.stl", "plates.tab", "counts.TAB"):
         with pytest.raises(ValueError, match="a mesh must have at most 11 faces, got 12"):
             pt.files.read_mesh(written(tmp_path, name, FILES.get(name, stl_binary())), mass=1)
-    monkeypatch.setattr(meshes, "MOST_BYTES", 100)
+    monkeypatch.setattr(meshes, "MAX_BYTES", 100)
     with pytest.raises(ValueError, match="must have at most 100 bytes, got more"):
         pt.files.read_mesh(path, mass=1)
     with pytest.raises(ValueError, match=r"path must end in \.obj, \.tab, \.ply, \.stl, got box\.glb"):

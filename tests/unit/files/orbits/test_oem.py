@@ -323,7 +323,7 @@ def test_files_that_are_none(tmp_path, monkeypatch):
         pt.files.read_oem(tmp_path)
     with pytest.raises(ValueError, match=r"^/dev/zero must be a file, got a folder or a device\.$"):
         pt.files.read_oem("/dev/zero")
-    monkeypatch.setattr(strangers, "MOST_OF_MESSAGE", 100)
+    monkeypatch.setattr(strangers, "MAX_MESSAGE_BYTES", 100)
     (tmp_path / "long.oem").write_text(WHOLE)
     with pytest.raises(ValueError, match=r"long\.oem must have at most 100 bytes, got more\.$"):
         pt.files.read_oem(tmp_path / "long.oem")

@@ -20,7 +20,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from poinsot import paper
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.chaos import lyapunov_spectrum
 from poinsot.analysis.equilibrium import equilibria
@@ -46,8 +45,9 @@ from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.run_record import versions
+from poinsot.validation import paper
 
-__all__ = ["CASES", "Case", "Row", "installation", "rows_of"]
+__all__ = ["CASES", "Case", "Comparison", "comparisons_of", "installation"]
 
 Array = NDArray[np.float64]
 Comparisons = Iterator[tuple[str, ArrayLike, ArrayLike, float]]
@@ -58,7 +58,7 @@ INTEGRATED, CLOSED_FORM = "integrated", "closed form"
 
 
 @dataclass(frozen=True)
-class Row:
+class Comparison:
     """Comparison of one quantity with its reference value: largest absolute difference and tolerance."""
 
     quantity: str
@@ -93,15 +93,15 @@ def case(title: str, source: str) -> Callable[[Compare], Compare]:
     return add
 
 
-def rows_of(case: Case) -> list[Row]:
+def comparisons_of(case: Case) -> list[Comparison]:
     """Return the comparisons of a case; if it does not run, one that fails and says why."""
     try:
         return [
-            Row(quantity, float(np.max(np.abs(np.subtract(value, expected)))), bound)
+            Comparison(quantity, float(np.max(np.abs(np.subtract(value, expected)))), bound)
             for quantity, value, expected, bound in case.compare()
         ]
     except Exception as error:
-        return [Row(f"stopped by {type(error).__name__}: {error}", np.nan, np.nan)]
+        return [Comparison(f"stopped by {type(error).__name__}: {error}", np.nan, np.nan)]
 
 
 def installation() -> str:
@@ -324,13 +324,13 @@ CIRCLE = KeplerOrbit(1.7, semimajor_axis=1.3, eccentricity=0.0, inclination=0.4,
 PHOBOS_MOMENTS = (0.3615, 0.4265, 0.5024)  # over M R^2; radial, transverse, normal
 PHOBOS_FREQUENCY = 0.6230063745604
 SLIMNESS = 1e-9  # of the dumbbell, which slows both its librations by the factor sqrt(1 - slimness)
-SMALL = 1e-5  # radians: the frequency is off by less than the square of it
+SMALL_AMPLITUDE = 1e-5  # radians: the frequency is off by less than the square of it
 
 
 @case("Librations on a circle", "linear theory; Phobos: unit test of Tudat")
 def _librations() -> Comparisons:
     """Compare the frequencies of small librations, over the mean motion."""
-    pitch, roll = (0.0, 0.0, SMALL), (0.0, -SMALL, 0.0)
+    pitch, roll = (0.0, 0.0, SMALL_AMPLITUDE), (0.0, -SMALL_AMPLITUDE, 0.0)
     dumbbell, slower = (SLIMNESS, 1.0, 1.0), np.sqrt(1 - SLIMNESS)
     yield "dumbbell in the plane, sqrt(3) n", _frequency(dumbbell, pitch, 1), np.sqrt(3) * slower, 5e-10
     yield "dumbbell across the plane, 2 n", _frequency(dumbbell, roll, 2), 2 * slower, 5e-10
