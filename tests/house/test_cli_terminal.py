@@ -242,7 +242,7 @@ import threading
 from poinsot.integration import run
 from poinsot.display import progress
 progress.PATIENCE = 0.05
-for owner, name in ((run.Run, "_advance"),):
+for owner, name in ((run.Slab, "advance"),):
     def slow(*arguments, right=getattr(owner, name)):
         for thread in threading.enumerate():
             if isinstance(thread, threading.Timer):

@@ -21,7 +21,7 @@ from poinsot.cli.terminal import (
     opened,
     say,
 )
-from poinsot.display.progress import Report, bar
+from poinsot.display.progress import ReportProgress, bar
 
 __all__ = ["paper", "verify"]
 
@@ -131,7 +131,7 @@ def _show(console: Any, found: list[Any], failed: int, installation: str) -> Non
     console.print(installation, highlight=False)
 
 
-def _bar(what: str, total: int, console: Any) -> AbstractContextManager[Report]:
+def _bar(what: str, total: int, console: Any) -> AbstractContextManager[ReportProgress]:
     """Return a bar where tables go, if that is a terminal, else on the standard error."""
     from rich.console import Console
 

@@ -56,7 +56,7 @@ def momentum_scale(system: AnyDynamics, state: AnyState) -> Any:
     The size for one body is the larger of |g| and the momentum that the forces would give a body at rest, or 1 if both
     are zero. The size for two bodies refers to the primary.
     """
-    return next(iter(momentum_scales(system, state).values()))
+    return next(iter(momentum_scales(system, state, torque_scale(system)).values()))
 
 
 def momentum_scale_of_members(system: BodyDynamics, state: State) -> Any:
@@ -82,13 +82,14 @@ def fastest_rates(system: System, state: AnyState) -> Array:
     return np.where(moving, rates, own) if moving.ndim or not moving else rates
 
 
-def momentum_scales(system: AnyDynamics, state: AnyState) -> dict[str, Any]:
+def momentum_scales(system: AnyDynamics, state: AnyState, torque: Any) -> dict[str, Any]:
     """Return the approximate sizes of the angular momenta along the motion from a state, by the name of the body.
 
+    `torque` is the angular momentum that corresponds to the torques, see `torque_scale`.
     The size for one of two bodies is the larger of |g| and the momentum of a body that rotates with the orbit.
     """
     if isinstance(system, BodyDynamics):
-        return {"": _momentum_scale(system, state.of_bodies[""], torque_scale(system))}
+        return {"": _momentum_scale(system, state.of_bodies[""], torque)}
     rate = orbital_rate(system, state)
     moments = [np.max(np.asarray(body.moments), axis=-1) for body in system.of_bodies.values()]
     return {

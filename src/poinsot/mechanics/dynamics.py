@@ -29,7 +29,8 @@ from poinsot.mechanics.members import EveryMember
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part, named_parts
 from poinsot.mechanics.state import AnyState, Phase
-from poinsot.printable import nearest, quoted
+from poinsot.printable import quoted
+from poinsot.suggestions import nearest
 
 __all__ = ["AnyDynamics", "Dynamics", "Start", "Turning", "Vectors", "by_class", "scalars", "stacked"]
 

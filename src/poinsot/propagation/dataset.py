@@ -166,10 +166,10 @@ def text_of_parts(parts: Iterable[Part | RecordedPart]) -> str:
 
 
 def text_of_jumps(parts: Iterable[Part | RecordedPart]) -> str:
-    """Return the text of a file about the times of jumps: the period and the phase of each part, also of members."""
+    """Return the text of a file about the times of jumps: the period and the offset of each part, also of members."""
     each = {part.name: part.jump for part in parts if part.jump is not None}
     return json.dumps(
-        {name: [np.asarray(x).tolist() for x in (jump.period, jump.phase)] for name, jump in each.items()}
+        {name: [np.asarray(x).tolist() for x in (jump.period, jump.offset)] for name, jump in each.items()}
     )
 
 
@@ -186,9 +186,9 @@ def read_parts(text: str, jumps: str = "{}") -> tuple[RecordedPart, ...]:
     return parts
 
 
-def _read_jump(period: ArrayLike, phase: ArrayLike) -> Jump:
-    jump = Jump(np.asarray(period, dtype=float), np.asarray(phase, dtype=float))
-    if not (np.all(np.isfinite([*np.ravel(jump.period), *np.ravel(jump.phase)])) and np.all(jump.period > 0)):
+def _read_jump(period: ArrayLike, offset: ArrayLike) -> Jump:
+    jump = Jump(np.asarray(period, dtype=float), np.asarray(offset, dtype=float))
+    if not (np.all(np.isfinite([*np.ravel(jump.period), *np.ravel(jump.offset)])) and np.all(jump.period > 0)):
         raise ValueError(f"jumps must have finite times and positive periods, got {jump}.")
     return jump
 

@@ -60,7 +60,7 @@ def ensemble_of_motions(
         Entries about the scenario, which a store contains.
     """
     size, variables = state.time.size, integrator.variables
-    report = Report(np.zeros(size, dtype=int), tolerance=integrator.tolerance, wall_time=np.nan)
+    report = Report(np.zeros(size, dtype=int), tolerance=integrator.settings.tolerance, wall_time=np.nan)
     whole = integrator.trajectory(state, _NoRows(variables, size, times), report, times)
     whole._complete(provenance=provenance)
     run, events, columns = whole.run, integrator.problem.events, whole._reader.table
@@ -72,7 +72,7 @@ def ensemble_of_motions(
         "states": (dict(state.phase), state.time, *state.jumped.items()),
         "times": times,
         "events": events,
-        "settings": (variables.formulation.name, integrator.tolerance, integrator.device),
+        "settings": (variables.formulation.name, integrator.settings.tolerance, integrator.settings.device),
     }
     return Ensemble(
         members=size,
@@ -118,7 +118,8 @@ def _integrated(
     integrator: Integrator, state: AnyState, times: Array, members: slice, names: tuple[str, ...], progress: Progress
 ) -> ChunkResult:
     """Integrate some members."""
-    some = dataclasses.replace(members_of(integrator, members), progress=progress)
+    some = members_of(integrator, members)
+    some = dataclasses.replace(some, settings=integrator.settings._replace(progress=progress))
     motion, report = some.motion(members_of(state, members), times)
     rows, extra = motion._reader.read(names), told_crossings(motion, members.start)
     return ChunkResult.of(motion, members.start, rows, extra, report.interrupted)

@@ -27,7 +27,7 @@ from pydantic import (
 
 from poinsot.errors import real_numbers
 from poinsot.integration.formulations import formulations
-from poinsot.integration.precision import PRECISIONS
+from poinsot.integration.settings import PRECISIONS
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit

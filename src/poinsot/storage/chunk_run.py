@@ -187,7 +187,7 @@ def _in_store(
             with writing(out):
                 held = until_then.enter_context(lease(out))
                 store = EnsembleStore(out)
-                store.mend(description.frame(store.chunk))
+                store.mend(description.header(store.chunk))
             store = EnsembleStore(out)
             task, left = ChunkTask.of(ensemble, plan, selection, store.chunk), np.flatnonzero(~store.whole).tolist()
             _run(task, plan.client, left, store.finished, shown, lambda _: held.check())

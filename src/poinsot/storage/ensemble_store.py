@@ -45,12 +45,12 @@ if TYPE_CHECKING:
 __all__ = [
     "MAX_CHUNK_BYTES",
     "EnsembleStore",
-    "Frame",
+    "StoreHeader",
     "Variables",
     "block_of",
     "coordinates_of",
     "dataset_of_arrays",
-    "frame_of",
+    "header_of",
     "plain_variables",
     "save_in_chunks",
 ]
@@ -184,7 +184,7 @@ class EnsembleStore:
         self.described[name].written(self.folder / name, values, number)
         synced(self.folder / name)
 
-    def mend(self, frame: Frame) -> None:
+    def mend(self, header: StoreHeader) -> None:
         """Write what is the same for all chunks anew if it is damaged or says other things, such as another title.
 
         Chunks that are damaged count as missing, and what writers left is removed. All of the store is read.
@@ -192,9 +192,9 @@ class EnsembleStore:
         for part in self.folder.rglob("*.part"):
             part.unlink(missing_ok=True)
         kept = {name: value for name, value in self.attributes.items() if name.startswith("version_")}
-        frame = frame._replace(attributes={**frame.attributes, **kept})
-        if (self.described, self.attributes) != (frame.described, frame.attributes) or not self._is_sound():
-            frame.write(self.folder)
+        header = header._replace(attributes={**header.attributes, **kept})
+        if (self.described, self.attributes) != (header.described, header.attributes) or not self._is_sound():
+            header.write(self.folder)
         for number in np.flatnonzero(self.whole).tolist():
             try:
                 self._check_chunk(number)
@@ -228,7 +228,7 @@ class EnsembleStore:
         fixed = {name: array for name, array in self.arrays.items() if not array.about.chunk}
         values = {name: (array.about.dims, np.asarray(array), array.about.attributes) for name, array in fixed.items()}
         folder.mkdir()
-        Frame(values, self.described, {**self.attributes, **attributes}).write(folder)
+        StoreHeader(values, self.described, {**self.attributes, **attributes}).write(folder)
         for number in np.flatnonzero(self.whole).tolist():
             self._check_chunk(number)
             for name, key in ((name, about.key(number)) for name, about in self.sharded.items() if not about.is_empty):
@@ -267,7 +267,7 @@ class EnsembleStore:
         return dataset_of_arrays(self.arrays, said)
 
 
-class Frame(NamedTuple):
+class StoreHeader(NamedTuple):
     """What a store has before its chunks.
 
     Attributes
@@ -293,9 +293,9 @@ class Frame(NamedTuple):
         write_group(folder, self.described, self.attributes)
 
 
-def frame_of(
+def header_of(
     fixed: xarray.Dataset, rows: Mapping[str, Described], members: int, chunk: int, about: Attributes
-) -> Frame:
+) -> StoreHeader:
     """Return the content of a store before its chunks.
 
     Parameters
@@ -314,7 +314,7 @@ def frame_of(
     block = block_of(chunk, max((each.member_bytes for each in rows.values()), default=1))
     shards = {name: each.in_shards(chunk, block) for name, each in rows.items()}
     store = {"format": STORE_FORMAT, "members": members, "chunk": chunk, **about}
-    return Frame(
+    return StoreHeader(
         whole, {**described, **shards}, plain_attributes({**fixed.attrs, **coordinates_of(fixed), "store": store})
     )
 
@@ -332,7 +332,7 @@ def save_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any])
     folder.mkdir()
     rows = plain_variables(data[names].drop_vars(data.coords, errors="ignore"))
     described = {name: Described.of(*each) for name, each in rows.items()}
-    frame_of(data.drop_vars(names), described, members, chunk, summary).write(folder)
+    header_of(data.drop_vars(names), described, members, chunk, summary).write(folder)
     store = EnsembleStore(folder)
     for number in range(store.whole.size):
         own = store.members_of(number)

@@ -12,7 +12,7 @@ from poinsot.atomic_write import exists, new_folder
 from poinsot.printable import shortened
 from poinsot.storage.chunk_plan import Plan, Selection, with_thinned_times
 from poinsot.storage.ensemble import Ensemble, Result
-from poinsot.storage.ensemble_store import EnsembleStore, Frame, frame_of
+from poinsot.storage.ensemble_store import EnsembleStore, StoreHeader, header_of
 from poinsot.storage.fingerprint import fingerprint
 from poinsot.storage.run_record import versions
 from poinsot.storage.zarr_group import GROUP, Described, StoreError
@@ -62,16 +62,16 @@ class StoreDescription:
         rows = {name: options.described(ensemble.variables[name]) for name, options in stored.items()}
         return cls(with_thinned_times(ensemble.fixed, stored), rows, ensemble.members, problem)
 
-    def frame(self, chunk: int) -> Frame:
+    def header(self, chunk: int) -> StoreHeader:
         """Return the content of the store before its chunks of so many members."""
-        return frame_of(self.fixed, self.rows, self.members, chunk, {"problem": self.problem})
+        return header_of(self.fixed, self.rows, self.members, chunk, {"problem": self.problem})
 
     def make(self, out: Path, chunk: int) -> None:
         """Make the store without chunks, unless another run makes it at this moment."""
         try:
             with writing(out), new_folder(out, False, GROUP) as part:
                 part.mkdir()
-                self.frame(chunk).write(part)
+                self.header(chunk).write(part)
         except UnwritableError:
             if not out.exists():
                 raise

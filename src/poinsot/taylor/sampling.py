@@ -20,7 +20,7 @@ __all__ = ["SAMPLE", "Jumps", "Sampling", "Update"]
 SAMPLE = "sample"
 """The field of a lane with the time of its next sample."""
 
-SAMPLE_FIELDS = ("numbers", "periods", "phases")
+SAMPLE_FIELDS = ("numbers", "periods", "offsets")
 """Fields of the samples of each part: number of the next one, time between two, and time of number 0."""
 
 
@@ -96,8 +96,8 @@ class Sampling(KernelPart):
 
     @staticmethod
     def _time(work: Work, place: Value) -> Value:
-        number, period, phase = (work.array(name)[place] for name in SAMPLE_FIELDS)
-        return number * period + phase
+        number, period, offset = (work.array(name)[place] for name in SAMPLE_FIELDS)
+        return number * period + offset
 
     def _jump(self, jumps: Jumps, work: Work, lane: Value) -> None:
         """Update the variables of a lane, one part after another."""

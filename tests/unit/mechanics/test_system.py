@@ -269,3 +269,11 @@ def test_results_with_numbers_belong_to_one_system_and_no_pickle_contains_them()
     first.results["sum"] = lambda: 2.0  # no pickle can contain a function within a function
     assert "sum" not in second.results
     assert "sum" not in pickle.loads(pickle.dumps(first)).results
+
+
+@pytest.mark.parametrize(
+    ("word", "symbol"),
+    [("seconds", "s"), ("sec", "s"), ("Minutes", "min"), ("hours", "h"), ("days", "d"), ("years", "yr"), ("TU", "TU")],
+)
+def test_words_for_units_of_time(word, symbol):
+    assert pt.System(pt.Body((1.0, 1.0, 1.0)), units={"time": word}).units["time"] == symbol
