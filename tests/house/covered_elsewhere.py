@@ -123,7 +123,7 @@ COVERED_BY = {
     "storage/store_opening.py": "unit/storage/test_chunk_run.py",
     "storage/zarr_group.py": "unit/storage/test_ensemble_store.py",
     "taylor/canonical_form.py": "unit/taylor/test_lowering.py",
-    "taylor/llvm_ir.py": "unit/taylor/test_kernels.py",
+    "taylor/llvm_ir.py": "oracles/test_quadruple_precision.py",
     "taylor/memory.py": "unit/taylor/test_kernels.py",
     "taylor/queue.py": "unit/taylor/test_kernels.py",
     "taylor/recurrences.py": "unit/taylor/test_kernels.py",
