@@ -357,17 +357,17 @@ def test_what_a_reduction_raises_is_not_of_the_store(error, tmp_path):
 
 
 def test_a_store_that_another_run_makes_at_the_same_time_stays(tmp_path, monkeypatch):
-    out, plain = tmp_path / "it.zarr", ensemble_store.Frame.write
+    out, plain = tmp_path / "it.zarr", ensemble_store.StoreHeader.write
 
     def second(frame, folder):
         plain(frame, folder)
         if not out.exists():
-            monkeypatch.setattr(ensemble_store.Frame, "write", plain)
+            monkeypatch.setattr(ensemble_store.StoreHeader, "write", plain)
             run(out)
             times.append((out / "zarr.json").stat().st_mtime_ns)
 
     times: list[int] = []
-    monkeypatch.setattr(ensemble_store.Frame, "write", second)
+    monkeypatch.setattr(ensemble_store.StoreHeader, "write", second)
     run(out)
     assert (out / "zarr.json").stat().st_mtime_ns == times[0]
 
