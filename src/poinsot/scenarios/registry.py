@@ -42,7 +42,7 @@ from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses
 
-__all__ = ["RENAMED", "Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
+__all__ = ["RENAMED", "RENAMED_TYPES", "Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
 
 Group = str | type
 """What a table makes: one of `BASES`, or a record of a class that another one has among its fields."""
@@ -64,6 +64,9 @@ PACKAGES = ("control", "forces", "orbits", "parts", "shapes", "files.bodies", "f
 RENAMED = {("Sampled", "phase"): "offset"}
 """Present names of keys, by the type of their table and the former name. Scenario files and results of earlier versions
 contain the former names; only the present ones are written."""
+
+RENAMED_TYPES = {"in_metres": "kilometres_to_metres", "orbit_sum": "composite_orbit"}
+"""Present types of tables, by the former name in files of earlier versions."""
 
 
 @dataclasses.dataclass(frozen=True)
