@@ -92,7 +92,7 @@ def state_vector(problem: Problem, state: AnyState, formulation: Formulation, pr
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         orbits, views = shared_blocks(smooth.orbits, lambda _: True)
         comoving = StateVector(formulation, scale, parts, orbits, views, comoving=True, torque_scale=torque)
-        if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):
+        if set(comoving.views) == {0} and _can_be_comoving(smooth, comoving):
             return comoving.sharing(smooth.alike.by_variables)
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
     variables = StateVector(formulation, scale, parts, orbits, views, ratios=ratios, torque_scale=torque)
@@ -176,11 +176,15 @@ def counting(problem: Problem, variables: StateVector) -> Evaluator:
 
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
     """Return True if no formula reads the space axes themselves, whatever its numbers."""
-    try:
-        _traced(problem, variables)
-    except functions.NotComoving:
-        return False
-    return True
+    known = problem.alike
+    if "can be comoving" not in known:
+        try:
+            _traced(problem, variables)
+            known["can be comoving"] = True
+        except functions.NotComoving:
+            known["can be comoving"] = False
+    found: bool = known["can be comoving"]
+    return found
 
 
 @dataclass(frozen=True)

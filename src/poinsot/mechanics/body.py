@@ -82,7 +82,7 @@ class Body(Parametric):
     """The shape that the body was made of by `from_shape`."""
     semiaxes: ClassVar[Any] = None
     """Those of the ellipsoid along the body axes that the body was made of."""
-    beside: ClassVar[Mapping[str, tuple[int, ...]]] = {"mass": (), "semiaxes": (3,)}
+    extra_numbers: ClassVar[Mapping[str, tuple[int, ...]]] = {"mass": (), "semiaxes": (3,)}
 
     def __post_init__(self, mass: Any) -> None:
         super().__post_init__()

@@ -41,7 +41,7 @@ def checked_settings(
 def check_starts(problem: Problem, state: AnyState) -> None:
     """Let each part and each event refuse a start."""
     if problem.events or [part for part in problem.dynamics.parts if part.checks_start]:
-        twin = problem.beside(state.shape)
+        twin = problem.broadcast_to(state.shape)
         instant = twin.dynamics.at(state)
         for part in twin.dynamics.parts:
             part.check_start(instant)

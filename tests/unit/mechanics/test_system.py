@@ -256,18 +256,19 @@ def test_torques_of_each_force_add_up_to_that_of_all():
     assert np.array_equal(motion.torques_body["UniformGravity"][0], found["UniformGravity"])
 
 
-def test_a_question_about_a_structure_is_asked_once():
-    asked = []
-
-    def question(system):
-        asked.append(system)  # no pickle has a function within a function
-        return len(asked)
-
+def test_systems_of_one_structure_share_results():
     systems = [pt.System(pt.Body(moments), Push(2.0)) for moments in ((1.0, 1.6, 2.5), (1.0, 1.2, 1.4))]
-    assert [system.dynamics.known(question) for system in systems] == [1, 1]
-    assert pickle.loads(pickle.dumps(systems[0])).dynamics.known(question) == 1
-    assert pt.System(systems[0].body, Push(2.0), Push(3.0)).dynamics.known(question) == 2
-    assert len(asked) == 2
+    first, second = (system.dynamics for system in systems)
+    assert first.alike is second.alike
+    assert pickle.loads(pickle.dumps(systems[0])).dynamics.alike is first.alike
+    assert pt.System(systems[0].body, Push(2.0), Push(3.0)).dynamics.alike is not first.alike
+
+
+def test_results_with_numbers_belong_to_one_system_and_no_pickle_contains_them():
+    first, second = (pt.System(pt.Body((1.0, 1.6, 2.5)), Push(push)).dynamics for push in (2.0, 3.0))
+    first.results["sum"] = lambda: 2.0  # no pickle can contain a function within a function
+    assert "sum" not in second.results
+    assert "sum" not in pickle.loads(pickle.dumps(first)).results
 
 
 @pytest.mark.parametrize(
