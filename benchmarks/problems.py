@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 import poinsot as pt
-from poinsot import paper
 from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation_angle
+from poinsot.validation import paper
 
 PERIOD = float(paper.ORBIT.period)
 WIDE = "quadruple"

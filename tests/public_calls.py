@@ -273,8 +273,8 @@ def light_calls():
             {"surface": mesh, "obliquities": [0.1, 0.2], "axis": (0, 0.1, 1.0), **shadows},
         ),
         "plot.yorp": (pt.plot.yorp, {"coefficients": means, "ax": None, "angle_unit": "deg", "title": "t"}),
-        "lit_areas": (pt.shapes.lit_areas, lit),
-        "lit_faces": (pt.shapes.lit_faces, lit | shadows),
+        "illuminated_areas": (pt.shapes.illuminated_areas, lit),
+        "illuminated_faces": (pt.shapes.illuminated_faces, lit | shadows),
     }
 
 
@@ -320,7 +320,7 @@ def field_calls():
             {"orbit": ELLIPSE, "love_number": 0.3, "radius": 0.5, "time_lag": 0.1, "G": 1.0},
         ),
         "TiltedDipole": (pt.forces.TiltedDipole, dipole),
-        "in_metres": (pt.orbits.in_metres, {"orbit": ephemeris()}),
+        "kilometres_to_metres": (pt.orbits.kilometres_to_metres, {"orbit": ephemeris()}),
         "pseudo_synchronous_rate": (pt.forces.pseudo_synchronous_rate, {"eccentricity": 0.2}),
     }
 
@@ -761,7 +761,10 @@ def public_calls(folder):
         "load": (pt.load, {"source": at["nc"]}),
         "lyapunov_spectrum": (pt.analysis.lyapunov_spectrum, {**here, **run}),
         "omm_orbit": (pt.files.omm_orbit, {"message": OMM, **dates, "reference_frame": "TEME"}),
-        "orbit_sum": (functools.partial(pt.orbits.orbit_sum, ephemeris(), ephemeris()), {"start": 0.5, "stop": 2.0}),
+        "composite_orbit": (
+            functools.partial(pt.orbits.composite_orbit, ephemeris(), ephemeris()),
+            {"start": 0.5, "stop": 2.0},
+        ),
         "periodic_motion": (
             pt.analysis.periodic_motion,
             {"system": SATELLITE, "guess": periodic().state, "period": periodic().period, "frame": CIRCLE.frame},

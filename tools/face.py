@@ -25,21 +25,21 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
-    "analysis": "family.* multipliers.* pair_period_map.* pair_point.* period_map.* polhodes.* polynomial_search.* "
-    "*.LOOSE *.bifurcations *.grows_with_time *.recognised *.refuse_open",
+    "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* polynomial_search.* "
+    "*.CROSSING_TOLERANCE *.bifurcations *.grows_with_time *.motion_at",
     "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
     "*.attitude_formats *.parsed_scenario *.repetition",
-    "forces": "points.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
-    "radiation.[A-Z][A-Z]* radiation.Sunlight facets.ORDINARY_DRAG",
+    "forces": "point_masses.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
+    "radiation.[A-Z][A-Z]* radiation.Sunlight facets.PLATE_DRAG_COEFFICIENT",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
-    "solutions.* theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
+    "theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
     "fixed.HeldPosition",
     "parts": "",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
-    "time_axis.* distribution.Q* *.different_orbits *.is_constant *.median_attitude",
+    "time_axis.* distribution.Q* *.is_constant *.median_attitude",
     "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""

@@ -5,7 +5,7 @@ from Basilisk.simulation import GravityGradientEffector, spacecraft, svIntegrato
 from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, orbitalMotion, simIncludeGravBody
 
 from benchmarks.problems import ellipse
-from poinsot import paper
+from poinsot.validation import paper
 
 SOLVES = ("satellite",)
 LEVELS = ((1e-8, 400), (1e-10, 400), (1e-12, 1000), (1e-13, 3000), (1e-14, 3000), (1e-14, 6000))  # tolerance, tasks

@@ -18,8 +18,8 @@ from typer.testing import CliRunner
 
 import forked
 import poinsot as pt
-from poinsot import paper, verify
 from poinsot.cli import app, terminal
+from poinsot.validation import cases, paper
 
 TOP = """\
 title = "a top"
@@ -216,9 +216,9 @@ def test_pictures_are_whole_or_not_there(interrupting, result, command):
 
 
 def test_verify_shows_what_it_compared(interrupting, monkeypatch):
-    cheap = [case for case in verify.CASES if case.title in ("4179 Toutatis", "Fast heavy top")]
-    monkeypatch.setattr(verify, "CASES", cheap)
-    interrupting(verify, "rows_of", 2)
+    cheap = [case for case in cases.CASES if case.title in ("4179 Toutatis", "Fast heavy top")]
+    monkeypatch.setattr(cases, "CASES", cheap)
+    interrupting(cases, "comparisons_of", 2)
     said = invoked("verify")
     assert cheap[0].title in said.stdout
     assert cheap[1].title not in said.stdout
@@ -242,7 +242,7 @@ import threading
 from poinsot.integration import run
 from poinsot.display import progress
 progress.PATIENCE = 0.05
-for owner, name in ((run.Run, "_advance"),):
+for owner, name in ((run.Slab, "advance"),):
     def slow(*arguments, right=getattr(owner, name)):
         for thread in threading.enumerate():
             if isinstance(thread, threading.Timer):
@@ -420,11 +420,11 @@ USED = {
     "paper": "paper",
 }
 FEW = """
-import poinsot.paper, poinsot.verify
+from poinsot.validation import cases, paper
 from poinsot.display import progress
 progress.PATIENCE = 1e9
-poinsot.verify.CASES = [case for case in poinsot.verify.CASES if case.title == "4179 Toutatis"]
-poinsot.paper.PROBLEMS = poinsot.paper.PROBLEMS[:1]
+cases.CASES = [case for case in cases.CASES if case.title == "4179 Toutatis"]
+paper.PROBLEMS = paper.PROBLEMS[:1]
 from poinsot.cli import app
 import sys
 for call in sys.argv[1:]:

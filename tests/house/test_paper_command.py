@@ -5,8 +5,8 @@ import pytest
 import xarray
 from typer.testing import CliRunner
 
-from poinsot import paper
 from poinsot.cli import app
+from poinsot.validation import paper
 
 
 def test_paper_command_writes_figures_files_and_table(tmp_path, monkeypatch):

@@ -59,3 +59,13 @@ def test_import_leaves_heavy_packages_alone(use, more):
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     heavy = {"matplotlib", "xarray", "pydantic", "zarr", "pandas", "netCDF4", "typer", "rich", "scipy.spatial"}
     assert not (heavy | more | {"astropy", "erfa", "sgp4", "spiceypy", "trimesh"}) & set(loaded)
+
+
+def test_no_two_classes_have_one_name():
+    """A reader who searches for the class of a message or of an annotation finds one."""
+    found = {}
+    for path in Path(poinsot.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(f"{path.name}, line {node.lineno}")
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}

@@ -10,11 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 import poinsot as pt
-from poinsot import verify
 from poinsot.analysis import period_map, periodic
 from poinsot.cli import app
+from poinsot.validation import cases
 
-CASES = {case.title: case for case in verify.CASES}
+CASES = {case.title: case for case in cases.CASES}
 CHEAP = tuple(
     CASES[title] for title in ("Tumbling brick", "4179 Toutatis", "Gravity gradient in orbit", "Fast heavy top")
 )
@@ -29,15 +29,15 @@ def marked(cases):
     return [pytest.param(one, marks=[pytest.mark.slow] * (one.title == LONG), id=one.title) for one in cases]
 
 
-def run(monkeypatch, cases):
-    monkeypatch.setattr(verify, "CASES", tuple(cases))
+def run(monkeypatch, chosen):
+    monkeypatch.setattr(cases, "CASES", tuple(chosen))
     return CliRunner().invoke(app, ["verify"], env=WIDE)
 
 
 @pytest.mark.samples
-@pytest.mark.parametrize("case", marked(verify.CASES))
+@pytest.mark.parametrize("case", marked(cases.CASES))
 def test_case_holds(case):
-    rows = verify.rows_of(case)
+    rows = cases.comparisons_of(case)
     assert rows
     assert [row for row in rows if not row.holds] == []
 
@@ -48,7 +48,7 @@ def test_command_prints_every_comparison_without_escape_codes(monkeypatch):
     for case in CHEAP:
         assert case.title in result.output
         assert case.source in result.output
-        assert all(row.quantity in result.output for row in verify.rows_of(case))
+        assert all(row.quantity in result.output for row in cases.comparisons_of(case))
     assert "All 13 comparisons hold." in result.output
     assert "llvmlite" in result.output
     assert "FAILED" not in result.output
@@ -56,7 +56,7 @@ def test_command_prints_every_comparison_without_escape_codes(monkeypatch):
 
 
 def test_json_has_every_comparison(monkeypatch):
-    monkeypatch.setattr(verify, "CASES", CHEAP)
+    monkeypatch.setattr(cases, "CASES", CHEAP)
     told = json.loads(CliRunner().invoke(app, ["verify", "--json"]).stdout)
     assert [case["title"] for case in told["cases"]] == [case.title for case in CHEAP]
     compared = [one for case in told["cases"] for one in case["comparisons"]]
@@ -74,7 +74,7 @@ def test_json_has_every_comparison(monkeypatch):
     ],
 )
 def test_one_wrong_number_fails(monkeypatch, name, case, broken):
-    monkeypatch.setattr(verify, name, np.asarray(getattr(verify, name)) * (1 + 2e-12))
+    monkeypatch.setattr(cases, name, np.asarray(getattr(cases, name)) * (1 + 2e-12))
     result = run(monkeypatch, [CASES[case]])
     assert result.exit_code == 1, result.output
     assert result.output.count("FAILED") == broken
@@ -85,23 +85,23 @@ def test_case_that_does_not_run_fails_and_says_why(monkeypatch):
     def broken():
         raise OSError("libllvm.so [x]: cannot open shared object file")
 
-    result = run(monkeypatch, [verify.Case("Broken", "nowhere", broken), CASES["4179 Toutatis"]])
+    result = run(monkeypatch, [cases.Case("Broken", "nowhere", broken), CASES["4179 Toutatis"]])
     assert result.exit_code == 1
     assert "stopped by OSError: libllvm.so [x]: cannot open shared object file" in result.output
     assert "1 of 5 comparisons fail." in result.output
 
 
 def test_difference_that_is_not_a_number_does_not_hold():
-    assert not verify.Row("", np.nan, 1.0).holds
-    assert not verify.Row("", np.inf, 1.0).holds
-    assert verify.Row("", 0.0, 0.0).holds
+    assert not cases.Comparison("", np.nan, 1.0).holds
+    assert not cases.Comparison("", np.inf, 1.0).holds
+    assert cases.Comparison("", 0.0, 0.0).holds
 
 
 def failing(case):
-    return {row.quantity for row in verify.rows_of(case) if not row.holds}
+    return {row.quantity for row in cases.comparisons_of(case) if not row.holds}
 
 
-INTEGRATIONS = [case for case in verify.CASES if case.title not in ("Chaos of Hyperion", "Dzhanibekov flip", "File")]
+INTEGRATIONS = [case for case in cases.CASES if case.title not in ("Chaos of Hyperion", "Dzhanibekov flip", "File")]
 
 
 @pytest.mark.samples
@@ -116,7 +116,7 @@ def test_careless_integrator_is_noticed(monkeypatch, case):
             options["tolerance"] = tolerance
         return right(system, state, times, **options)
 
-    for module in (verify, periodic):
+    for module in (cases, periodic):
         monkeypatch.setattr(module, "propagate", careless)
     monkeypatch.setattr(period_map, "state_transition", functools.partial(transition, tolerance=tolerance))
     assert failing(case)
@@ -125,8 +125,8 @@ def test_careless_integrator_is_noticed(monkeypatch, case):
 @pytest.mark.parametrize("title", ["The paper's three problems", "Jacobi's elliptic functions"])
 def test_late_closed_form_is_noticed(monkeypatch, title):
     right = pt.free_motion
-    monkeypatch.setattr(verify, "free_motion", lambda body, state, t: right(body, state, np.asarray(t) * (1 + 1e-14)))
-    assert {quantity.rpartition(", ")[2] for quantity in failing(CASES[title])} == {verify.CLOSED_FORM}
+    monkeypatch.setattr(cases, "free_motion", lambda body, state, t: right(body, state, np.asarray(t) * (1 + 1e-14)))
+    assert {quantity.rpartition(", ")[2] for quantity in failing(CASES[title])} == {cases.CLOSED_FORM}
 
 
 @pytest.mark.slow
@@ -135,6 +135,6 @@ def test_whole_command_in_a_pipe():
     result = subprocess.run(
         [sys.executable, "-c", code, "verify"], capture_output=True, text=True, timeout=600, check=True
     )
-    assert all(case.title in result.stdout for case in verify.CASES)
+    assert all(case.title in result.stdout for case in cases.CASES)
     assert "\x1b" not in result.stdout
     assert result.stderr == ""

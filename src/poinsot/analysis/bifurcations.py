@@ -1,8 +1,8 @@
 """Bifurcations between two consecutive periodic motions of a branch.
 
-Multipliers outside the unit circle are counted at both ends: real ones above 1, real ones below -1, complex pairs.
-Where one bifurcation explains how the counts change, the root of its test function is found; elsewhere the segment is
-halved.
+Multipliers outside the unit circle are counted at both ends: real multipliers above 1, real ones below -1, and complex
+pairs. If one bifurcation explains the change of the counts, the root of its test function is found. Otherwise the
+segment is halved.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.analysis.family import Family, LostError, Place
+from poinsot.analysis.continuation_problem import ContinuationProblem, CurvePoint, NotConvergedError
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.display.html_text import Summarized, formatted
@@ -30,13 +30,13 @@ MIN_SEGMENT = 1e-10
 """Shortest length of a segment along the curve. Events within it are one event."""
 LOCATION_TOLERANCE = 1e-15
 """Tolerance of the location of an event, relative to its distance."""
-NODES, SPACING = 5, 0.01
-"""Places from which the next is predicted, and how near to each other they may be, of the segment."""
+MAX_NODES, MIN_SPACING = 5, 0.01
+"""Largest number of nodes of a prediction, and their smallest distance as fraction of the segment."""
 TANGENT_ROUNDING = 1e-9
 """Component of the tangent along the parameter below which its sign is rounding."""
 SIGNS = {"branching": 1, "doubling": -1}
 COUNTS = np.array([1, 1, 2])
-"""Multipliers outside the unit circle: one that is real, two that are complex."""
+"""Numbers of multipliers outside the unit circle: one for a real multiplier, two for a complex pair."""
 EVENTS = {
     (0, 0, 0): "none",
     (1, 0, 0): "branching",
@@ -45,7 +45,7 @@ EVENTS = {
     (2, 0, -1): "none",
     (0, 2, -1): "none",
 }
-"""By the changes of what is outside, of either sign; two real ones there may become complex."""
+"""Kinds of bifurcation by the changes of the counts, of either sign; two real multipliers may become complex."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -104,17 +104,17 @@ class Bifurcation(Summarized):
         }
 
 
-def bifurcations(family: Family, a: Place, b: Place, after: int) -> Iterator[Bifurcation]:
+def bifurcations(problem: ContinuationProblem, a: CurvePoint, b: CurvePoint, after: int) -> Iterator[Bifurcation]:
     """Yield the bifurcations between two consecutive points, in order."""
-    segment = _Segment(family, a, b, after)
+    segment = _Segment(problem, a, b, after)
     yield from segment.explained(0.0, segment.length)
 
 
 class _Segment:
-    """The curve between two places, over the distance along their chord."""
+    """Curve between two points, over the distance along their chord."""
 
-    def __init__(self, family: Family, a: Place, b: Place, after: int) -> None:
-        self.family, self.after = family, after
+    def __init__(self, problem: ContinuationProblem, a: CurvePoint, b: CurvePoint, after: int) -> None:
+        self.problem, self.after = problem, after
         chord = a.to(b)
         self.length = float(np.linalg.norm(chord))
         self.chord, self.places = chord / self.length, {0.0: a, self.length: b}
@@ -123,8 +123,8 @@ class _Segment:
 
     # ------------------------------------------------------------------ places
 
-    def at(self, distance: float) -> Place:
-        """Return the place at a distance, predicted from those that are known."""
+    def at(self, distance: float) -> CurvePoint:
+        """Return the point of the curve at a distance, predicted from the known points."""
         if distance in self.places:
             return self.places[distance]
         from scipy.interpolate import KroghInterpolator
@@ -133,30 +133,30 @@ class _Segment:
         near = nodes[0][1]
         curve = KroghInterpolator([s for s, _ in nodes], [near.to(place) for _, place in nodes])
         step, row = curve(distance), curve.derivative(distance)
-        point = near.once.displaced(near.point, step[:-1])
-        place = self.family.corrected(
+        point = near.mapping.displaced(near.point, step[:-1])
+        place = self.problem.corrected(
             point, near.u + step[-1], row / np.linalg.norm(row), self.length, CROSSING_TOLERANCE
         )
         self.places[distance] = place
         return place
 
-    def _nodes(self, distance: float) -> list[tuple[float, Place]]:
+    def _nodes(self, distance: float) -> list[tuple[float, CurvePoint]]:
         first = self.places[0.0]
         known = [(float(first.to(place) @ self.chord), place) for place in self.places.values()]
-        chosen: list[tuple[float, Place]] = []
+        chosen: list[tuple[float, CurvePoint]] = []
         for s, place in sorted(known, key=lambda node: abs(node[0] - distance)):
-            if all(abs(s - other) >= SPACING * self.length for other, _ in chosen):
+            if all(abs(s - other) >= MIN_SPACING * self.length for other, _ in chosen):
                 chosen.append((s, place))
-        return chosen[:NODES]
+        return chosen[:MAX_NODES]
 
-    def _multipliers(self, place: Place) -> Multipliers:
+    def _multipliers(self, place: CurvePoint) -> Multipliers:
         same = place.multipliers.paired == self.paired
         return place.multipliers if same else Multipliers(place.matrix, self.paired)
 
     # ------------------------------------------------------------------ events
 
     def explained(self, low: float, high: float) -> Iterator[Bifurcation]:
-        """Yield what happens between two distances."""
+        """Yield the bifurcations between two distances."""
         a, b = self.places[low], self.places[high]
         kind = self._kind(a, b)
         if kind == "none":
@@ -166,7 +166,7 @@ class _Segment:
             found = None if kind == "several" else self._located(kind, low, high)
             if found is None and high - low > MIN_SEGMENT:
                 self.at(middle)
-        except (LostError, ValueError):
+        except (NotConvergedError, ValueError):
             yield self._event("unresolved", a, a, b)
             return
         if found is not None:
@@ -175,31 +175,31 @@ class _Segment:
             yield from self.explained(low, middle)
             yield from self.explained(middle, high)
         else:
-            yield self._event(self._at_once(a, b), a, a, b)
+            yield self._event(self._kind_of_short(a, b), a, a, b)
 
-    def _event(self, kind: str, place: Place, a: Place, b: Place) -> Bifurcation:
+    def _event(self, kind: str, place: CurvePoint, a: CurvePoint, b: CurvePoint) -> Bifurcation:
         change = int(self._change(a, b) @ COUNTS)
         kind = kind if kind != "apart" else "collision" if self.paired else "torus"
-        tangent = place.tangent * np.append(place.once.units, self.family.span)
-        value, *ends = (self.family.value(each.u) for each in (place, a, b))
+        tangent = place.tangent * np.append(place.mapping.units, self.problem.span)
+        value, *ends = (self.problem.value(each.u) for each in (place, a, b))
         interval = (min(ends), max(ends)) if kind == "unresolved" else (value, value)
         return Bifurcation(kind, value, interval, change, place.motion(), tangent, self.after)
 
-    def _change(self, a: Place, b: Place) -> Array:
+    def _change(self, a: CurvePoint, b: CurvePoint) -> Array:
         return np.asarray(self._multipliers(b).outside - self._multipliers(a).outside)
 
-    def _turns(self, a: Place, b: Place) -> bool:
+    def _turns(self, a: CurvePoint, b: CurvePoint) -> bool:
         return not self.level and bool(a.tangent[-1] * b.tangent[-1] < 0)
 
-    def _kind(self, a: Place, b: Place) -> str:
-        """Return the one event that explains what differs between two places."""
+    def _kind(self, a: CurvePoint, b: CurvePoint) -> str:
+        """Return the one bifurcation that explains the difference of two points, "none" or "several"."""
         change = self._change(a, b)
         if self._turns(a, b):
             return "fold" if list(np.abs(change)) == [1, 0, 0] else "several"
         return EVENTS.get(tuple(change)) or EVENTS.get(tuple(-change), "several")
 
-    def _located(self, kind: str, low: float, high: float) -> Place | None:
-        """Return the place of one event; None where what vanishes there does not change its sign."""
+    def _located(self, kind: str, low: float, high: float) -> CurvePoint | None:
+        """Return the point of one bifurcation; None if its test function does not change sign."""
         from scipy.optimize import brentq
 
         a, b = self.places[low], self.places[high]
@@ -214,15 +214,15 @@ class _Segment:
             return None
         return self.at(brentq(lambda s: test(self.at(s)), low, high, xtol=LOCATION_TOLERANCE, rtol=LOCATION_TOLERANCE))
 
-    def _test(self, kind: str, known: int) -> Callable[[Place], float]:
+    def _test(self, kind: str, known: int) -> Callable[[CurvePoint], float]:
         if kind == "fold":
             return lambda place: float(place.tangent[-1])
         if kind == "apart":
             return lambda place: self._multipliers(place).apart(known)
-        return lambda place: self._multipliers(place).beside(SIGNS[kind], known)
+        return lambda place: self._multipliers(place).distance(SIGNS[kind], known)
 
-    def _at_once(self, a: Place, b: Place) -> str:
-        """Return what a narrow segment is, in which nothing alone explains what differs."""
+    def _kind_of_short(self, a: CurvePoint, b: CurvePoint) -> str:
+        """Return the kind of bifurcation of a short segment in which no single one explains the difference."""
         change = self._change(a, b)
         (moved,) = np.nonzero(change)
         if moved.size == 1:

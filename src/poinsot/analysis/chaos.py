@@ -29,7 +29,7 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.times import checked_times
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings
+from poinsot.propagation.arguments import checked_settings
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, UserUnits, VariationalRun
@@ -220,7 +220,7 @@ def chaos_indicators(
         t, varied = checked_times(times, system), {"momentum_unit": momentum_unit}
         analysis = Analysis(chaos_indicators, system, state, t, given, varied)
         return cast("ChaosIndicators", analysed_in_chunks(plan, analysis, progress))
-    run = VariationalRun.of(system, state, times, RunSettings.of(formulation, tolerance, threads, progress))
+    run = VariationalRun.of(system, state, times, checked_settings(formulation, tolerance, threads, progress))
     if not 1 <= vectors <= run.size:
         raise ValueError(f"vectors must be a whole number from 1 to {run.size}, got {vectors}.")
     _check_one_way(np.sort(run.times), run.state.time)
@@ -433,7 +433,7 @@ def _spectral_run(
     system: System, state: AnyState, times: Times, formulation: str | None, tolerance: float | None, threads: int | None
 ) -> VariationalRun:
     """Return the run of a spectrum; raise a ValueError for several starts and for times that do not rise from one."""
-    run = VariationalRun.of(system, state, times, RunSettings.of(formulation, tolerance, threads, False))
+    run = VariationalRun.of(system, state, times, checked_settings(formulation, tolerance, threads, False))
     start = float(run.state.time[0])
     if np.any(run.state.time != start):
         other = run.state.time[run.state.time != start][0]

@@ -1,8 +1,7 @@
-"""Continuation of periodic motions in a parameter, also round folds, with their stability and bifurcations.
+"""Continuation of periodic motions in a parameter, also around folds, with their stability and bifurcations.
 
-From each point a step along the tangent of the curve of motions predicts the next one, and Newton's method, at right
-angles to the tangent, corrects it: pseudo-arclength continuation (Doedel, Keller and Kernevez 1991, Int. J. Bifurc.
-Chaos 1, 493).
+A step along the tangent of the curve of motions predicts the next motion, and Newton's method, at right angles to the
+tangent, corrects it: pseudo-arclength continuation (Doedel, Keller and Kernevez 1991, Int. J. Bifurc. Chaos 1, 493).
 """
 
 from __future__ import annotations
@@ -17,12 +16,12 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.bifurcations import CROSSING_TOLERANCE, Bifurcation, bifurcations
-from poinsot.analysis.family import Family, LostError, NamedFunction, Place
+from poinsot.analysis.continuation_problem import ContinuationProblem, CurvePoint, NamedFunction, NotConvergedError
 from poinsot.analysis.period_map import FAMILY_TOLERANCE, Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded
-from poinsot.display.progress import Report, bar
+from poinsot.display.progress import ReportProgress, bar
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.named_parameters import NamedNumber
@@ -34,9 +33,9 @@ __all__ = ["Bifurcation", "Branch", "continue_motion"]
 Array = NDArray[Any]
 
 FIRST_STEP, SMALLEST_STEP, LARGEST_STEP = 0.01, 1e-5, 0.1
-"""Along the curve: radians, and the way of the parameter from its start to its end as one."""
+"""Lengths along the curve, in radians and in the range of the parameter."""
 EASY, HARD = 3, 5
-"""Rounds of the corrector: with so few the next step is longer, with so many shorter."""
+"""Numbers of corrections: with at most `EASY` the next step is longer, from `HARD` on it is shorter."""
 MAX_CORRECTION = 0.5
 """Largest correction, relative to the step: a larger one leads to another branch."""
 MIN_TANGENT_COSINE = 0.98
@@ -182,16 +181,18 @@ def continue_motion(
             "motion = periodic_motion(system, motion.state, motion.period)."
         )
     turns = 2 if isinstance(motion, Bifurcation) and motion.kind == "doubling" else 1
-    family = Family(_parameter(motion, parameter, start), float(real_array("to", to, ())), origin, period, frame, turns)
-    places = _crossing(family, motion) if isinstance(motion, Bifurcation) else [_first(family, motion)]
-    curve = _Curve(family, places)
-    with bar(family.name, 1.0, sys.stderr.isatty() if progress is None else progress) as tell:
+    problem = ContinuationProblem(
+        _parameter(motion, parameter, start), float(real_array("to", to, ())), origin, period, frame, turns
+    )
+    places = _crossing(problem, motion) if isinstance(motion, Bifurcation) else [_first(problem, motion)]
+    curve = _Curve(problem, places)
+    with bar(problem.name, 1.0, sys.stderr.isatty() if progress is None else progress) as report:
         try:
-            ending = curve.follow(tell)
+            ending = curve.follow(report)
         except KeyboardInterrupt:
             branch = curve.branch("it was interrupted")
             raise PropagationInterrupted(
-                f"the continuation was interrupted at {family.name} = {branch.values[-1]:.6g}.",
+                f"the continuation was interrupted at {problem.name} = {branch.values[-1]:.6g}.",
                 float(origin.state.time),
                 branch,
             ) from None
@@ -210,56 +211,58 @@ def _parameter(
     return NamedFunction(parameter, float(real_array("start", start, ())))
 
 
-def _first(family: Family, motion: PeriodicMotion, firm: float = FAMILY_TOLERANCE) -> Place:
-    """Return where the curve begins, with its tangent towards the end."""
-    once = family.once(0.0)
-    once.check()
+def _first(problem: ContinuationProblem, motion: PeriodicMotion, firm: float = FAMILY_TOLERANCE) -> CurvePoint:
+    """Return the first point of the curve, with its tangent towards the end."""
+    mapping = problem.mapping(0.0)
+    mapping.check()
     try:
-        return family.corrected(once.point(motion.state.of_bodies[""]), 0.0, family.by_parameter, SMALLEST_STEP, firm)
-    except LostError:
+        return problem.corrected(
+            mapping.point(motion.state.of_bodies[""]), 0.0, problem.by_parameter, SMALLEST_STEP, firm
+        )
+    except NotConvergedError:
         raise ValueError(
-            f"motion must repeat itself after the period and in the frame of {family.name} = "
-            f"{family.start:.6g}, but it does not. The functions period and frame must return its own there."
+            f"motion must repeat itself after the period and in the frame of {problem.name} = "
+            f"{problem.start:.6g}, but it does not. The functions period and frame must return its own there."
         ) from None
 
 
-# ---------------------------------------------------------------------- the branch that crosses
+# ---------------------------------------------------------------------- crossing branches
 
 
-def _crossing(family: Family, found: Bifurcation) -> list[Place]:
-    """Return the bifurcation and the first motion beside it, of the branch that crosses or doubles."""
+def _crossing(problem: ContinuationProblem, found: Bifurcation) -> list[CurvePoint]:
+    """Return the bifurcation and the next point of the branch that crosses or doubles."""
     if found.kind not in ("branching", "doubling"):
         raise ValueError(f"motion must be a branching or a doubling where it is a Bifurcation, got a {found.kind}.")
-    origin = _first(family, found.motion, CROSSING_TOLERANCE)
-    along = found.tangent / np.append(origin.once.units, family.span)
+    origin = _first(problem, found.motion, CROSSING_TOLERANCE)
+    along = found.tangent / np.append(origin.mapping.units, problem.span)
     along *= np.copysign(1 / np.linalg.norm(along), along[-1])
-    none = ValueError(f"motion must have a branch beside it, got {found.kind} at {found.value:.9g} with none near.")
+    none = ValueError(f"motion must have a crossing branch, got {found.kind} at {found.value:.9g} with none near.")
     try:
-        across = FIRST_STEP * _across(family, origin.point, along)
-    except LostError:
+        across = FIRST_STEP * _across(problem, origin.point, along)
+    except NotConvergedError:
         raise none from None
     lost = True
     for step in (across, -across):
         try:
-            point = origin.once.displaced(origin.point, step[:-1])
-            beside = family.corrected(point, 0.0, step / FIRST_STEP, MAX_FIRST_CORRECTION * FIRST_STEP)
-        except (LostError, ValueError):
+            point = origin.mapping.displaced(origin.point, step[:-1])
+            following = problem.corrected(point, 0.0, step / FIRST_STEP, MAX_FIRST_CORRECTION * FIRST_STEP)
+        except (NotConvergedError, ValueError):
             continue
-        if 0 < beside.u < 1:
-            way = origin.to(beside)
-            return [dataclasses.replace(origin, tangent=way / np.linalg.norm(way)), beside]
+        if 0 < following.u < 1:
+            way = origin.to(following)
+            return [dataclasses.replace(origin, tangent=way / np.linalg.norm(way)), following]
         lost = False
     if lost:
         raise none
-    to = family.value(1.0)
-    raise ValueError(f"to must be on the side of {family.start:.9g} to which the branch goes, got {to:.9g}.")
+    to = problem.value(1.0)
+    raise ValueError(f"to must be on the side of {problem.start:.9g} to which the branch goes, got {to:.9g}.")
 
 
-def _across(family: Family, point: Point, along: Array) -> Array:
-    """Return the direction, at right angles to a branch, that is in the null space at a point of it and not beside."""
+def _across(problem: ContinuationProblem, point: Point, along: Array) -> Array:
+    """Return the direction, across a branch, that is in the null space at a point but not at the next point."""
     near = FIRST_STEP * along
-    beside = family.corrected(family.once(0.0).displaced(point, near[:-1]), near[-1], along)
-    slopes = [family.equations(family.once(u), x, u)[1] for x, u in ((point, 0.0), (beside.point, beside.u))]
+    following = problem.corrected(problem.mapping(0.0).displaced(point, near[:-1]), near[-1], along)
+    slopes = [problem.equations(problem.mapping(u), x, u)[1] for x, u in ((point, 0.0), (following.point, following.u))]
     sizes = np.linalg.svd(slopes[0], compute_uv=False)
     count = 1 + int(np.sum(sizes < SINGULAR_TOLERANCE * sizes[0]))
     here, there = (
@@ -270,58 +273,60 @@ def _across(family: Family, point: Point, along: Array) -> Array:
     return np.asarray(way / np.linalg.norm(way))
 
 
-# ---------------------------------------------------------------------- the curve
+# ---------------------------------------------------------------------- curve
 
 
 class _Curve:
-    """Places one after another, and what lies between them."""
+    """Consecutive points of the curve, and the bifurcations between them."""
 
-    def __init__(self, family: Family, places: list[Place]) -> None:
-        self.family, self.places = family, places[:1]
+    def __init__(self, problem: ContinuationProblem, places: list[CurvePoint]) -> None:
+        self.problem, self.places = problem, places[:1]
         self.found: list[Bifurcation] = []
         for place in places[1:]:
             self._add(place)
 
     def branch(self, ending: str) -> Branch:
-        values = np.array([self.family.value(place.u) for place in self.places])
-        return Branch(self.family.name, values, [place.motion() for place in self.places], self.found, ending)
+        values = np.array([self.problem.value(place.u) for place in self.places])
+        return Branch(self.problem.name, values, [place.motion() for place in self.places], self.found, ending)
 
-    def _add(self, place: Place) -> None:
-        self.found += bifurcations(self.family, self.places[-1], place, len(self.places) - 1)
+    def _add(self, place: CurvePoint) -> None:
+        self.found += bifurcations(self.problem, self.places[-1], place, len(self.places) - 1)
         self.places.append(place)
 
-    def follow(self, tell: Report) -> str:
-        """Go along the curve and return why it ends."""
-        size, name = FIRST_STEP, self.family.name
+    def follow(self, report: ReportProgress) -> str:
+        """Follow the curve and return the reason for its end."""
+        size, name = FIRST_STEP, self.problem.name
         while len(self.places) < MAX_POINTS:
             here = self.places[-1]
             try:
                 place, last = self._next(here, size)
-            except (LostError, ValueError) as why:
+            except (NotConvergedError, ValueError) as why:
                 if size < SMALLEST_STEP:
                     reason = str(why) or "no motion is near the one predicted."
-                    return f"beyond {name} = {self.family.value(here.u):.6g}: {reason}"
+                    return f"beyond {name} = {self.problem.value(here.u):.6g}: {reason}"
                 size /= 2
                 continue
-            place.once.check()
+            place.mapping.check()
             self._add(place)
-            tell(place.u - here.u, f"{len(self.places)} motions, {name} = {self.family.value(place.u):.6g}")
+            report(place.u - here.u, f"{len(self.places)} motions, {name} = {self.problem.value(place.u):.6g}")
             if last is not None:
-                return f"{name} = {self.family.value(last):.6g}" + ("" if last else ", where it began")
-            size = min(size * (1.5 if place.rounds <= EASY else 0.7 if place.rounds >= HARD else 1.0), LARGEST_STEP)
+                return f"{name} = {self.problem.value(last):.6g}" + ("" if last else ", where it began")
+            size = min(
+                size * (1.5 if place.corrections <= EASY else 0.7 if place.corrections >= HARD else 1.0), LARGEST_STEP
+            )
         return f"it has {MAX_POINTS} motions"
 
-    def _next(self, here: Place, size: float) -> tuple[Place, float | None]:
-        """Return the next place, and the end of the way if it is there."""
+    def _next(self, here: CurvePoint, size: float) -> tuple[CurvePoint, float | None]:
+        """Return the next point, and the end of the range of u if the point is there."""
         row, last, ahead = here.tangent, None, here.u + size * here.tangent[-1]
         if not 0 < ahead < 1 and here.tangent[-1]:
             last = float(ahead >= 1)
-            size, row = (last - here.u) / here.tangent[-1], self.family.by_parameter
+            size, row = (last - here.u) / here.tangent[-1], self.problem.by_parameter
         step = size * here.tangent
-        point = here.once.displaced(here.point, step[:-1])
+        point = here.mapping.displaced(here.point, step[:-1])
         u = here.u + step[-1] if last is None else last
-        place = self.family.corrected(point, u, row, max(MAX_CORRECTION * size, SMALLEST_STEP))
+        place = self.problem.corrected(point, u, row, max(MAX_CORRECTION * size, SMALLEST_STEP))
         tangent = place.tangent * (1 if place.tangent @ here.tangent > 0 else -1)
         if tangent @ here.tangent < MIN_TANGENT_COSINE:
-            raise LostError
+            raise NotConvergedError
         return dataclasses.replace(place, tangent=tangent), last

@@ -251,7 +251,7 @@ def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
 # ---------------------------------------------------------------------- the fit
 
 
-class _Fit:
+class _LineFit:
     """The lines of one signal, on centred samples: turns per sample and complex amplitudes at the centre.
 
     The turns are kept as multiples of 2^-26 and the rest, or their rounding would be seen in the residual.
@@ -311,7 +311,7 @@ class _Fit:
         """The RMS residual."""
         return float(np.sqrt(np.average(np.abs(self.rest) ** 2, weights=self.window)))
 
-    def with_lines(self, turns: ArrayLike, without: int | None = None) -> _Fit:
+    def with_lines(self, turns: ArrayLike, without: int | None = None) -> _LineFit:
         """Return the fit of all lines and further ones, without one of the present lines."""
         fit, started = copy.copy(self), np.atleast_1d(turns)
         vars(fit).pop("uncertainties", None)
@@ -340,7 +340,7 @@ class _Fit:
             turns = turns[(turns > GRID_SPACING / 2 / self.n) & (turns < 0.5)]
         if mean:
             turns = np.append(turns, 0.0)
-        grid = _Fit(self.signal)
+        grid = _LineFit(self.signal)
         grid.coarse, grid.fine = turns, np.zeros(turns.size)
         waves = grid.waves(np.arange(turns.size))
         columns = np.concatenate([waves, 1j * waves])
@@ -497,9 +497,9 @@ def _decomposed(signal: Array, t: Array, count: int) -> tuple[Array, Array, Arra
     return nu, amplitudes, (errors / step)[order], resolved[order], fit.residual
 
 
-def _fitted(signal: Array, count: int) -> _Fit:
+def _fitted(signal: Array, count: int) -> _LineFit:
     """Return the fit of as many lines as the signal determines, at most `count`."""
-    fit = _Fit(signal)
+    fit = _LineFit(signal)
     bins = np.arange(fit.n) / fit.n
     closed = bins > 0.5 if fit.is_real else np.zeros(fit.n, bool)
     refused = np.empty(0)
@@ -517,7 +517,7 @@ def _fitted(signal: Array, count: int) -> _Fit:
     return fit
 
 
-def _with_one_more(fit: _Fit, turns: float) -> _Fit | None:
+def _with_one_more(fit: _LineFit, turns: float) -> _LineFit | None:
     """Return a fit with one more line, which is at a maximum of the residual or in a pair instead of a close line."""
     added, last = fit.with_lines(turns), fit.turns.size
     if added.residual <= fit.residual and added.is_certain and added.is_resolved_at(turns):

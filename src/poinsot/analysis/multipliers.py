@@ -3,8 +3,9 @@
 A symplectic matrix has its multipliers in pairs m, 1/m. Where two of them meet, at 1 or at -1, rounding e moves each by
 sqrt(e), but their sum m + 1/m by e only: the sums are the roots of a polynomial whose coefficients are smooth
 (Broucke 1969, AIAA J. 7, 1003, for the 4 x 4 matrix). A sum passes 2 where another branch crosses, -2 where the period
-doubles, and two sums meet where two pairs leave the unit circle. Among an odd number one more is 1, that of a constant
-such as the momentum of a wheel without friction. The multipliers of other matrices pass 1, -1 or the circle alone.
+doubles, and two sums meet where two pairs leave the unit circle. In an odd number of multipliers one is 1, which
+belongs to a constant such as the momentum of a wheel without friction. The multipliers of other matrices pass 1, -1 or
+the circle one by one.
 """
 
 from __future__ import annotations
@@ -22,31 +23,31 @@ __all__ = ["MULTIPLIER_TOLERANCE", "Multipliers"]
 Array = NDArray[Any]
 
 MULTIPLIER_TOLERANCE = 1e-6
-"""Angles and growth per period below this count as zero: where multipliers meet, they are not known better."""
+"""Angle and growth per period below which a multiplier counts as 1, for multipliers that may meet."""
 UNPAIRED_TOLERANCE = 1e-13
-"""The same of multipliers that do not meet their own reciprocals, and so are known to rounding."""
+"""Growth per period below which a multiplier without a reciprocal partner counts as 1: it is exact to rounding."""
 PALINDROME_TOLERANCE = 1e-9
-"""By how much the characteristic polynomial of a symplectic matrix may differ from its mirror image, relatively."""
+"""Relative tolerance of the symmetry of the characteristic polynomial of a symplectic matrix."""
 ROUNDING_PER_NORM = 2e-15
-"""The same for each unit of the norm of the matrix: rounding does 8e-16 at most in 40 matrices of norms to 5e7."""
+"""Tolerance of this symmetry divided by the norm of the matrix; rounding causes at most 8e-16 in 40 matrices."""
 COEFFICIENT_ROUNDING = 1e-12
 """Rounding error of a coefficient of that polynomial, relative to its upper bound."""
 MEETING_ROUNDING = 3e-15
-"""The same where two sums meet away from 2 and -2.
+"""Relative distance below which two sums away from 2 and -2 are equal.
 
-Rounding takes a double multiplier with one eigenvector apart by 1.7e-16 at most in 2,000 matrices of norms below 5, by
-4.5e-16 in 99 of 100 of norms to 95; two pairs at an angle of 0.006 that grow by 4e-4 are 9e-15 apart.
+Rounding separates a double multiplier with one eigenvector by 1.7e-16 at most in 2,000 matrices of norms below 5, and
+by 4.5e-16 in 99 of 100 of norms to 95. Two pairs at an angle of 0.006 that grow by 4e-4 are 9e-15 apart.
 """
 
 
 class Multipliers:
-    """The eigenvalues of a matrix.
+    """Eigenvalues of a matrix.
 
     Parameters
     ----------
     matrix : array (k, k)
     paired : bool, optional
-        Whether they come as m, 1/m. Default: what the matrix says.
+        True if the eigenvalues are pairs m, 1/m. Default: True for a symplectic matrix.
     """
 
     def __init__(self, matrix: Array, paired: bool | None = None) -> None:
@@ -62,38 +63,38 @@ class Multipliers:
 
     @cached_property
     def values(self) -> Array:
-        """All, complex; those that cannot be told from 1 or -1 are it."""
+        """All multipliers, complex; a multiplier that is 1 or -1 up to rounding is exactly 1 or -1."""
         roots = _parted(self._roots) if self.paired else self._roots.copy()
         for sign in (1, -1):
             away = np.abs(roots - sign * self._unit)
             nearest = np.argsort(away)[: self.count_at(sign)]
-            # Several slow ones multiply to less than rounding, though each is known.
+            # The product of several slow multipliers is below rounding, though each one is accurate.
             roots[nearest[away[nearest] < COEFFICIENT_ROUNDING * (2 + np.max(np.abs(roots))) ** 2]] = sign * self._unit
         return np.append(_pairs(roots), np.ones(self._raw.size % 2)) if self.paired else roots
 
     @cached_property
     def outside(self) -> Array:
-        """How many are outside the unit circle: real above 1, real below -1, pairs of complex ones; (3,)."""
+        """Numbers of multipliers outside the unit circle: real above 1, real below -1, complex pairs; (3,)."""
         out = self.values[np.log(np.abs(self.values)) > (MULTIPLIER_TOLERANCE if self.paired else UNPAIRED_TOLERANCE)]
         real = out[out.imag == 0].real
         return np.array([np.sum(real > 0), np.sum(real < 0), np.sum(out.imag > 0)])
 
     def count_at(self, sign: int) -> int:
-        """Return how many pairs, or multipliers, cannot be told from 1 or from -1."""
+        """Return the number of pairs, or multipliers, that are 1 or -1 up to rounding."""
         largest = float(np.prod(self._unit + np.abs(self._roots)))
         return int(np.argmin(np.abs(self._about(sign)) < COEFFICIENT_ROUNDING * largest))
 
-    def beside(self, sign: int, known: int) -> float:
-        """Return the product of the distances from 1 or -1, but for a known number that are there.
+    def distance(self, sign: int, known: int) -> float:
+        """Return the product of the distances from 1 or -1, except for a known number of multipliers that are there.
 
-        It changes its sign where one more passes.
+        The product changes its sign where one more multiplier passes.
         """
         return float(self._about(sign)[known])
 
     def apart(self, known: int) -> float:
-        """Return what changes its sign where complex ones leave the unit circle, but for a known number outside.
+        """Return a function that changes its sign where one more complex pair than the known number leaves the circle.
 
-        Of pairs m, 1/m it is the discriminant of the sums, two of which meet.
+        For pairs m, 1/m it is the discriminant of the sums, two of which meet.
         """
         if self.paired:
             return float(np.prod([(a - b) ** 2 for a, b in itertools.combinations(self._roots, 2)]).real)
@@ -106,7 +107,7 @@ class Multipliers:
 
 
 def _sums(values: Array) -> Array:
-    """Return m + 1/m of each of the pairs, from the larger of the two, which is known better."""
+    """Return m + 1/m of each pair, from the larger multiplier, which is more accurate."""
     left, sums = list(range(len(values))), []
     own, weight = values + 1 / values, np.abs(values) ** 2
     while left:
@@ -117,14 +118,14 @@ def _sums(values: Array) -> Array:
 
 
 def _parted(sums: Array) -> Array:
-    """Return sums, real where two real ones could have them as they are rounded."""
+    """Return sums, real where they are a rounding away from two real sums."""
     third = np.max(np.abs(sums[:, None] - sums), axis=-1)
     width = np.sqrt(MEETING_ROUNDING * np.prod(np.abs(sums) + 2) / np.maximum(third, COEFFICIENT_ROUNDING))
     return np.where(np.abs(sums.imag) < width, sums.real, sums).astype(complex)
 
 
 def _pairs(sums: Array) -> Array:
-    """Return m and 1/m of each sum; of a real one between -2 and 2 they are on the unit circle."""
+    """Return m and 1/m of each sum, on the unit circle for a real sum between -2 and 2."""
     root = np.sqrt((sums / 2) ** 2 - 1)
     larger = np.where(np.abs(sums / 2 + root) >= np.abs(sums / 2 - root), sums / 2 + root, sums / 2 - root)
     circle = (sums.imag == 0) & (np.abs(sums.real) <= 2)

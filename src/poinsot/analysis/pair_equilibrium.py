@@ -18,7 +18,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.equilibrium import grows_with_time
-from poinsot.analysis.pair_point import PairPoint, cross_matrix, symmetry_axis, units_of_pair
+from poinsot.analysis.pair_point import PairPoint, cross_matrix, refuse_open, symmetry_axis, units_of_pair
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, refuse_nonpositive
@@ -34,7 +34,7 @@ from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.taylor.graph import Graph, Node, gradient
 
-__all__ = ["PairEquilibrium", "pair_equilibria", "refuse_open"]
+__all__ = ["PairEquilibrium", "pair_equilibria"]
 
 Array = NDArray[Any]
 
@@ -206,27 +206,15 @@ def pair_equilibria(
     place = np.linalg.norm(guess.position)
     lengths = np.atleast_1d(real_array("distances", [place] if distances is None else distances, (None,)))
     refuse_nonpositive("distances", lengths)
-    found, here = [], _Balance.of(system, guess)
+    found, here = [], _PairBalance.of(system, guess)
     for length in lengths:
         here = here.at_distance(float(length)).settled()
         found.append(here.equilibrium(guess.time))
     return found
 
 
-def refuse_open(system: System[TwoBodies], guess: PairState) -> None:
-    """Refuse an ensemble, and two bodies that do not conserve energy and angular momentum."""
-    if system.members or guess.shape:
-        raise ValueError("system and guess must be single ones, got an ensemble. Take the members one by one.")
-    symbols = [integral.symbol for integral in system.integrals]
-    if symbols != ["H", "G1", "G2", "G3"]:
-        raise ValueError(
-            "system must conserve the energy and the angular momentum of two bodies, got integrals "
-            f"{', '.join(symbols) or 'none'}. Leave out perturbers and forces without a potential."
-        )
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
-class _Balance:
+class _PairBalance:
     """Two bodies at rest in turning axes, nearly.
 
     Attributes
@@ -248,7 +236,7 @@ class _Balance:
     spins: tuple[float, ...]
 
     @classmethod
-    def of(cls, system: System[TwoBodies], guess: PairState) -> _Balance:
+    def of(cls, system: System[TwoBodies], guess: PairState) -> _PairBalance:
         flow, states = _Flow(system), list(guess.of_bodies.values())
         attitudes = np.array([state.quaternion for state in states])
         position, velocity = guess.position, guess.momentum / float(system.body.reduced_mass)
@@ -258,7 +246,7 @@ class _Balance:
         spins = tuple(0.0 if axis is None else float(w @ axis) for w, axis in zip(omegas, axes, strict=True))
         return cls(flow, attitudes, position, rate, axes, spins)
 
-    def at_distance(self, distance: float) -> _Balance:
+    def at_distance(self, distance: float) -> _PairBalance:
         """Return the same at another distance, with the rate that Kepler's third law makes of it."""
         ratio = distance / float(np.linalg.norm(self.position))
         return dataclasses.replace(self, position=ratio * self.position, rate=self.rate * ratio**-1.5)
@@ -333,7 +321,7 @@ class _Balance:
         places = [3, 4, 5, 9, 10, 11, 15, 16, 17]
         return rates[places], slope[places]
 
-    def settled(self) -> _Balance:
+    def settled(self) -> _PairBalance:
         """Return the equilibrium to which Newton's method leads."""
         here = self
         for _ in range(MAX_ITERATIONS):
@@ -353,7 +341,7 @@ class _Balance:
             "Only a body that is symmetric about an axis may spin about it."
         )
 
-    def _moved(self, step: Array) -> _Balance:
+    def _moved(self, step: Array) -> _PairBalance:
         turns = np.array([[1.0, *step[:3] / 2], [1.0, *step[3:6] / 2]])
         attitudes = quat.product(self.attitudes, turns / np.linalg.norm(turns, axis=1, keepdims=True))
         return dataclasses.replace(self, attitudes=attitudes, rate=self.rate + step[6:])

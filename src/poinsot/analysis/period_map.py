@@ -1,59 +1,71 @@
-"""The period map of a rotation relative to a frame, and its derivatives."""
+"""Period maps of one body and of two, and their derivatives: Newton's method finds their fixed points.
+
+The map of one body is relative to a frame. The map of two bodies is up to a turn about the total angular momentum.
+Periodic motions of two bodies come in families, by energy and angular momentum: Newton's method conserves both from
+the guess, and converges to the nearest of the motions that differ by turns of space and by times. The period is one of
+the unknowns. The turn, and spins about axes of symmetry, are the ones that lead closest back to the point.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
+from poinsot.analysis.pair_point import PairPoint, symmetry_axis, units_of_pair
 from poinsot.analysis.transition_matrix import state_transition
 from poinsot.errors import PropagationError
+from poinsot.integration.scaling import orbital_rate
 from poinsot.integration.state_vector import factors_of_parts
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.part import jumps_at
-from poinsot.mechanics.state import AnyState, State, changed, state_with
+from poinsot.mechanics.state import AnyState, PairState, State, changed, state_with
 from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import quoted
 
-__all__ = ["MAX_ITERATIONS", "Passage", "PeriodMap", "Point", "carried"]
+__all__ = ["FAMILY_TOLERANCE", "MAX_LAST_STEP", "PairPeriodMap", "PeriodMap", "Point", "largest_component"]
 
 Array = NDArray[Any]
 
 Point = tuple[Array, Array]
-"""A unit quaternion body -> frame; and an angular momentum, body axes, with the variables of parts behind it."""
+"""A unit quaternion body -> frame, and an angular momentum, body axes, with the variables of parts behind it."""
+Unknown = TypeVar("Unknown")
 
 PERIODICITY_TOLERANCE = 1e-9
 """Largest change of a torque or rate from one period to the next, relative to its size."""
 MAX_ITERATIONS = 40
 MAX_STEP = 0.3
-"""Of Newton's method, radians; of the momentum, what turns the body by so much in a period."""
+"""Largest step of Newton's method, radians. A momentum counts by the angle that it turns the body in a period."""
 MAX_LAST_STEP = 1e-7
-"""The error after a step is of the order of its square."""
+"""Largest step after which Newton's method has converged: the error is of the order of its square."""
 FAMILY_TOLERANCE = 1e-10
-"""Singular values below this, of the largest, are those of a direction in which there is another such motion."""
+"""Relative size of singular values in whose direction another periodic motion exists."""
+REST_TOLERANCE = 1e-6
+"""Largest rate in rotating axes at a relative equilibrium, relative to the rates in space."""
 MAX_GROWTH = 1e9
 """Largest growth of displacements in a period. Beyond it rounding moves the end by more than the last step."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Passage:
-    """One period from a point: where it leads, and its derivatives, as displacements.
+    """End of one period from a point, and its derivatives as displacements.
 
     Attributes
     ----------
     end : Point
     change : array (k,)
-        From the start to the end.
+        Displacement from the start to the end.
     matrix : array (k, k)
-        The derivative of the end by the start.
+        Derivative of the end by the start.
     slope : array (k, p)
-        That by the named numbers.
+        Derivative of the end by the named numbers.
     """
 
     end: Point
@@ -63,15 +75,15 @@ class Passage:
 
 
 class PeriodMap:
-    """The motion over one period.
+    """Map of the motion of one body over one period.
 
     Displacements of points have shape (k,), k = 6 and the variables of parts: a rotation vector, momenta times period /
-    largest moment, other variables over about ten times the size that they have from the start.
+    largest moment, other variables divided by about ten times their initial size.
 
     Attributes
     ----------
     units : array (k,)
-        What turns displacements into rotation vectors, momenta and variables.
+        Factors from displacements to rotation vectors, momenta and variables.
     """
 
     def __init__(self, system: System, frame: Frame, start: State, period: float) -> None:
@@ -93,7 +105,7 @@ class PeriodMap:
         return turned.as_quat(scalar_first=True), rest + self.units[3:] * x[3:]
 
     def displacement(self, point: Point, other: Point) -> Array:
-        """Return what leads from one point to another."""
+        """Return the displacement from one point to another."""
         turn = rotation(point[0]).inv() * rotation(other[0])
         return np.concatenate([turn.as_rotvec(), (other[1] - point[1]) / self.units[3:]])
 
@@ -125,35 +137,33 @@ class PeriodMap:
         return np.asarray(np.concatenate([list(map(float, values)) for values in rates.values()]) / self.units)
 
     def passage(self, point: Point, names: Sequence[str] = ()) -> Passage:
-        """Return what a period does, with the derivatives by named numbers of the system."""
-        last, matrix, slope = carried(self.system, self.state(point), self.period, names, self.units)
+        """Return the passage of a period, with the derivatives by named numbers of the system."""
+        last, matrix, slope = _after_period(self.system, self.state(point), self.period, names, self.units)
         to_frame = quat.conjugate(self.frame.quaternion(self.time + self.period))
         there = quat.product(to_frame, last.quaternion), self._rest(last)
         return Passage(there, self.displacement(point, there), matrix, slope)
 
-    # ------------------------------------------------------------------ the motion that repeats itself
+    # ------------------------------------------------------------------ fixed point
 
-    def settled(self, guess: State) -> tuple[Point, Array]:
-        """Return where Newton's method leads, and the derivative of the motion over the period there."""
-        point = self.point(guess)
-        for _ in range(MAX_ITERATIONS):
-            passage = self.passage(point)
-            step = np.linalg.lstsq(np.eye(self.units.size) - passage.matrix, passage.change, rcond=FAMILY_TOLERANCE)[0]
-            missed, size = (largest_part(x) for x in (passage.change, step))
-            point = self.displaced(point, step * (MAX_STEP / max(size, MAX_STEP)))
-            if max(missed, size) < MAX_LAST_STEP:
-                return point, self.passage(point).matrix
-        raise ValueError(
-            f"guess must be near a motion that repeats itself, but after {MAX_ITERATIONS} steps of Newton's method "
-            f"it still misses itself by {missed:.2g} rad in a period. Start nearer, or elsewhere."
-        )
+    def fixed_point(self, guess: State) -> tuple[Point, Array]:
+        """Return the fixed point to which Newton's method converges, and the derivative of the map there."""
+        point = _converged(self._improved, self.point(guess), "repeats itself")
+        return point, self.passage(point).matrix
+
+    def _improved(self, point: Point) -> tuple[Point, float, float]:
+        """Return the point after a step of Newton's method, and the sizes of the error before it and of the step."""
+        passage = self.passage(point)
+        step = np.linalg.lstsq(np.eye(self.units.size) - passage.matrix, passage.change, rcond=FAMILY_TOLERANCE)[0]
+        missed, size = (largest_component(x) for x in (passage.change, step))
+        return self.displaced(point, step * (MAX_STEP / max(size, MAX_STEP))), missed, size
 
     # ------------------------------------------------------------------ checks
 
     def check(self) -> None:
-        """Refuse a frame whose angular velocity does not repeat itself, or a system whose torques do not in the frame.
+        """Raise an error if the angular velocity of the frame, or a torque in the frame, is not periodic.
 
-        Of a system with parts also the rates of their variables and the angular velocity at the momenta of the start.
+        For a system with parts the rates of their variables and the angular velocity at the initial momenta are
+        checked, too.
         """
         first, last = self.system.span
         if self.time < first or self.time + 2 * self.period > last:
@@ -174,7 +184,7 @@ class PeriodMap:
             )
 
     def _changes(self, vectors: Callable[[Array], dict[str, Array]]) -> Iterator[tuple[str, float]]:
-        """Yield which vectors, as functions of time, change from one period to the next, and by which share."""
+        """Yield the names of vectors that change from one period to the next, with the relative changes."""
         times = self.time + self.period * np.array([0.0, 0.13, 0.37, 0.71])
         slack = PERIODICITY_TOLERANCE + 10 * float(np.spacing(abs(self.time) + self.period)) / self.period
         here, there = (vectors(each) for each in (times, times + self.period))
@@ -203,10 +213,164 @@ class PeriodMap:
         return vectors
 
 
-def carried(
+# ---------------------------------------------------------------------- two bodies
+
+
+@dataclasses.dataclass(frozen=True)
+class PairPassage:
+    """End of one period from a point of two bodies; displacements are divided by units.
+
+    Attributes
+    ----------
+    turn : float
+        Angle of the turn about the total angular momentum, in (-pi, pi].
+    change : array (18,)
+        Displacement from the start to the end, without the turn and spins.
+    matrix : array (18, 18)
+        Derivative of the end by the start, at the same turn and spins.
+    slope : array (18, 2 + n)
+        Derivative of the end by the number of periods, by the turn, and by the spins.
+    """
+
+    turn: float
+    change: Array
+    matrix: Array
+    slope: Array
+
+
+class PairPeriodMap:
+    """Map of the motion of two bodies over a period."""
+
+    def __init__(self, system: System[TwoBodies], guess: PairState) -> None:
+        self.system, self.time, self.start = system, float(guess.time), PairPoint.of(guess)
+        self.units = units_of_pair(
+            system, float(np.linalg.norm(guess.position)), float(orbital_rate(system.dynamics, guess))
+        )
+        self.axes = tuple(map(symmetry_axis, system.of_bodies.values()))
+
+    def about(self, point: PairPoint) -> Array:
+        """Return the direction of the total angular momentum."""
+        return np.asarray(point.total / np.linalg.norm(point.total))
+
+    def passage(self, point: PairPoint, period: float) -> PairPassage:
+        """Return the passage of a period."""
+        from scipy.spatial.transform import Rotation
+
+        last, matrix, _ = _after_period(self.system, point.state(self.time), period, (), self.units)
+        end, about = PairPoint.of(last), self.about(point)
+        turn = _angle(about, point.position, end.position)
+        back = Rotation.from_rotvec(-turn * about)
+        end = end.turned(back)
+        unspun = Rotation.from_rotvec([-x for x in self._spins(point, end)])
+        end = end.spun(unspun)
+        for own, each in zip((slice(0, 6), slice(6, 12)), unspun.inv().as_matrix(), strict=True):
+            matrix[own] = np.kron(np.eye(2), each) @ matrix[own]
+        matrix[12:] = np.kron(np.eye(2), back.as_matrix()) @ matrix[12:]
+        flow = period * self._flow(end)
+        slope = np.column_stack([flow, -end.turning(about), -end.spinning(self.axes)]) / self.units[:, None]
+        return PairPassage(turn, point.displacement(end) / self.units, matrix, slope)
+
+    def _spins(self, point: PairPoint, end: PairPoint) -> list[Array]:
+        """Return the rotation vector of each body about its axis of symmetry, along its axes."""
+        turns = quat.product(quat.conjugate(point.attitudes), end.attitudes)
+        return [
+            np.zeros(3) if axis is None else 2 * np.arctan2(turn[1:] @ axis, turn[0]) * axis
+            for axis, turn in zip(self.axes, turns, strict=True)
+        ]
+
+    def _flow(self, point: PairPoint) -> Array:
+        """Return the displacement per time."""
+        turnings, own = self.system.dynamics.changes(self.system.dynamics.at(point.state(self.time)))
+        values = [x for each in turnings for x in (*each.omega, *each.momentum_rate)]
+        return np.array([*values, *own["orbit"]], dtype=float)
+
+    def _energy_slope(self, point: PairPoint) -> Array:
+        """Return the derivative of the energy by displacements."""
+        flow = self._flow(point)
+        own = [
+            (np.cross(g, w) - rate, w) for g, (w, rate) in zip(point.momenta, flow[:12].reshape(2, 2, 3), strict=True)
+        ]
+        return np.concatenate([*own[0], *own[1], -flow[15:], flow[12:15]])
+
+    def reduced(self, point: PairPoint, matrix: Array) -> Array:
+        """Return the derivative among motions of the same energy and momenta, up to symmetries and times.
+
+        Its shape is (12, 12), two less for each axis of symmetry. It is (14, 14) at a relative equilibrium, where the
+        flow coincides with symmetries.
+        """
+        flow = self._flow(point)
+        basis = point.free(self.about(point), self.axes, self.units)
+        along, up = basis.T @ (flow / self.units), basis.T @ (self._energy_slope(point) * self.units)
+        if np.linalg.norm(along) > REST_TOLERANCE * np.linalg.norm(flow / self.units):
+            both = np.array([along / np.linalg.norm(along), up / np.linalg.norm(up)])
+            basis = basis @ np.linalg.svd(both)[2][2:].T
+        return np.asarray(basis.T @ matrix @ basis)
+
+    def fixed_point(self, period: float) -> tuple[PairPoint, float, PairPassage]:
+        """Return the fixed point to which Newton's method converges, its period, and the passage of this period."""
+        point, period = _converged(self._improved, (self.start, period), "repeats itself up to a turn")
+        return point, period, self.passage(point, period)
+
+    def _improved(self, here: tuple[PairPoint, float]) -> tuple[tuple[PairPoint, float], float, float]:
+        """Return point and period after a step of Newton's method, and the sizes of the error and of the step."""
+        point, period = here
+        passage = self.passage(point, period)
+        x, longer = self._step(point, passage)
+        missed, size = (float(np.max(np.linalg.norm(y.reshape(6, 3), axis=1))) for y in (passage.change, x))
+        size = max(size, abs(longer))
+        share = MAX_STEP / max(size, MAX_STEP)
+        return (point.displaced(share * x * self.units), period * (1 + share * longer)), missed, size
+
+    def _step(self, point: PairPoint, passage: PairPassage) -> tuple[Array, float]:
+        """Return the shortest displacement to a periodic motion, and the relative change of the period.
+
+        Conserved quantities are equal at the end for any start, so that their derivatives there are no equations. The
+        equations that replace them demand the values of the guess.
+        """
+        rows = self._conserved_slopes(point)
+        sizes = np.linalg.norm(rows, axis=1)
+        ends = self._conserved_slopes(point.displaced(passage.change * self.units)) / sizes[:, None]
+        others = np.linalg.svd(ends)[2][len(ends) :]
+        slopes = others @ np.hstack([np.eye(18) - passage.matrix, -passage.slope])
+        held = np.hstack([rows / sizes[:, None], np.zeros((len(rows), passage.slope.shape[1]))])
+        missing = (self._conserved(self.start) - self._conserved(point)) / sizes
+        right = np.concatenate([others @ passage.change, missing])
+        step = np.linalg.lstsq(np.vstack([slopes, held]), right, rcond=FAMILY_TOLERANCE)[0]
+        return step[:18], float(step[18])
+
+    def _conserved(self, point: PairPoint) -> Array:
+        """Return the angular momentum, the energy and the momenta of spins."""
+        spins = [g @ axis for g, axis in zip(point.momenta, self.axes, strict=True) if axis is not None]
+        return np.array([*point.total, self.system.energy(point.state(self.time)), *spins], dtype=float)
+
+    def _conserved_slopes(self, point: PairPoint) -> Array:
+        """Return the derivatives of the conserved quantities by displacements divided by units."""
+        rows = [point.by_displacement(), self._energy_slope(point), point.spin_momenta(self.axes)]
+        return np.vstack(rows) * self.units
+
+
+# ---------------------------------------------------------------------- both
+
+
+def _converged(improved: Callable[[Unknown], tuple[Unknown, float, float]], guess: Unknown, kind: str) -> Unknown:
+    """Return the unknown to which steps of Newton's method converge from a guess.
+
+    A step returns the improved unknown, and the sizes of the error before it and of the step.
+    """
+    for _ in range(MAX_ITERATIONS):
+        guess, missed, size = improved(guess)
+        if max(missed, size) < MAX_LAST_STEP:
+            return guess
+    raise ValueError(
+        f"guess must be near a motion that {kind}, but after {MAX_ITERATIONS} steps of Newton's method it still "
+        f"misses itself by {missed:.2g} rad in a period. Start nearer, or elsewhere."
+    )
+
+
+def _after_period(
     system: System, start: AnyState, period: float, names: Sequence[str], units: Array
 ) -> tuple[Any, Array, Array]:
-    """Return the state a period after another, and its derivatives by that one and by named numbers, over units."""
+    """Return the state after a period, and its derivatives by the start and by named numbers, divided by units."""
     end = float(start.time) + period
     try:
         found = state_transition(system, start, [end], names, progress=False)
@@ -226,6 +390,11 @@ def carried(
     )
 
 
-def largest_part(x: Array) -> float:
-    """Return the largest of the sizes of the turn, of the change of momentum and of those of the variables of parts."""
+def largest_component(x: Array) -> float:
+    """Return the largest of the angle of the turn, the change of momentum and the changes of variables of parts."""
     return float(max(*np.linalg.norm(x[:6].reshape(2, 3), axis=-1), *np.abs(x[6:])))
+
+
+def _angle(about: Array, a: Array, b: Array) -> float:
+    """Return the angle from one vector to another about a unit vector."""
+    return float(np.arctan2(about @ np.cross(a, b), a @ b - (a @ about) * (b @ about)))

@@ -1,9 +1,10 @@
 """Periodic motions in a moving frame, their small oscillations and stability.
 
-x = (rotation vector, change of angular momentum), both along the body axes, becomes matrix x a period later, to first
-order. Newton's method finds the zero of the displacement over a period; the eigenvalues of the matrix are Floquet's
-multipliers. Under a force with that period it is the forced motion, with all free oscillations removed: the libration
-of a moon on an ellipse, or, seen from axes that turn with the node of the orbit, its rotation in a Cassini state.
+The vector x = (rotation vector, change of angular momentum), both along the body axes, becomes matrix x a period later,
+to first order. Newton's method finds the zero of the displacement over a period. The eigenvalues of the matrix are
+Floquet's multipliers. Under a force with this period the periodic motion is the forced motion without free
+oscillations: the libration of a moon on an ellipse, or, seen from axes that turn with the node of the orbit, its
+rotation in a Cassini state.
 """
 
 from __future__ import annotations
@@ -16,9 +17,8 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.multipliers import MULTIPLIER_TOLERANCE, Multipliers
-from poinsot.analysis.pair_equilibrium import refuse_open
-from poinsot.analysis.pair_period_map import PairPeriodMap
-from poinsot.analysis.period_map import PeriodMap, Point
+from poinsot.analysis.pair_point import refuse_open
+from poinsot.analysis.period_map import PairPeriodMap, PeriodMap, Point
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.errors import real_array, refuse_nonpositive
@@ -39,7 +39,7 @@ from poinsot.quantities import Inclination
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["CassiniState", "PeriodicMotion", "cassini_state", "periodic_motion", "recognised"]
+__all__ = ["CassiniState", "PeriodicMotion", "cassini_state", "motion_at", "periodic_motion"]
 
 Array = NDArray[Any]
 
@@ -196,21 +196,21 @@ def periodic_motion(system: System, guess: AnyState, period: float, frame: Frame
         wanted = "PairState of two bodies" if len(system.of_bodies) > 1 else "State of one body"
         raise TypeError(f"guess must be a {wanted}, got a {kind_of(guess)}. system.state makes it.")
     frame = RotatingFrame((1, 0, 0, 0), (0, 0, 0)) if frame is None else checked_frame(frame)
-    once = PeriodMap(system, frame, guess, period)
-    once.check()
-    return recognised(once, *once.settled(guess))
+    mapping = PeriodMap(system, frame, guess, period)
+    mapping.check()
+    return motion_at(mapping, *mapping.fixed_point(guess))
 
 
-def recognised(once: PeriodMap, point: Point, matrix: Array) -> PeriodicMotion:
-    """Return what there is to know about the motion that a period leads back to its point."""
-    matrix_of_user = matrix * once.units[:, None] / once.units
-    return _motion(once.system, once.state(point), once.period, once.frame, matrix_of_user, matrix)
+def motion_at(mapping: PeriodMap, point: Point, matrix: Array) -> PeriodicMotion:
+    """Return the periodic motion at a fixed point of a period map, from the derivative of the map there."""
+    matrix_of_user = matrix * mapping.units[:, None] / mapping.units
+    return _motion(mapping.system, mapping.state(point), mapping.period, mapping.frame, matrix_of_user, matrix)
 
 
 def _motion(system: System, state: AnyState, period: float, frame: Frame, matrix: Array, free: Array) -> PeriodicMotion:
-    """Return a motion with the multipliers of a matrix of displacements that no symmetry leaves alone."""
+    """Return a motion with the multipliers of a matrix of displacements across the symmetries."""
     multipliers = Multipliers(free).values
-    with np.errstate(divide="ignore"):  # what a sample sets anew has the multiplier 0
+    with np.errstate(divide="ignore"):  # a variable that a sample replaces has the multiplier 0
         exponents = np.log(multipliers)
     frequencies, growth = (
         np.sort(part[part > MULTIPLIER_TOLERANCE]) / period for part in (exponents.imag, exponents.real)
@@ -219,19 +219,19 @@ def _motion(system: System, state: AnyState, period: float, frame: Frame, matrix
 
 
 def _of_pair(system: System[TwoBodies], guess: Any, period: float) -> PeriodicMotion:
-    """Return the motion of two bodies that repeats itself in axes that turn about their angular momentum."""
+    """Return the motion of two bodies that is periodic in axes that turn about their angular momentum."""
     refuse_open(system, guess)
-    once = PairPeriodMap(system, guess)
-    point, period, passage = once.settled(period)
-    state, about = point.state(guess.time), once.about(point)
+    mapping = PairPeriodMap(system, guess)
+    point, period, passage = mapping.fixed_point(period)
+    state, about = point.state(guess.time), mapping.about(point)
     turn = passage.turn + 2 * np.pi * _revolutions(system, state, period, about, passage.turn)
     frame = RotatingFrame((1, 0, 0, 0), turn / period * about, state.time)
-    matrix = passage.matrix * once.units[:, None] / once.units
-    return _motion(system, state, period, frame, matrix, once.reduced(point, passage.matrix))
+    matrix = passage.matrix * mapping.units[:, None] / mapping.units
+    return _motion(system, state, period, frame, matrix, mapping.reduced(point, passage.matrix))
 
 
 def _revolutions(system: System[TwoBodies], state: PairState, period: float, about: Array, turn: float) -> float:
-    """Return how often the line of centres turns in a period beyond a turn in (-pi, pi]."""
+    """Return the number of whole turns of the line of centres in a period, beyond a turn in (-pi, pi]."""
     motion: Any = propagate(system, state, state.time + period * np.arange(SAMPLES_PER_PERIOD + 1) / SAMPLES_PER_PERIOD)
     first = state.position - (state.position @ about) * about
     longitudes = np.unwrap(np.arctan2(motion.position @ np.cross(about, first), motion.position @ first))
@@ -343,7 +343,7 @@ def cassini_state(body: Body, orbit: PrecessingOrbit, spin: float = 1.0, obliqui
     guess = body.state(_tilted(orbit, time, obliquity), omega_body=rate, time=time, frame=node)
     motion = periodic_motion(system, guess, orbit.period if spin % 1 == 0 else 2 * orbit.period, node)
     axis, normal = _mean_axis(motion), orbit.frame.attitude(time).apply((0, 0, 1))
-    return CassiniState(motion, _angle(axis, normal), _angle(axis, np.array([0.0, 0, 1])), *_named(motion))
+    return CassiniState(motion, _angle(axis, normal), _angle(axis, np.array([0.0, 0, 1])), *_free_librations(motion))
 
 
 def _checked_spin(spin: float) -> float:
@@ -371,8 +371,8 @@ def _angle(a: Array, b: Array) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
 
 
-def _named(motion: PeriodicMotion) -> tuple[float, float, float]:
-    """Return the frequencies of longitude, precession and wobble, told apart by how axis and momentum move in them."""
+def _free_librations(motion: PeriodicMotion) -> tuple[float, float, float]:
+    """Return the frequencies of longitude, precession and wobble, identified by the motion of axis and momentum."""
     multipliers, modes = np.linalg.eig(motion.matrix)
     angles, growth = np.angle(multipliers), np.log(np.abs(multipliers))
     swings = (angles > MULTIPLIER_TOLERANCE) & (np.abs(growth) < MULTIPLIER_TOLERANCE)
@@ -381,6 +381,6 @@ def _named(motion: PeriodicMotion) -> tuple[float, float, float]:
     frequencies, sizes = angles[swings] / motion.period, np.abs(modes[:, swings])
     across = np.hypot(sizes[0], sizes[1])
     longitude = int(np.argmax(sizes[2] / across))
-    apart = np.hypot(sizes[3], sizes[4]) / across  # of momentum and axis
-    precession, wobble = sorted({0, 1, 2} - {longitude}, key=lambda i: float(apart[i]))
+    ratio = np.hypot(sizes[3], sizes[4]) / across  # of momentum and axis
+    precession, wobble = sorted({0, 1, 2} - {longitude}, key=lambda i: float(ratio[i]))
     return float(frequencies[longitude]), float(frequencies[precession]), float(frequencies[wobble])

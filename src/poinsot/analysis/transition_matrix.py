@@ -27,7 +27,7 @@ from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
 from poinsot.mechanics.times import checked_times
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings
+from poinsot.propagation.arguments import checked_settings
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.row_source import MemoryRows
@@ -222,7 +222,7 @@ def state_transition(
         return cast("StateTransition", analysed_in_chunks(plan, analysis, progress))
     inputs = tuple(resolve(system, name) for name in parameters)
     sizes = np.array(np.broadcast_arrays(*(binary_size(system, name) for name in parameters)), dtype=int).T
-    settings = RunSettings.of(formulation, tolerance, threads, progress)
+    settings = checked_settings(formulation, tolerance, threads, progress)
     whole = VariationalRun.of(system, state, times, settings, Derivatives(inputs, order, sizes))
     out = _Columns(whole, order)
     report = Report(np.zeros(out.members, dtype=int))

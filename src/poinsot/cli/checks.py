@@ -21,7 +21,7 @@ from poinsot.cli.terminal import (
     opened,
     say,
 )
-from poinsot.display.progress import Report, bar
+from poinsot.display.progress import ReportProgress, bar
 
 __all__ = ["paper", "verify"]
 
@@ -46,15 +46,15 @@ def paper(
     from rich.console import Console
 
     mpl.use("Agg")
-    from poinsot import paper as problems
     from poinsot.atomic_write import write_text
+    from poinsot.validation import paper as problems
 
     console = Console()
     out.mkdir(parents=True, exist_ok=True)
     for name in [f"{problem.name}{end}" for problem in problems.PROBLEMS for end in (".png", ".pdf", ".nc")]:
         check_new(out / name, overwrite)
     check_new(out / "table.md", overwrite)
-    rows: list[problems.Row] = []
+    rows: list[problems.ErrorRow] = []
     with _bar("The paper's problems", len(problems.PROBLEMS), console) as report:
         for problem in problems.PROBLEMS:
             report(bool(rows), problem.title)
@@ -85,7 +85,7 @@ def verify(as_json: Json = False) -> None:
     """
     from rich.console import Console
 
-    from poinsot import verify as checks
+    from poinsot.validation import cases as checks
 
     console = Console()
     found: list[Any] = []
@@ -94,7 +94,7 @@ def verify(as_json: Json = False) -> None:
         try:
             for case in checks.CASES:
                 report(bool(found), case.title)
-                found.append((case, checks.rows_of(case)))
+                found.append((case, checks.comparisons_of(case)))
         except KeyboardInterrupt:
             interrupted = True
     failed = sum(not row.holds for _, rows in found for row in rows)
@@ -131,7 +131,7 @@ def _show(console: Any, found: list[Any], failed: int, installation: str) -> Non
     console.print(installation, highlight=False)
 
 
-def _bar(what: str, total: int, console: Any) -> AbstractContextManager[Report]:
+def _bar(what: str, total: int, console: Any) -> AbstractContextManager[ReportProgress]:
     """Return a bar where tables go, if that is a terminal, else on the standard error."""
     from rich.console import Console
 
@@ -166,7 +166,7 @@ def _table(title: str, rows: list[Any]) -> object:
     from rich import box
     from rich.table import Table
 
-    from poinsot.paper import HEADINGS
+    from poinsot.validation.paper import HEADINGS
 
     table = Table(*HEADINGS[1:], title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=0)
     for row in rows:

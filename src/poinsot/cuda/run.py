@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 from typing_extensions import override
 
 from poinsot.cuda import cuda_kernel
@@ -23,7 +25,6 @@ MAX_OPERATIONS = 16_000
 class CudaRun(Run):
     """Run of an ensemble on a GPU."""
 
-    code: cuda_kernel.CudaCode
     kernel_name = "cuda"
 
     @staticmethod
@@ -34,10 +35,10 @@ class CudaRun(Run):
     @override
     def _integrate_members(self) -> None:
         """Integrate chunks of members, half as many where the device has no room."""
-        left, memory = self.fast_first(), cuda_kernel.CudaWorker(self.code)
-        most = cuda_kernel.most_members(self.code, self.rising.size)
-        with bar("members", left.size, self.progress) as show:
-            while left.size and not self.stop:
+        left, code = self.fast_first(), cast("cuda_kernel.CudaCode", self.parameters.code)
+        memory, most = cuda_kernel.CudaWorker(code), cuda_kernel.most_members(code, self.rising.size)
+        with bar("members", left.size, self.settings.progress) as show:
+            while left.size and not self.interrupts.stop:
                 try:
                     done = self.integrate_slab(memory, left[:most], show)
                 except MemoryError:

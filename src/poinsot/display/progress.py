@@ -14,24 +14,26 @@ if TYPE_CHECKING:
     from rich import progress as rich_progress
     from rich.console import Console, RenderableType
 
-__all__ = ["Progress", "Report", "bar", "later"]
+__all__ = ["Progress", "ReportProgress", "bar", "later"]
 
 DELAY = 0.5
 """Seconds before a progress bar appears."""
 
 
-class Report(Protocol):
+class ReportProgress(Protocol):
     """Function that receives the progress of a run."""
 
     def __call__(self, more: float, part: str = "") -> None:
         """Add an amount to the part of the run that is done, and name the next part, if it has a name."""
 
 
-Progress = bool | Report
+Progress = bool | ReportProgress
 """True to show a progress bar, or the function that receives the progress as a part of a longer run."""
 
 
-def bar(what: str, total: float, wanted: Progress, console: Console | None = None) -> AbstractContextManager[Report]:
+def bar(
+    what: str, total: float, wanted: Progress, console: Console | None = None
+) -> AbstractContextManager[ReportProgress]:
     """Return a context in which a progress bar shows what is done, the rate or the part, and the remaining time.
 
     Parameters
@@ -40,7 +42,7 @@ def bar(what: str, total: float, wanted: Progress, console: Console | None = Non
         Name of the quantity that is counted.
     total : float
         Amount of the whole run.
-    wanted : bool or Report
+    wanted : bool or ReportProgress
         True to show the bar. A function receives the progress in its place.
     console : Console, optional
         Default: the standard error.
@@ -51,7 +53,7 @@ def bar(what: str, total: float, wanted: Progress, console: Console | None = Non
 
 
 @contextmanager
-def _shown(what: str, total: float, console: Console | None) -> Iterator[Report]:
+def _shown(what: str, total: float, console: Console | None) -> Iterator[ReportProgress]:
     lock, done, text, start = threading.Lock(), 0.0, "", clock.perf_counter()
 
     def started() -> rich_progress.Progress:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from poinsot.atomic_write import write_text
 from poinsot.files.keys import Entry, Keys
-from poinsot.files.rows import Rows
+from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.printable import quoted, shortened
@@ -161,17 +161,17 @@ def segments_of(
     versions: str,
     needed: tuple[str, ...],
     metadata: Keys,
-    columns_of: Callable[[Rows, str, bool], tuple[str, ...]],
+    columns_of: Callable[[TextRows, str, bool], tuple[str, ...]],
     ignored_columns: tuple[str, ...] = (),
-) -> tuple[str, list[Rows]]:
+) -> tuple[str, list[TextRows]]:
     """Return the version of an ephemeris message, and its segments, each with the needed metadata.
 
     `columns_of` returns the columns of a segment by its metadata, the version, and whether the message is in XML.
     """
-    segments: list[Rows] = []
+    segments: list[TextRows] = []
 
-    def begin(entries: list[Entry]) -> Rows:
-        segment = Rows(name, {entry.key: entry.value for entry in entries})
+    def begin(entries: list[Entry]) -> TextRows:
+        segment = TextRows(name, {entry.key: entry.value for entry in entries})
         for key in needed:
             if not segment.says.get(key):
                 raise ValueError(f"segment {len(segments)} of {name} must have {key}, got none.")
@@ -191,7 +191,7 @@ def segments_of(
     return version, segments
 
 
-def _read_kvn(lines: Iterator[tuple[int, str]], name: str, begin: Callable[[list[Entry]], Rows]) -> list[Entry]:
+def _read_kvn(lines: Iterator[tuple[int, str]], name: str, begin: Callable[[list[Entry]], TextRows]) -> list[Entry]:
     """Read the segments, and return the entries before the first one."""
     segment, block, begun = None, "", 0
     header: list[Entry] = []
@@ -219,7 +219,7 @@ def _read_xml(
     element: ET.Element,
     place: str,
     row_tag: str,
-    begin: Callable[[list[Entry]], Rows],
+    begin: Callable[[list[Entry]], TextRows],
     ignored_columns: tuple[str, ...],
 ) -> None:
     parts = [(local_name(part), part) for part in element.iter()]
@@ -258,7 +258,7 @@ def check_sequence(element: ET.Element, sequence: str, place: str) -> None:
             raise ValueError(f"{place} must have its angles in the order {quoted(given)}, got {quoted(axes)}.")
 
 
-def chosen(segments: list[Rows], index: int | None, name: str) -> list[Rows]:
+def chosen(segments: list[TextRows], index: int | None, name: str) -> list[TextRows]:
     """Return one of several segments, or all, each of which must have rows."""
     if not segments:
         raise ValueError(f"{name} must have a segment with rows, got none.")
@@ -270,7 +270,7 @@ def chosen(segments: list[Rows], index: int | None, name: str) -> list[Rows]:
     return segments if index is None else [segments[index]]
 
 
-def check_continued(segments: list[Rows], i: int, same: Mapping[str, bool]) -> None:
+def check_continued(segments: list[TextRows], i: int, same: Mapping[str, bool]) -> None:
     """Refuse to join a segment to the one before if they differ in something."""
     differing = [what for what, is_same in same.items() if not is_same]
     if differing:
@@ -296,7 +296,7 @@ def body_and_reference(first: str, second: str, place: str) -> tuple[str, str, b
     return body, reference, inertial[0]
 
 
-def times_of(rows: Rows, calendar: Calendar | None) -> tuple[NDArray[np.float64], Calendar]:
+def times_of(rows: TextRows, calendar: Calendar | None) -> tuple[NDArray[np.float64], Calendar]:
     """Return the rising times of rows up to STOP_TIME, and the calendar: by default from the first, in seconds."""
     scale = rows.word("TIME_SYSTEM").upper()
     if scale not in SCALES:
@@ -312,7 +312,7 @@ def times_of(rows: Rows, calendar: Calendar | None) -> tuple[NDArray[np.float64]
     return times, calendar
 
 
-def _check_span(rows: Rows, times: NDArray[np.float64], calendar: Calendar) -> None:
+def _check_span(rows: TextRows, times: NDArray[np.float64], calendar: Calendar) -> None:
     """Raise a ValueError unless the rows extend from START_TIME to STOP_TIME, but for the interval between two rows."""
     ends = (("START_TIME", "first", 0, times[0] - times[1]), ("STOP_TIME", "last", -1, times[-1] - times[-2]))
     for key, which, place, interval in ends:
@@ -331,7 +331,7 @@ def _check_span(rows: Rows, times: NDArray[np.float64], calendar: Calendar) -> N
             )
 
 
-def time_said(rows: Rows, key: str, calendar: Calendar) -> float | None:
+def time_said(rows: TextRows, key: str, calendar: Calendar) -> float | None:
     """Return a time that the metadata say, None if they do not."""
     epoch, places = rows.says.get(key), [f"{key} in {rows.name}"]
     return float(_counted(calendar, [epoch], places, rows.says["TIME_SYSTEM"].upper())[0]) if epoch else None

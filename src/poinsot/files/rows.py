@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from poinsot.printable import quoted
 
-__all__ = ["Rows", "number"]
+__all__ = ["TextRows", "number"]
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ MAX_NUMBER = 1e15
 
 
 @dataclasses.dataclass
-class Rows:
+class TextRows:
     """Rows in one file or one segment of it; `epochs` are the dates before their numbers, if they have dates."""
 
     name: str

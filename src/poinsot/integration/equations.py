@@ -21,7 +21,7 @@ from poinsot.functions import Vector
 from poinsot.integration.formulations import Formulation, refuse_spatial_motion
 from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
-from poinsot.integration.scaling import momentum_ratios, momentum_scales
+from poinsot.integration.scaling import momentum_ratios, momentum_scales, torque_scale
 from poinsot.integration.state_vector import StateVector, factors_of_parts
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.integration.variational import TurningBody, VariationalEquations
@@ -85,15 +85,18 @@ def state_vector(problem: Problem, state: AnyState, formulation: Formulation, pr
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
-    sizes = momentum_scales(system, state)
+    torque = torque_scale(system)
+    sizes = momentum_scales(system, state, torque)
     scale = np.exp2(np.rint(np.log2(MOMENTUM_SCALE / next(iter(sizes.values())))))
     parts, ratios = factors_of_parts(system, state), momentum_ratios(sizes)
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
-        comoving = StateVector(formulation, scale, parts, *shared_blocks(smooth.orbits, lambda _: True), comoving=True)
-        if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):
+        orbits, views = shared_blocks(smooth.orbits, lambda _: True)
+        comoving = StateVector(formulation, scale, parts, orbits, views, comoving=True, torque_scale=torque)
+        if set(comoving.views) == {0} and _can_be_comoving(smooth, comoving):
             return comoving.sharing(smooth.alike.by_variables)
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
-    return StateVector(formulation, scale, parts, orbits, views, ratios=ratios).sharing(smooth.alike.by_variables)
+    variables = StateVector(formulation, scale, parts, orbits, views, ratios=ratios, torque_scale=torque)
+    return variables.sharing(smooth.alike.by_variables)
 
 
 def between_first_knots(problem: Problem) -> Problem:
@@ -173,11 +176,15 @@ def counting(problem: Problem, variables: StateVector) -> Evaluator:
 
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
     """Return True if no formula reads the space axes themselves, whatever its numbers."""
-    try:
-        _traced(problem, variables)
-    except functions.NotComoving:
-        return False
-    return True
+    known = problem.alike
+    if "can be comoving" not in known:
+        try:
+            _traced(problem, variables)
+            known["can be comoving"] = True
+        except functions.NotComoving:
+            known["can be comoving"] = False
+    found: bool = known["can be comoving"]
+    return found
 
 
 @dataclass(frozen=True)
@@ -300,9 +307,9 @@ def _with_tangents(update: Update, variables: StateVector, changes: list[list[Gr
 def _refuse_varied_samples(graph: Graph, parts: Sequence[Part], variations: Variations) -> None:
     """Raise a ValueError for derivatives by numbers that the times of samples depend on."""
     varied = {graph.input(number) for together in variations.inputs for number in together}
-    if varied & set(ordered([x for part in parts if part.jump for x in (part.jump.period, part.jump.phase)])):
+    if varied & set(ordered([x for part in parts if part.jump for x in (part.jump.period, part.jump.offset)])):
         raise ValueError(
-            "parameters must not be the period or the phase of a sampled law, got one. At samples motions jump; take "
+            "parameters must not be the period or the offset of a sampled law, got one. At samples motions jump; take "
             "differences of motions."
         )
 

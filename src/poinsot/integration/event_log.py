@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.integration.dense_motion import Action
 from poinsot.integration.kernel_parameters import KernelParameters
-from poinsot.integration.problem import Problem
 from poinsot.integration.report import Recorded
-from poinsot.integration.state_vector import StateVector
-from poinsot.integration.termination import REASONS
+from poinsot.integration.termination import REASONS, HeldInterrupts
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, State, changed, state_of
 from poinsot.printable import described, message_of, quoted
-from poinsot.taylor.detection import bit_of
 from poinsot.taylor.queue import Queue
 from poinsot.taylor.tasks import Status
 
@@ -37,16 +32,14 @@ class EventLog:
 
     Parameters
     ----------
-    problem : Problem
-    variables : StateVector
     parameters : KernelParameters
     queue : Queue
     members : array (n,)
         Member of each task.
-    interrupt : callable
-        Called on Ctrl-C within an action.
-    stopping : callable
-        Returns True if the run is to stop, so that events act no more.
+    failed : dict
+        Task -> reason why it is given up, which receives the reasons of tasks that stop at an action.
+    interrupts : HeldInterrupts
+        Receiver of Ctrl-C within an action. Events act no more if the run is to stop.
 
     Attributes
     ----------
@@ -54,52 +47,41 @@ class EventLog:
         Occurrences of events in each task.
     actions : list of lists of Action
         Results of the actions in each task.
-    failed : dict
-        Task -> reason why it stopped at an action.
     causes : dict
         Task -> exception raised by an action.
     """
 
     def __init__(
         self,
-        problem: Problem,
-        variables: StateVector,
         parameters: KernelParameters,
         queue: Queue,
         members: NDArray[np.int_],
-        interrupt: Callable[[], None],
-        stopping: Callable[[], bool],
+        failed: dict[int, str],
+        interrupts: HeldInterrupts,
     ) -> None:
-        self._problem, self._variables, self._parameters, self._queue = problem, variables, parameters, queue
-        self._members, self._interrupt, self._stopping = members, interrupt, stopping
-        self._counting = parameters.counting
-        tasks, events = queue.tasks, problem.events
+        self._parameters, self._queue, self._members = parameters, queue, members
+        self._failed, self._interrupts, self._counting = failed, interrupts, parameters.counting
+        tasks, self._events = queue.tasks, parameters.problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
         self.actions: list[list[Action[float]]] = [[] for _ in tasks]
-        self.failed: dict[int, str] = {}
         self.causes: dict[int, BaseException] = {}
-        self._last = np.repeat(tasks["time"][:, :1], len(events), axis=1)
-        samples = tasks["numbers"] * tasks["periods"] + tasks["phases"]
+        self._last = np.repeat(tasks["time"][:, :1], len(self._events), axis=1)
+        samples = tasks["numbers"] * tasks["periods"] + tasks["offsets"]
         self._to_sample = np.min(samples, axis=1, initial=np.inf) - tasks["time"][:, 0]
-        self._since, self._longest = np.zeros((2, tasks.size, len(events)))
-        self._bits = [(i, *bit_of(i)) for i in range(len(events))]
-        self._singular = bit_of(len(events))
+        self._since, self._longest = np.zeros((2, tasks.size, len(self._events)))
 
     def take(self, notes: NDArray[np.void]) -> NDArray[np.int_]:
         """Apply the recorded crossings in their order; return the tasks that stopped at an event and go on."""
         counts, rows = self._counts(notes), notes["state"]
-        columns = [notes[name].tolist() for name in ("task", "crossed", "rising", "time", "simultaneity")]
-        for row, own, task, which, rising, time, near in zip(rows, counts, *columns, strict=True):
-            found = [
-                (i, 1 if rising[word] & bit else -1) for i, word, bit in self._bits if which[word] & bit and own[i]
-            ]
-            new = [(i, direction) for i, direction in found if self._is_new(task, i, time, near)]
+        columns = [notes[name].tolist() for name in ("task", "crossed", "time", "simultaneity")]
+        for row, own, task, crossed, time, near in zip(rows, counts, *columns, strict=True):
+            happened = [i for i, counted in enumerate(own) if counted and crossed[i]]
+            new = [(i, int(crossed[i])) for i in happened if self._is_new(task, i, time, near)]
             if self._let_happen(task, new, time, row):
                 self.actions[task].append(Action(time, near, row, *self._samples_around(task)))
                 self._put_rows(task, self.actions[task][-1])
-            word, bit = self._singular
-            if word < len(which) and which[word] & bit:
-                self.failed[task] = REASONS["angles"]
+            if any(crossed[len(own) :]):  # variables near their singularity
+                self._failed[task] = REASONS["angles"]
         tasks = self._queue.tasks
         stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)
         tasks["status"][stopped] = Status.UNDER_WAY
@@ -107,7 +89,7 @@ class EventLog:
 
     def _counts(self, notes: NDArray[np.void]) -> NDArray[np.bool_]:
         """Return the mask of the events that count at each crossing, shape (crossings, events)."""
-        counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
+        counts, members = np.ones((notes.size, len(self._events)), dtype=bool), self._members[notes["task"]]
         if notes.size:
             given = [*notes["state"].T, notes["time"], *self._parameters.inputs_around(notes["time"], members)]
             for i, value in enumerate(self._counting(given)):
@@ -125,8 +107,8 @@ class EventLog:
             return False
         if since >= self._since[task, number]:
             self._longest[task, number] = since
-        elif self._problem.events[number].acts and since < MIN_INTERVAL_RATIO * self._longest[task, number]:
-            self.failed[task] = REASONS["zeno"]
+        elif self._events[number].acts and since < MIN_INTERVAL_RATIO * self._longest[task, number]:
+            self._failed[task] = REASONS["zeno"]
         self._since[task, number] = since
         return True
 
@@ -134,9 +116,9 @@ class EventLog:
         """Record events with their directions and apply their actions, in order; return True if an event has acted."""
         acted = False
         for number, direction in new:
-            event = self._problem.events[number]
+            event = self._events[number]
             self.records[task].append(Recorded(number, time, direction, row.copy()))
-            if event.acts and not self._stopping():
+            if event.acts and not self._interrupts.stop:
                 acted |= self._act(task, number, time, row)
             if event.terminal:
                 self._queue.tasks["status"][task] = Status.ENDED
@@ -161,18 +143,18 @@ class EventLog:
     def _samples_around(self, task: int) -> tuple[float, float]:
         """Return the times of the last completed sample of a task and of the next sample."""
         own = self._queue.tasks[task]
-        done, ahead = ((own["numbers"] - back) * own["periods"] + own["phases"] for back in (1.0, 0.0))
+        done, ahead = ((own["numbers"] - back) * own["periods"] + own["offsets"] for back in (1.0, 0.0))
         return float(np.max(done, initial=-np.inf)), float(np.min(ahead, initial=np.inf))
 
     def _act(self, task: int, number: int, time: float, row: Array) -> bool:
         """Set the state that an event returns, or record the reason of a failure; return True for success."""
         own, member = self._queue.tasks[task], int(self._members[task])
         try:
-            after = _acted(self._problem, self._variables, number, member, time, row)
+            after = _acted(self._parameters, number, member, time, row)
         except KeyboardInterrupt:
-            self._interrupt()
+            self._interrupts.interrupt()
         except Exception as error:
-            self.failed[task], self.causes[task] = _why_failed(self._problem.events[number], error), error
+            self._failed[task], self.causes[task] = _why_failed(self._events[number], error), error
         else:
             self._change(own, row[: after.size], after)
             row[: after.size] = after
@@ -180,9 +162,9 @@ class EventLog:
         return False
 
 
-def _acted(problem: Problem, variables: StateVector, number: int, member: int, time: float, row: Array) -> Array:
+def _acted(parameters: KernelParameters, number: int, member: int, time: float, row: Array) -> Array:
     """Return the variables of the state that an event of a member returns; omitted variables of parts stay."""
-    variables = members_of(variables, member)
+    variables, problem = members_of(parameters.variables, member), parameters.problem
     phase = variables.to_phase(np.array([time]), row[None])
     state, system = state_of(changed(phase, np.ravel), np.array(time)), problem.dynamics
     body = system.with_records(members_of(record, member) for record in system.records).at(state).acted_on

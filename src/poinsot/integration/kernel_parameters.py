@@ -17,10 +17,9 @@ from poinsot.integration.saltation import Saltation
 from poinsot.integration.state_vector import StateVector
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Evaluator, wide
-from poinsot.taylor.layouts import Layout
-from poinsot.taylor.lowering import Program
+from poinsot.taylor.lowering import Program, StartRoots
+from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel
-from poinsot.taylor.square_roots import StartRoots
 
 __all__ = ["KernelKind", "KernelParameters", "PreparedKernel"]
 
@@ -80,14 +79,16 @@ class KernelParameters:
 
     Attributes
     ----------
+    problem, variables, starts, origins
+        The arguments.
     code : Kernel
         The compiled kernel.
     table : array (members, parameters)
         Parameters at the start, between the first two knots of tables.
     held : list of int
         Parameters that keep their values at knots: square roots of zero at the start.
-    jumps : bool
-        Whether tangent vectors may jump at switches of formulas.
+    torque_scale : array () or (members,)
+        Momenta that forces give a body at rest, in the scale of the variables.
     """
 
     code: Kernel
@@ -96,12 +97,11 @@ class KernelParameters:
     def __init__(
         self, problem: Problem, variables: StateVector, starts: Array, origins: Array, kind: KernelKind
     ) -> None:
-        self._problem, self._variables, self._kind = problem, variables, kind
-        self._smooth = equations.between_first_knots(problem)
-        self._starts, self._origins = starts, origins
+        self.problem, self.variables, self.starts, self.origins = problem, variables, starts, origins
+        self._kind, self._smooth = kind, equations.between_first_knots(problem)
+        self.torque_scale = np.asarray(variables.torque_scale * variables.scale)
         self._constants = equations.constants(self._smooth, variables)
         self._inputs = equations.inputs(self._smooth, variables)
-        self.jumps = self._constants.jumps
         self._kernel = QUIET.copy().run(self._prepared)
         self.code, self.held = self._kernel.code, self._kernel.roots.places
 
@@ -114,7 +114,7 @@ class KernelParameters:
         last, last_zeros = constants.latest.get(kind, (None, ()))
         kernel: PreparedKernel | None = last and last()
         values = _values(kernel.values if kernel else constants.values, self._inputs)
-        zeros = () if constants.jumps or self._problem.knots.size else constants.zeros(values, self._inputs)
+        zeros = () if constants.jumps or self.problem.knots.size else constants.zeros(values, self._inputs)
         if kernel is None or zeros != last_zeros:
             kernel = equations.known((constants, zeros, kind), lambda: self._made(zeros))
             constants.latest[kind] = weakref.ref(kernel), zeros
@@ -123,15 +123,15 @@ class KernelParameters:
         return kernel
 
     def _made(self, zeros: tuple[int, ...]) -> PreparedKernel:
-        program = equations.program(self._smooth, self._variables, zeros)
+        program = equations.program(self._smooth, self.variables, zeros)
         values = program.wide_values() if self._kind.wide else program.values(wide)
         return PreparedKernel(
-            self._kind.compiler(program, self._kind), values, StartRoots(program, self._variables.size)
+            self._kind.compiler(program, self._kind), values, StartRoots(program, self.variables.size)
         )
 
     def _table(self, kernel: PreparedKernel, values: Values, inputs: Values, members: Members | slice = EVERY) -> Array:
         """Return the parameters of members, shape (n, parameters): the values behind the constants."""
-        first, origins = self._constants.count, self._origins[members]
+        first, origins = self._constants.count, self.origins[members]
         columns = values[first:]
         if self._kind.wide:  # the high parts of all values, then the low parts
             half = len(values) // 2
@@ -143,13 +143,13 @@ class KernelParameters:
             for place, column in enumerate(columns):
                 table[:, place] = column
         if kernel.roots.places:
-            given = self._starts[members], origins, self._variables.momenta, NEGLIGIBLE[self._kind.wide]
+            given = self.starts[members], origins, self.variables.momenta, NEGLIGIBLE[self._kind.wide]
             kernel.roots.set(table, inputs, *given)
         return table
 
     def inputs_around(self, times: Array, members: Members) -> Values:
         """Return the inputs of the equations for members, between the knots around times."""
-        around = equations.inputs(self._problem.between_knots(times), self._variables)
+        around = equations.inputs(self.problem.between_knots(times), self.variables)
         pairs = zip(around, self._inputs, strict=True)
         return [x[members] if isinstance(x, np.ndarray) and np.ndim(y) else x for x, y in pairs]
 
@@ -162,12 +162,12 @@ class KernelParameters:
     @property
     def counting(self) -> Evaluator:
         """Evaluator of the conditions of events, for variables, time and inputs: a zero counts where it is positive."""
-        return equations.counting(self._smooth, self._variables)
+        return equations.counting(self._smooth, self.variables)
 
     @property
     def saltation(self) -> Saltation | None:
         """Jumps of tangent vectors at switches of formulas."""
-        return equations.saltation_of(self._smooth, self._variables)
+        return equations.saltation_of(self._smooth, self.variables)
 
 
 def _values(evaluator: Evaluator | WideEvaluator, inputs: Values) -> Values:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 import time as clock
 from bisect import bisect_left
@@ -13,18 +12,18 @@ from typing import ClassVar, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.display.progress import Progress, bar
-from poinsot.integration.dense_motion import Action, DenseOutput
+from poinsot.display.progress import bar
+from poinsot.integration.dense_motion import DenseOutput
 from poinsot.integration.equations import LANES
 from poinsot.integration.event_log import EventLog
 from poinsot.integration.kernel_parameters import KernelKind, KernelParameters
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report, Stop
 from poinsot.integration.rows import Rows, Sink
-from poinsot.integration.saltation import Jump, NoDerivative
+from poinsot.integration.saltation import NoDerivative, TangentJump
 from poinsot.integration.samples import Clock
-from poinsot.integration.scaling import torque_scale
 from poinsot.integration.segments import Segments
+from poinsot.integration.settings import RunSettings
 from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
@@ -34,14 +33,13 @@ from poinsot.mechanics.state import AnyState
 from poinsot.printable import quoted
 from poinsot.taylor import kernels
 from poinsot.taylor.dense_output import StoredSteps
-from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import ROUNDING
-from poinsot.taylor.layouts import Layout
+from poinsot.taylor.kernels import ROUNDING, KernelProgram
 from poinsot.taylor.lowering import Program
+from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel, Output, Queue, Worker
 from poinsot.taylor.tasks import Status
 
-__all__ = ["BOTH_WAYS", "Run"]
+__all__ = ["BOTH_WAYS", "Run", "Slab"]
 
 BOTH_WAYS = (True, False)
 """Forwards, then backwards."""
@@ -96,29 +94,21 @@ class Run:
     ----------
     problem : Problem
     variables : StateVector
-    state : State
+    state : AnyState
         Without an axis of members for one body.
     times : array (n,)
         Monotonic.
     sink : Sink
         Receiver of the rows.
-    tolerance : float
-    precision : str
-        "quadruple" for one body only.
-    threads : int
-        Most threads of an ensemble.
-    progress : bool or callable
-        Whether to show a progress bar, or the function that receives the progress.
-    dense : bool
-        Whether to store the polynomials, for one body.
+    settings : RunSettings
     ways : tuple of bool
         Directions.
 
     Attributes
     ----------
+    parameters : KernelParameters
+        Starts of the members and parameters of the kernel.
     report : Report
-    members : array (n,)
-        The members of this run: `slab` makes the run of a slab, which shares all else.
     """
 
     kernel_name: ClassVar[str] = "looped"
@@ -130,50 +120,38 @@ class Run:
         state: AnyState,
         times: Array,
         sink: Sink,
-        *,
-        tolerance: float,
-        precision: str = "double",
-        threads: int = 1,
-        progress: Progress = False,
-        dense: bool = False,
+        settings: RunSettings,
         ways: tuple[bool, ...] = BOTH_WAYS,
     ) -> None:
-        self.problem, self.variables, self.state, self.times, self.sink = problem, variables, state, times, sink
-        self.threads, self.progress, self.dense, self.ways = threads, progress, dense, ways
-        self.turn = slice(None, None, 1 if times[0] <= times[-1] else -1)
-        self.rising, self.origins = times[self.turn].copy(), state.time.reshape(-1)
-        self.one, self.lock = not state.time.ndim, Lock()
+        self.state, self.times, self.sink, self.settings, self.ways = state, times, sink, settings, ways
+        self.one, self.turn = not state.time.ndim, slice(None, None, 1 if times[0] <= times[-1] else -1)
+        self.rising, origins = times[self.turn].copy(), state.time.reshape(-1)
         start = variables.from_state(state)
-        self.starts = start.reshape(-1, start.shape[-1])
-        jumping = problem.dynamics.jumping
-        self.clock = Clock(jumping, problem.dynamics.numbered(self.origins.size), state.jumped) if jumping else None
-        if jumping and self.rising[0] < self.origins.max() and False in ways:
-            raise ValueError(
-                f"times must not be before the state's where {quoted(jumping[0].name)} is sampled, got "
-                f"{self.rising[0]} before {self.origins.max()}. Such motions run forwards only."
-            )
-        self.wide = precision == "quadruple"
-        self.starts_below = low_parts(variables, state, self.starts) if self.wide else None
-        self.units = unit_of_time(self.speeds)[:, None] if self.wide else None
-        layout: tuple[Layout, int] = ("single", 1) if self.origins.size == 1 else ("batch", LANES)
-        order = kernels.order_of(tolerance or ROUNDING[precision], self.wide)
-        kind = KernelKind(order, *layout, self.wide, self.compiled)
-        self.parameters = KernelParameters(problem, variables, self.starts, self.origins, kind)
-        self.code = self.parameters.code
-        self.torque_scale = np.asarray(torque_scale(problem.dynamics) * variables.scale)
+        starts = start.reshape(-1, start.shape[-1])
+        self.clock: Clock | None = None
+        if jumping := problem.dynamics.jumping:
+            self.clock = Clock(jumping, problem.dynamics.numbered(origins.size), state.jumped)
+            if self.rising[0] < origins.max() and False in ways:
+                raise ValueError(
+                    f"times must not be before the state's where {quoted(jumping[0].name)} is sampled, got "
+                    f"{self.rising[0]} before {origins.max()}. Such motions run forwards only."
+                )
+        wide = settings.precision == "quadruple"
+        order = kernels.order_of(settings.tolerance or ROUNDING[settings.precision], wide)
+        layout: tuple[Layout, int] = ("single", 1) if origins.size == 1 else ("batch", LANES)
+        kind = KernelKind(order, *layout, wide, self.compiled)
+        self.parameters = KernelParameters(problem, variables, starts, origins, kind)
+        self.low_parts: tuple[Array, Array] | None = None
+        if wide:
+            self.low_parts = low_parts(variables, state, starts), unit_of_time(self.speeds)[:, None]
+        self.interrupts, self.lock = HeldInterrupts(), Lock()
         self.report = Report(
-            np.zeros(self.origins.size, dtype=int),
-            order=self.code.order,
-            tolerance=tolerance,
+            np.zeros(origins.size, dtype=int),
+            order=order,
+            tolerance=settings.tolerance,
             kernel=self.kernel_name,
-            lanes=self.code.lanes,
+            lanes=self.parameters.code.lanes,
         )
-        self._stopping: list[bool] = []
-
-    @property
-    def stop(self) -> bool:
-        """True if the run is to stop after the current steps."""
-        return bool(self._stopping)
 
     @staticmethod
     def compiled(program: Program, kind: KernelKind) -> Kernel:
@@ -183,84 +161,49 @@ class Run:
             return kernels.Code(KernelProgram(*given))
         return kernels.compiled(program.decomposition, kind.order, kind.lanes, kind.layout, kind.wide)
 
-    def interrupt(self) -> None:
-        """Stop the run after the current steps, with the rows computed so far."""
-        self.report.interrupted = True
-        self._stopping.append(True)
-
     @functools.cached_property
     def speeds(self) -> Array:
         """Angular velocities of the members at their starts."""
         with np.errstate(over="ignore"):
-            return np.broadcast_to(self.problem.dynamics.speed(self.state), self.origins.shape)
+            speeds = self.parameters.problem.dynamics.speed(self.state)
+        return np.broadcast_to(speeds, self.parameters.origins.shape)
 
     def integrate(self) -> Report:
         """Integrate, hand the rows to the sink, and return the report."""
         began = clock.perf_counter()
-        with HeldInterrupts(self.interrupt):
+        with self.interrupts:
             if self.one:
                 self._integrate_one_body()
             else:
                 self._integrate_members()
-        self.report.wall_time = clock.perf_counter() - began
+        self.report.wall_time, self.report.interrupted = clock.perf_counter() - began, self.interrupts.heard
         return self.report
-
-    # ------------------------------------------------------------------ one body
 
     def _integrate_one_body(self) -> None:
         """Integrate; rows that are computed before Ctrl-C or a failure remain."""
-        origin = float(self.origins[0])
-        rows = np.empty((1, self.rising.size, self.code.variables))
-        memory = Worker(self.code, stores_steps=True) if self.dense else self.code.idle_worker()
-        self._begin(FIRST, memory, rows)
+        code, origin = self.parameters.code, float(self.parameters.origins[0])
+        rows = np.empty((1, self.rising.size, code.variables))
+        memory = Worker(code, stores_steps=True) if self.settings.dense else code.idle_worker()
+        slab = Slab(self, FIRST, memory, rows)
         ends = (origin, float(self.times[0]), float(self.times[-1]))
-        with bar("time", max(ends) - min(ends), self.progress) as show:
-            self._advance(show)
-        reached = self._reached
+        with bar("time", max(ends) - min(ends), self.settings.progress) as show:
+            slab.advance(show)
+        reached = slab.reached
         times = self.rising[reached][self.turn]
-        self.sink.take(FIRST, times, Rows(self.variables, times, rows[0, reached][self.turn]))
-        self._record()
-        if self.dense:
-            self.report.dense = self._dense_output(memory.steps)
+        self.sink.take(FIRST, times, Rows(self.parameters.variables, times, rows[0, reached][self.turn]))
+        slab.record()
+        if self.settings.dense:
+            self.report.dense = slab.dense_output(memory.steps)
         else:
-            self.code.release(memory)
-
-    def _dense_output(self, blocks: Sequence[NDArray[np.void]]) -> DenseOutput:
-        """Return the motion at any time, from the polynomials of the steps."""
-        parts: dict[bool, list[NDArray[np.void]]] = {way: [blocks[0][:0]] for way in BOTH_WAYS}
-        for block in blocks:
-            for task, way in enumerate(self._forwards):
-                own = block["task"] == task
-                parts[way].append(block if own.all() else block[own])
-        tasks = self.queue.tasks
-        dense = DenseOutput(self.variables, float(self.origins[0]), self.starts[0])
-        dense.parts = {way: StoredSteps(blocks) for way, blocks in parts.items()}
-        dense.actions = self._actions
-        if self.clock is not None and tasks.size:
-            dense.last = tasks["state"][0].copy()
-        dense.reached = dict(zip(self._forwards, tasks["time"][:, 0].tolist(), strict=True))
-        return dense
-
-    @property
-    def _actions(self) -> list[Action[float]]:
-        """Actions of events, task after task."""
-        return [] if self._log is None else [action for of_task in self._log.actions for action in of_task]
-
-    @property
-    def _reached(self) -> slice:
-        """Range of the rising times that one body has reached."""
-        first, last = self._place, self._first
-        for forwards, count in zip(self._forwards, self.queue.tasks["index"].tolist(), strict=True):
-            first, last = (first, last + count) if forwards else (first - count, last)
-        return slice(first, last)
+            code.release(memory)
 
     # ------------------------------------------------------------------ members of an ensemble
 
     def _integrate_members(self) -> None:
         """Integrate slabs of members on threads; rows of members that are finished before Ctrl-C remain."""
-        count = self.origins.size
-        threads = max(min(self.threads, -(-count // self.code.lanes)), 1)
-        with bar("members", count, self.progress) as show:
+        count = self.parameters.origins.size
+        threads = max(min(self.settings.threads, -(-count // self.parameters.code.lanes)), 1)
+        with bar("members", count, self.settings.progress) as show:
             self._on_threads(threads, self._slabs(self.fast_first(), threads), lambda slabs: self._serve(slabs, show))
 
     def fast_first(self) -> Members:
@@ -269,8 +212,8 @@ class Run:
 
     def _slabs(self, order: Members, threads: int) -> Iterator[Members]:
         """Yield members in slabs, fast rotators first, of decreasing size, so that all threads end at the same time."""
-        lanes, row = self.code.lanes, self.times.size * self.variables.size * 8
-        most = min(max(MAX_SLAB_BYTES // row, 1), MAX_SLAB_OF_EVENTS if self.problem.events else order.size)
+        lanes, row = self.parameters.code.lanes, self.times.size * self.parameters.code.variables * 8
+        most = min(max(MAX_SLAB_BYTES // row, 1), MAX_SLAB_OF_EVENTS if self.parameters.problem.events else order.size)
         while order.size:
             fair = -(-order.size // (2 * threads)) if threads > 1 else order.size
             size = min(max(fair, 2 * lanes), most)
@@ -291,7 +234,7 @@ class Run:
                 while wait(workers, timeout=1.0).not_done:
                     pass
             except KeyboardInterrupt:
-                self.interrupt()
+                self.interrupts.interrupt()
             for worker in workers:
                 worker.result()
 
@@ -299,12 +242,12 @@ class Run:
         try:
             serve(self._shared(slabs))
         except BaseException:  # otherwise the other threads would go on to the end first
-            self._stopping.append(True)
+            self.interrupts.stop = True
             raise
 
     def _shared(self, slabs: Iterator[Members]) -> Iterator[Members]:
         """Yield the slabs that other threads leave, until the run is to stop."""
-        while not self.stop:
+        while not self.interrupts.stop:
             with self.lock:
                 members = next(slabs, None)
             if members is None:
@@ -313,7 +256,7 @@ class Run:
 
     def _serve(self, slabs: Iterable[Members], show: Callable[[float], None]) -> None:
         """Integrate slab after slab; rows of small slabs are handed over together."""
-        memory, done = Worker(self.code), list[tuple[Members, Array]]()
+        memory, done = Worker(self.parameters.code), list[tuple[Members, Array]]()
         for members in slabs:
             done.append(self.integrate_slab(memory, members, show))
             if sum(rows.nbytes for _, rows in done) >= BYTES_AT_A_TIME:
@@ -326,20 +269,14 @@ class Run:
         self, memory: LaneMemory, members: Members, show: Callable[[float], None]
     ) -> tuple[Members, Array]:
         """Integrate some members; return the finished members, and their rows at the rising times."""
-        rows = np.full((members.size, self.times.size, self.variables.size), np.nan)
-        slab = self.slab(members, memory, rows)
-        slab._advance(show)
-        finished = slab._finished
+        rows = np.full((members.size, self.times.size, self.parameters.code.variables), np.nan)
+        slab = Slab(self, members, memory, rows)
+        slab.advance(show)
+        finished = slab.finished
         with self.lock:
             self.report.finished += int(finished.sum())
-            slab._record()
+            slab.record()
         return (members, rows) if finished.all() else (members[finished], rows[finished])
-
-    def slab(self, members: Members, memory: LaneMemory, rows: Array) -> Run:
-        """Return the run of a slab of members in the memory of one thread; it shares the kernel and the report."""
-        slab = copy.copy(self)
-        slab._begin(members, memory, rows)
-        return slab
 
     def hand_over(self, done: Sequence[tuple[Members, Array]]) -> None:
         """Hand members and their rows over to the sink."""
@@ -347,90 +284,129 @@ class Run:
         count = max(BYTES_AT_A_TIME * len(rows) // max(rows.nbytes, 1), 1)
         for first in range(0, members.size, count):
             some = slice(first, first + count)
-            variables = members_of(self.variables, members[some])
+            variables = members_of(self.parameters.variables, members[some])
             self.sink.take(members[some], self.times, Rows(variables, self.times, rows[some, self.turn]))
 
-    @property
-    def _finished(self) -> NDArray[np.bool_]:
-        """Mask of the members that have come to their end, or stopped before."""
-        status = self.queue.tasks["status"]
-        under_way = (status == Status.UNDER_WAY) | (status == Status.PAUSED)
-        left: NDArray[np.int_] = np.bincount(self._own[under_way], minlength=self.members.size)
-        finished: NDArray[np.bool_] = left == 0
-        return finished
 
-    # ------------------------------------------------------------------ tasks in lanes
+class Slab:
+    """Members of a run in the memory of one thread, or one body; each task is one member in one direction.
 
-    def _begin(self, members: Members, memory: LaneMemory, rows: Array) -> None:
-        """Put members, each in each direction, into the queue of one thread; rows are written at the rising times."""
-        self.members, self._memory, self._rows = members, memory, rows
-        self._failed: dict[int, str] = {}
-        self._shown = 0.0
-        output = self._output_of_one() if self.one else self._output_of_members()
-        chosen = slice(None) if self.one else members[self._own]
-        starts, parameters = self.starts[chosen], self.parameters.table[chosen]
-        self.queue: Queue = memory.queue(starts, self.origins[chosen], parameters, output)
-        tasks = self.queue.tasks
-        if self.starts_below is not None and self.units is not None:
-            tasks["below"], tasks["unit"] = self.starts_below[chosen], self.units[chosen]
-        tasks["torque_scale"] = self.torque_scale if self.torque_scale.ndim == 0 else self.torque_scale[chosen]
-        if self.clock is not None:
-            self.clock.set(tasks, self.origins[chosen], members[self._own])
-        self._segments, self._log = None, None
-        if self.problem.knots.size:
-            own = members[self._own]
-            self._segments = Segments(self.problem.knots, tasks, own, self.origins[own], self.parameters, self.one)
-        if self.code.events:
-            known = self.problem, self.variables, self.parameters, self.queue, members[self._own]
-            self._log = EventLog(*known, self.interrupt, lambda: self.stop)
+    Parameters
+    ----------
+    run : Run
+    members : array (n,)
+    memory : LaneMemory
+    rows : array (n, times, size)
+        Variables of the members at the rising times, which the run writes.
+
+    Attributes
+    ----------
+    queue : Queue
+    failed : dict
+        Task -> reason why it was given up.
+    """
+
+    def __init__(self, run: Run, members: Members, memory: LaneMemory, rows: Array) -> None:
+        self.run, self._members, self._memory = run, members, memory
+        self.failed: dict[int, str] = {}
+        self._shown, parameters = 0.0, run.parameters
+        output = self._output_of_one(rows) if run.one else self._output_of_members(rows)
+        self.owners = owners = members[self._places]
+        chosen = slice(None) if run.one else owners
+        origins = parameters.origins[chosen]
+        self.queue: Queue = memory.queue(parameters.starts[chosen], origins, parameters.table[chosen], output)
+        tasks, torque_scale = self.queue.tasks, parameters.torque_scale
+        tasks["torque_scale"] = torque_scale[chosen] if torque_scale.ndim else torque_scale
+        if run.low_parts is not None:
+            tasks["below"], tasks["unit"] = (each[chosen] for each in run.low_parts)
+        if run.clock is not None:
+            run.clock.set(tasks, origins, owners)
+        self._segments = Segments(parameters, tasks, owners) if parameters.problem.knots.size else None
+        self._log: EventLog | None = None
+        if parameters.code.events:
+            self._log = EventLog(parameters, self.queue, owners, self.failed, run.interrupts)
         self._checked: tuple[Array, NDArray[np.int_]] | None = None
 
-    def _output_of_members(self) -> Output:
+    def _output_of_members(self, rows: Array) -> Output:
         """Return the destinations of the rows of tasks, and write the rows at the start."""
-        members, ways = self.members, self.ways
-        origins = self.origins[members]
-        places = self.rising.searchsorted(origins)
-        there = (self.rising.take(places, mode="clip") == origins) & (True in ways) & (self.clock is None)
-        self._rows[there, places[there]] = self.starts[members[there]]
+        members, rising, ways = self._members, self.run.rising, self.run.ways
+        origins = self.run.parameters.origins[members]
+        places = rising.searchsorted(origins)
+        there = (rising.take(places, mode="clip") == origins) & (True in ways) & (self.run.clock is None)
+        rows[there, places[there]] = self.run.parameters.starts[members[there]]
         first, table = places + there, np.empty((members.size, 2, 4), np.int64)
         table[:, :, 0], table[:, :, 3] = np.arange(members.size)[:, None], (1, -1)
-        table[:, 0, 1], table[:, 0, 2] = first, (self.rising.size - first) * (True in ways)
+        table[:, 0, 1], table[:, 0, 2] = first, (rising.size - first) * (True in ways)
         table[:, 1, 1], table[:, 1, 2] = places - 1, places * (False in ways)
-        self._own, first, counts, stride = table[table[:, :, 2] > 0].T.copy()
-        return Output.of(self.rising, self._rows, self._own, first, counts, stride)
+        self._places, first, counts, stride = table[table[:, :, 2] > 0].T.copy()
+        return Output.of(rising, rows, self._places, first, counts, stride)
 
-    def _output_of_one(self) -> Output:
+    def _output_of_one(self, rows: Array) -> Output:
         """Return the destinations of the rows of one body, for which plain numbers are faster."""
-        rising, ways, tasks = self.rising, self.ways, []
-        place = first = bisect_left(rising, origin := self.origins[0])
-        if True in ways and self.clock is None and place < rising.size and rising[place] == origin:
-            self._rows[0, place], first = self.starts[0], place + 1
+        rising, ways, tasks, run = self.run.rising, self.run.ways, [], self.run
+        place = first = bisect_left(rising, origin := run.parameters.origins[0])
+        if True in ways and run.clock is None and place < rising.size and rising[place] == origin:
+            rows[0, place], first = run.parameters.starts[0], place + 1
         if True in ways and first < rising.size:
             tasks.append((rising.size - first, 1, first, first))
         if False in ways and place:
             tasks.append((place, -1, place - 1, place - 1))
-        self._place, self._first, self._forwards = place, first, [task[1] > 0 for task in tasks]
-        self._own = np.zeros(len(tasks), dtype=np.int64)
-        ends = [rising[-1 if forwards else 0] for forwards in self._forwards]
-        return Output(rising, self._rows, tasks or NO_TASKS, ends)
+        self._at_start, self._places = slice(place, first), np.zeros(len(tasks), dtype=np.int64)
+        return Output(rising, rows, tasks or NO_TASKS, [rising[-1 if task[1] > 0 else 0] for task in tasks])
 
-    def _advance(self, show: Callable[[float], None]) -> None:
+    @property
+    def finished(self) -> NDArray[np.bool_]:
+        """Mask of the members that have come to their end, or stopped before."""
+        status = self.queue.tasks["status"]
+        under_way = (status == Status.UNDER_WAY) | (status == Status.PAUSED)
+        left: NDArray[np.int_] = np.bincount(self._places[under_way], minlength=self._members.size)
+        finished: NDArray[np.bool_] = left == 0
+        return finished
+
+    @property
+    def reached(self) -> slice:
+        """Range of the rising times that one body has reached."""
+        tasks, first, last = self.queue.tasks, self._at_start.start, self._at_start.stop
+        for stride, count in zip(tasks["stride"].tolist(), tasks["index"].tolist(), strict=True):
+            first, last = (first, last + count) if stride > 0 else (first - count, last)
+        return slice(first, last)
+
+    def dense_output(self, blocks: Sequence[NDArray[np.void]]) -> DenseOutput:
+        """Return the motion of one body at any time, from the polynomials of the steps."""
+        tasks, parameters = self.queue.tasks, self.run.parameters
+        ways = (tasks["stride"] > 0).tolist()
+        parts: dict[bool, list[NDArray[np.void]]] = {way: [blocks[0][:0]] for way in BOTH_WAYS}
+        for block in blocks:
+            for task, way in enumerate(ways):
+                own = block["task"] == task
+                parts[way].append(block if own.all() else block[own])
+        dense = DenseOutput(parameters.variables, float(parameters.origins[0]), parameters.starts[0])
+        dense.parts = {way: StoredSteps(blocks) for way, blocks in parts.items()}
+        dense.actions = [action for of_task in self._log.actions for action in of_task] if self._log else []
+        if self.run.clock is not None and tasks.size:
+            dense.last = tasks["state"][0].copy()
+        dense.reached = dict(zip(ways, tasks["time"][:, 0].tolist(), strict=True))
+        return dense
+
+    # ------------------------------------------------------------------ tasks in lanes
+
+    def advance(self, show: Callable[[float], None]) -> None:
         """Take steps until all tasks are done or the run is to stop."""
-        variations, tasks, memory = self.variables.variations, self.queue.tasks, self._memory
+        variations, memory, interrupts = self.run.parameters.variables.variations, self._memory, self.run.interrupts
         memory.start(self.queue)
         if variations is not None:
-            tasks["pause"] = STEPS_AT_A_TIME[variations.order] // 10
+            self.queue.tasks["pause"] = STEPS_AT_A_TIME[variations.order] // 10
         while True:
             while memory.advance():
                 for task in self._check_progress(memory.note()):
                     memory.give_up(np.array([task]))
                 self._show(show)
-                if self.stop:
+                if interrupts.stop:
                     break
             memory.finish()
             waiting = self._resumed()
             self._show(show)
-            if self.stop or not waiting:
+            if interrupts.stop or not waiting:
                 return
             self.queue.put(np.concatenate(waiting))
 
@@ -446,17 +422,17 @@ class Run:
             time = float(task["time"][0])
             left, advance = abs(float(task["end"]) - time), abs(time - float(times[k]))
             if why := reason(advance, time, left, steps):
-                self._failed[k] = why
+                self.failed[k] = why
                 failed.append(k)
         times[due], counts[due] = tasks["time"][due, 0], tasks["steps"][due]
         return failed
 
     def _show(self, show: Callable[[float], None]) -> None:
         """Report progress: the time covered by one body, or the number of finished members."""
-        if not self.progress:
+        if not self.run.settings.progress:
             return
-        times = self.queue.tasks["time"][:, 0]
-        done = float(np.sum(np.abs(times - self.origins[0]) if self.one else self._finished))
+        times, origin = self.queue.tasks["time"][:, 0], self.run.parameters.origins[0]
+        done = float(np.sum(np.abs(times - origin) if self.run.one else self.finished))
         show(done - self._shown)
         self._shown = done
 
@@ -469,92 +445,89 @@ class Run:
         for number, resume in RESUMED:
             if number in found or (self._log is not None and number == EVENT):
                 waiting.append(resume(self))
-                if self._failed:
-                    status[list(self._failed)] = Status.GIVEN_UP
+                if self.failed:
+                    status[list(self.failed)] = Status.GIVEN_UP
         return [tasks for tasks in waiting if tasks.size]
 
     def _resumed_at_events(self) -> Tasks:
         """Record events and apply actions, or let tangent vectors jump at a switch; return the tasks that go on."""
         status = self.queue.tasks["status"]
         if self._log is None:
-            return self._jumped(np.flatnonzero(status == Status.EVENT))
-        notes = self._memory.new_records()
-        if self.stop and not self.one:  # members under way are dropped
-            left = status[notes["task"]]
-            notes = notes[(left != Status.UNDER_WAY) & (left != Status.PAUSED)]
-        stopped = self._log.take(notes)
-        self._failed |= self._log.failed
-        return np.setdiff1d(stopped, list(self._log.failed)) if self._log.failed else stopped
+            self._jump(stopped := np.flatnonzero(status == Status.EVENT))
+        else:
+            notes = self._memory.new_records()
+            if self.run.interrupts.stop and not self.run.one:  # members under way are dropped
+                left = status[notes["task"]]
+                notes = notes[(left != Status.UNDER_WAY) & (left != Status.PAUSED)]
+            stopped = self._log.take(notes)
+        return np.setdiff1d(stopped, list(self.failed)) if self.failed else stopped
 
-    def _jumped(self, stopped: Tasks) -> Tasks:
-        """Let tangent vectors jump where formulas have switched, and return the tasks that go on."""
-        tasks, conditions, saltation = self.queue.tasks, list(self.code.conditions), self.parameters.saltation
+    def _jump(self, stopped: Tasks) -> None:
+        """Let tangent vectors of tasks jump where formulas have switched, or note why they have no derivative."""
+        parameters, tasks, saltation = self.run.parameters, self.queue.tasks, self.run.parameters.saltation
+        vectors, conditions = parameters.variables.tangent_vectors, list(parameters.code.conditions)
         if saltation is None:
-            return NONE
+            return
         for k in stopped.tolist():
             task, time = tasks[k], tasks["time"][k, :1]
-            inputs = self.parameters.inputs_around(time, self.members[self._own[[k]]])
+            inputs = parameters.inputs_around(time, self.owners[[k]])
             numbers = [float(np.ravel(number)[0]) for number in inputs]
-            jump = Jump(saltation, task["state"], time[0], numbers, float(task["simultaneity"]))
+            jump = TangentJump(saltation, task["state"], time[0], numbers, float(task["simultaneity"]))
             before, behind = task["branches"].copy(), task["next_branches"].copy()
             task["branches"][:], task["parameters"][conditions] = behind, behind
-            task["below"][self.variables.tangent_vectors] = 0.0
+            task["below"][vectors] = 0.0
             try:
-                task["state"][self.variables.tangent_vectors] = jump.across(before, behind)
+                task["state"][vectors] = jump.across(before, behind)
             except NoDerivative as error:
-                self._failed[k] = str(error)
-        return np.setdiff1d(stopped, list(self._failed))
+                self.failed[k] = str(error)
 
     def _resumed_at_knots(self) -> Tasks:
         """Set the parameters behind a knot of tables; return the tasks whose last segment is still to come."""
-        return NONE if self._segments is None else self._segments.go_on(self.stop)
+        return NONE if self._segments is None else self._segments.go_on(self.run.interrupts.stop)
 
     def _resumed_after_pause(self) -> Tasks:
         """Rescale tangent vectors that have grown, and return their tasks, but no task that would not end."""
-        variations, tasks = self.variables.variations, self.queue.tasks
-        status = tasks["status"]
+        variables, tasks = self.run.parameters.variables, self.queue.tasks
+        variations, status = variables.variations, tasks["status"]
         failed = self._check_progress(np.flatnonzero(status == Status.PAUSED))
         status[failed] = Status.GIVEN_UP
         paused = np.flatnonzero(status == Status.PAUSED)
-        if variations is None or not paused.size or self.stop:
+        if variations is None or not paused.size or self.run.interrupts.stop:
             return NONE
         states = tasks["state"][paused]
-        variations.rescale(states[:, self.variables.tangent_vectors])
+        variations.rescale(states[:, variables.tangent_vectors])
         tasks["state"][paused], tasks["below"][paused] = states, 0.0
         tasks["pause"][paused] += STEPS_AT_A_TIME[variations.order]
         return paused
 
     # ------------------------------------------------------------------ report
 
-    def _record(self) -> None:
+    def record(self) -> None:
         """Record the steps, events and stops of finished members, and of one body in any case."""
-        report, tasks, log = self.report, self.queue.tasks, self._log
+        report, tasks, log, owners = self.run.report, self.queue.tasks, self._log, self.owners
         chosen: Iterable[int] = range(tasks.size)
         stopped, status = chosen, tasks["status"]
-        if self.one:  # `add.at` is slow to begin
+        if self.run.one:  # `add.at` is slow to begin
             report.steps[0] = sum(tasks["steps"].tolist())
         else:
-            finished = self._finished[self._own]
+            finished = self.finished[self._places]
             chosen = np.flatnonzero(finished)
             stopped = np.flatnonzero(finished & (status != Status.DONE) & (status != Status.ENDED))
-            np.add.at(report.steps, self.members[self._own[chosen]], tasks["steps"][chosen])
+            np.add.at(report.steps, owners[chosen], tasks["steps"][chosen])
         if log is not None:
-            report.events += [(self._member(k), record) for k in chosen for record in log.records[k]]
+            report.events += [(int(owners[k]), record) for k in chosen for record in log.records[k]]
         for k in stopped:
             if status[k] not in FINISHED:
                 why, time = self._reason(k), float(tasks["time"][k, 0])
                 stop = Stop(why, time, float(self.queue.output.ends[k]), log.causes.get(k) if log else None)
-                report.stops.setdefault(self._member(k), stop)
-
-    def _member(self, task: int) -> int:
-        return int(self.members[self._own[task]])
+                report.stops.setdefault(int(owners[k]), stop)
 
     def _reason(self, task: int) -> str:
         """Return the reason why a task stopped before its end, which may be the angular velocity at the start."""
         status = Status(int(self.queue.tasks["status"][task]))
-        why = self._failed[task] if status is Status.GIVEN_UP else EXITS[status].reason
-        power = 2 if self.wide else self.report.order  # the unit of time of quadruple precision follows the rate
-        return reason_of_speed(why, float(self.speeds[self._member(task)]), power)
+        why = self.failed[task] if status is Status.GIVEN_UP else EXITS[status].reason
+        power = 2 if self.queue.wide else self.run.report.order  # the unit of time in quadruple precision is a period
+        return reason_of_speed(why, float(self.run.speeds[self.owners[task]]), power)
 
 
 class Exit(NamedTuple):
@@ -565,17 +538,17 @@ class Exit(NamedTuple):
     reason : str
         Reason why the motion stops there before its end.
     resume : callable or None
-        Method of `Run` that handles the tasks and returns those which go on.
+        Method of `Slab` that handles the tasks and returns those which go on.
     """
 
     reason: str = INTERRUPTED
-    resume: Callable[[Run], Tasks] | None = None
+    resume: Callable[[Slab], Tasks] | None = None
 
 
 EXITS: dict[Status, Exit] = {
-    Status.EVENT: Exit(resume=Run._resumed_at_events),
-    Status.PAUSED: Exit(resume=Run._resumed_after_pause),
-    Status.DONE: Exit(resume=Run._resumed_at_knots),
+    Status.EVENT: Exit(resume=Slab._resumed_at_events),
+    Status.PAUSED: Exit(resume=Slab._resumed_after_pause),
+    Status.DONE: Exit(resume=Slab._resumed_at_knots),
     Status.UNDER_WAY: Exit(),
     Status.ENDED: Exit(),
     Status.GIVEN_UP: Exit(),

@@ -30,7 +30,7 @@ from poinsot.integration.tangent_vectors import INPUT_UNIT, Variations
 from poinsot.integration.variational import TangentVector, VariationalEquations
 from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered, replaced, tangents
 
-__all__ = ["Jump", "NoDerivative", "Saltation"]
+__all__ = ["NoDerivative", "Saltation", "TangentJump"]
 
 Array = NDArray[np.floating]
 Scalars = Sequence[GraphScalar]
@@ -161,7 +161,7 @@ class Saltation:
         return values
 
 
-class Jump:
+class TangentJump:
     """Jump of the tangent vectors of one motion at a switch of conditions.
 
     Parameters

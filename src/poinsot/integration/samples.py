@@ -17,7 +17,7 @@ Array = NDArray[Any]
 
 
 class Clock:
-    """Samples of members at the times number * period + phase, rounded twice.
+    """Samples of members at the times number * period + offset, rounded twice.
 
     Parameters
     ----------
@@ -31,9 +31,9 @@ class Clock:
 
     def __init__(self, parts: Sequence[Part], numbers: Array, jumped: Mapping[str, Array]) -> None:
         jumps = [part.jump for part in parts if part.jump is not None]
-        self.periods, self.phases = (
+        self.periods, self.offsets = (
             np.array([np.broadcast_to(x, numbers.shape) for x in each], dtype=float).T
-            for each in ([jump.period for jump in jumps], [jump.phase for jump in jumps])
+            for each in ([jump.period for jump in jumps], [jump.offset for jump in jumps])
         )
         seeds = np.array([np.broadcast_to(jump.seed, numbers.shape) for jump in jumps], dtype=float).T
         self.keys = key_of(seeds, numbers[:, None])
@@ -42,16 +42,11 @@ class Clock:
 
     def first(self, times: Array, members: Array) -> Array:
         """Return the numbers of the first samples of members that start at times, shape (n, jumps)."""
-        samples = Jump(self.periods[members], self.phases[members])
+        samples = Jump(self.periods[members], self.offsets[members])
         found: Array = samples.first(times[:, None])
         return found + (self._jumped[members] & samples.falls_on(times[:, None]))
-
-    def times(self, numbers: Array, members: Array) -> Array:
-        """Return the times of samples of members, shape (..., jumps)."""
-        times: Array = numbers * self.periods[members] + self.phases[members]
-        return times
 
     def set(self, tasks: Array, times: Array, members: Array) -> None:
         """Set the first samples of tasks of members that start at times."""
         tasks["numbers"], tasks["keys"] = self.first(times, members), self.keys[members].view(np.int64)
-        tasks["periods"], tasks["phases"] = self.periods[members], self.phases[members]
+        tasks["periods"], tasks["offsets"] = self.periods[members], self.offsets[members]

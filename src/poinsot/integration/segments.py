@@ -22,29 +22,19 @@ class Segments:
 
     Parameters
     ----------
-    knots : array (k,)
+    parameters : KernelParameters
     tasks : structured array (n,)
         Their ends and parameters are set for the first segment.
-    members, origins : arrays (n,)
-        Member of each task, and time at which it starts.
-    parameters : KernelParameters
-    one : bool
-        Whether all tasks belong to one body.
+    members : array (n,)
+        Member of each task.
     """
 
-    def __init__(
-        self,
-        knots: Array,
-        tasks: NDArray[np.void],
-        members: Integers,
-        origins: Array,
-        parameters: KernelParameters,
-        one: bool,
-    ) -> None:
-        self._knots, self._tasks, self._members, self._steps = knots, tasks, members, tasks["stride"]
-        self._parameters, self._one, self._known = parameters, one, dict[int, Array]()
-        self._ends, pieces = tasks["end"].copy(), [knots.searchsorted(origins, side) for side in ("right", "left")]
-        self._pieces = np.clip(np.where(self._steps > 0, *pieces), 1, knots.size - 1)
+    def __init__(self, parameters: KernelParameters, tasks: NDArray[np.void], members: Integers) -> None:
+        self._parameters, self._tasks, self._members = parameters, tasks, members
+        self._knots, self._steps, self._known = parameters.problem.knots, tasks["stride"], dict[int, Array]()
+        self._ends, origins = tasks["end"].copy(), parameters.origins[members]
+        pieces = [self._knots.searchsorted(origins, side) for side in ("right", "left")]
+        self._pieces = np.clip(np.where(self._steps > 0, *pieces), 1, self._knots.size - 1)
         self._held: list[int] = []
         self._enter(np.arange(members.size))
         self._held, self._values = parameters.held, tasks["parameters"][:, parameters.held]
@@ -61,7 +51,7 @@ class Segments:
     def _enter(self, chosen: Integers) -> None:
         """Set the parameters of tasks, and the ends of their pieces; the first and the last piece have no end."""
         pieces, knots, ends = self._pieces[chosen], self._knots, self._ends[chosen]
-        if self._one:
+        if self._parameters.origins.size == 1:
             parameters = np.array([self._of_piece(piece) for piece in pieces.tolist()])
         else:
             parameters = self._computed(pieces, self._members[chosen])

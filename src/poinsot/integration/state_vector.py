@@ -87,6 +87,8 @@ class StateVector:
         The tangent vectors.
     ratios : mapping
         Further factor of the momenta of each body; 1 for the first body.
+    torque_scale : float or array (members,)
+        Momenta that the forces give a body at rest, in physical units.
     """
 
     formulation: Formulation
@@ -97,6 +99,7 @@ class StateVector:
     comoving: bool = False
     variations: Variations | None = None
     ratios: Mapping[str, Number] = field(default_factory=lambda: {"": 1.0})
+    torque_scale: Number = 0.0
 
     def sharing(self, known: dict[Any, Any]) -> StateVector:
         """Return the variables with the structural attributes of another system of the structure, stored in `known`."""
@@ -229,7 +232,7 @@ class StateVector:
         parts = [self.scale if x is None else x for own in self.parts.values() for x in own]
         return np.stack(np.broadcast_arrays(*rigid, *parts), axis=-1)
 
-    _member_axes: ClassVar[Mapping[str, int]] = {"scale": 0, "parts": 0, "orbits": 0, "ratios": 0}
+    _member_axes: ClassVar[Mapping[str, int]] = {"scale": 0, "parts": 0, "orbits": 0, "ratios": 0, "torque_scale": 0}
 
     def _with_values(self, **values: Any) -> StateVector:
         return replace(self, **values)
@@ -326,7 +329,7 @@ class StateVector:
 
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
-        blocks = viewed(problem.beside(values.shape[:-1]).orbits, self.views)
+        blocks = viewed(problem.broadcast_to(values.shape[:-1]).orbits, self.views)
         columns = np.moveaxis(values, -1, 0)
         places = itertools.accumulate((block.size for block in blocks), initial=0)
         own = (Vector(columns[place : place + block.size]) for block, place in zip(blocks, places, strict=False))

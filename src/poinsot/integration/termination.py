@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import _signal  # type: ignore[import-not-found]  # `signal` makes members of enumerations, in the time of a short run
-from collections.abc import Callable
 
 import numpy as np
 
@@ -48,14 +47,25 @@ def reason_of_speed(why: str, speed: float, power: int) -> str:
 
 
 class HeldInterrupts:
-    """Context in which Ctrl-C calls a function and raises nothing, so that results stay complete.
+    """Context in which Ctrl-C stops a run after its current steps and raises nothing, so that results stay complete.
 
-    Ctrl-C again raises at once: what runs may not come to an end by itself. In another thread than the main one, or
-    where the program handles Ctrl-C itself, nothing is held.
+    Ctrl-C again raises at once, since the run may not come to an end by itself. In another thread than the main one,
+    or where the program handles Ctrl-C itself, Ctrl-C raises at once, too.
+
+    Attributes
+    ----------
+    stop : bool
+        True if the run is to stop after the current steps, with the rows computed so far.
+    heard : bool
+        True if the reason is Ctrl-C.
     """
 
-    def __init__(self, heard: Callable[[], None]) -> None:
-        self._heard = heard
+    def __init__(self) -> None:
+        self.stop = self.heard = False
+
+    def interrupt(self) -> None:
+        """Stop the run because of Ctrl-C."""
+        self.stop = self.heard = True
 
     def __enter__(self) -> None:
         self._holds = _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler
@@ -67,7 +77,7 @@ class HeldInterrupts:
 
     def _hear(self, *_: object) -> None:
         _signal.signal(_signal.SIGINT, _signal.default_int_handler)
-        self._heard()
+        self.interrupt()
 
     def __exit__(self, *_: object) -> None:
         if self._holds:

@@ -124,8 +124,8 @@ def _stays(record: Parametric, name: str, value: Any) -> None:  # noqa: ARG001
 class Parametric(Immutable):
     """Base of the frozen records, which makes a dataclass of each subclass by its annotated fields."""
 
-    beside: ClassVar[Mapping[str, tuple[int, ...]]] = {}
-    """Real numbers that records have and that are no fields, and the shape of each for one member."""
+    extra_numbers: ClassVar[Mapping[str, tuple[int, ...]]] = {}
+    """Real numbers of records that are no fields, and the shape of each for one member."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -209,7 +209,7 @@ class Parametric(Immutable):
 
     @property
     def _member_axes(self) -> dict[str, int]:
-        kinds: dict[str, Any] = {**type(self).beside, **kinds_of(type(self))}
+        kinds: dict[str, Any] = {**type(self).extra_numbers, **kinds_of(type(self))}
         numbers = {name: len(kind) for name in vars(self) if isinstance(kind := kinds.get(name), tuple)}
         return dict.fromkeys((name for name, value in self._own_values() if records_in(value)), 0) | numbers
 

@@ -380,6 +380,7 @@ def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:
     return {name: change(values) for name, values in phase.items()}
 
 
+@checked
 def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
     """Return momenta tangent to the unit sphere, Q - (q . Q) q / |q|^2, with the same angular momentum.
 

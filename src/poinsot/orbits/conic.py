@@ -20,7 +20,7 @@ from poinsot.mechanics.environment import Orbit, OrbitBlock
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
-from poinsot.orbits.from_cartesian import Passage, passage
+from poinsot.orbits.from_cartesian import OrbitPoint, orbit_point
 from poinsot.quantities import Real, Rule, Time
 
 __all__ = ["ConicBlock", "ConicOrbit", "Radius", "check_surface", "in_plane", "plane_of", "shown"]
@@ -97,14 +97,14 @@ class ConicOrbit(Orbit):
         ValueError
             If the two vectors are parallel, or the orbit is of the other class (`two_body_orbit` handles all orbits).
         """
-        here = passage(mu, position, velocity)
+        here = orbit_point(mu, position, velocity)
         shape, anomaly = cls._shape_of(here)
         elements = shape | here.plane(anomaly) | {"epoch": epoch, "radius": radius}
         return cls(here.mu, **elements)
 
     @classmethod
     @abstractmethod
-    def _shape_of(cls, here: Passage) -> tuple[dict[str, Any], float]:
+    def _shape_of(cls, here: OrbitPoint) -> tuple[dict[str, Any], float]:
         """Return the elements in the plane of the orbit, by name, and the true anomaly in radians."""
 
     @property

@@ -12,7 +12,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_numbers, reals_or_nan, refuse_nonpositive
-from poinsot.orbits.from_cartesian import passages
+from poinsot.orbits.from_cartesian import orbit_points
 from poinsot.quantities import Real
 
 __all__ = ["OsculatingElements", "osculating_elements"]
@@ -114,7 +114,7 @@ def osculating_elements(mu: Real, *, position: ArrayLike, velocity: ArrayLike) -
     for name, vectors in rows.items():
         real_numbers(name, np.where(is_absent[..., None], 0.0, vectors))
     with np.errstate(invalid="ignore", divide="ignore"):
-        here = passages(parameter, place, speed)
+        here = orbit_points(parameter, place, speed)
         anomaly = np.arctan2(here.e_sin, here.e_cos)
         argument = here.latitude - anomaly
         axis = -here.mu / (2 * here.energy)

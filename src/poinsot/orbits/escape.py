@@ -18,7 +18,7 @@ from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import elapsed
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius
-from poinsot.orbits.from_cartesian import Passage
+from poinsot.orbits.from_cartesian import OrbitPoint
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
 from poinsot.quantities import Angle, Duration, Inclination, Real, Rule, Time
 
@@ -144,7 +144,7 @@ class EscapeOrbit(ConicOrbit):
 
     @classmethod
     @override
-    def _shape_of(cls, here: Passage) -> tuple[dict[str, Any], float]:
+    def _shape_of(cls, here: OrbitPoint) -> tuple[dict[str, Any], float]:
         if here.energy < 0:
             raise ValueError(
                 "position and velocity must belong to a parabola or hyperbola, but the orbital energy is "

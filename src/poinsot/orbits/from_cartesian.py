@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array, refuse_nonpositive, refuse_zero
 
-__all__ = ["Passage", "passage", "passages"]
+__all__ = ["OrbitPoint", "orbit_point", "orbit_points"]
 
 Array = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Passage:
+class OrbitPoint:
     """A body on its orbit at one instant, or arrays of them.
 
     Attributes
@@ -55,7 +55,7 @@ class Passage:
         return {"inclination": self.inclination, "node": self.node, "argument_of_periapsis": periapsis}
 
 
-def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
+def orbit_point(mu: Any, position: ArrayLike, velocity: ArrayLike) -> OrbitPoint:
     """Return the orbit at a position and velocity, space axes, shape (3,).
 
     Raises
@@ -69,10 +69,10 @@ def passage(mu: Any, position: ArrayLike, velocity: ArrayLike) -> Passage:
     refuse_zero("position", r, "The body would be at the attractor.")
     if not np.linalg.norm(np.cross(r, v)) > 1e-12 * np.linalg.norm(r) * np.linalg.norm(v):
         raise ValueError("position and velocity must span a plane, but they are parallel.")
-    return passages(mu, r, v)
+    return orbit_points(mu, r, v)
 
 
-def passages(mu: Any, r: Array, v: Array) -> Passage:
+def orbit_points(mu: Any, r: Array, v: Array) -> OrbitPoint:
     """Return the orbits at positions and velocities, space axes, shapes (..., 3)."""
     h = np.cross(r, v)
     distance, size = np.sqrt(np.vecdot(r, r)), np.sqrt(np.vecdot(h, h))
@@ -82,7 +82,7 @@ def passages(mu: Any, r: Array, v: Array) -> Passage:
     e_cos, e_sin = np.vecdot(h, h) / (mu * distance) - 1, size * climb / (mu * distance)
     energy = np.vecdot(v, v) / 2 - mu / distance
     orientation = _orientation(r / distance[..., None], h / size[..., None])
-    return Passage(mu, distance, energy, climb, e_cos, e_sin, p, *orientation)
+    return OrbitPoint(mu, distance, energy, climb, e_cos, e_sin, p, *orientation)
 
 
 def _orientation(radial: Array, normal: Array) -> tuple[Any, Any, Any]:

@@ -19,7 +19,7 @@ from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import NearbyAngle, angle_at, mean_motion_of
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius
-from poinsot.orbits.from_cartesian import Passage
+from poinsot.orbits.from_cartesian import OrbitPoint
 from poinsot.quantities import Angle, Inclination, Real, Rule, Time
 
 __all__ = ["EccentricBlock", "EllipticBlock", "KeplerBlock", "KeplerOrbit", "LongEllipticBlock"]
@@ -147,7 +147,7 @@ class KeplerOrbit(ConicOrbit):
 
     @classmethod
     @override
-    def _shape_of(cls, here: Passage) -> tuple[dict[str, Any], float]:
+    def _shape_of(cls, here: OrbitPoint) -> tuple[dict[str, Any], float]:
         if not here.energy < 0:
             raise ValueError(
                 f"position and velocity must belong to an ellipse, but the orbital energy is {here.energy:.6g} >= 0."

@@ -65,7 +65,7 @@ def _powers_of_chebyshev(terms: int) -> Array:
     )
 
 
-class _Fit(NamedTuple):
+class _ChebyshevFit(NamedTuple):
     """Pieces in the order of time; the `broken` ones miss the function although they were halved to the end."""
 
     left: Array
@@ -100,14 +100,14 @@ def fitted(
         ends = [start, *itertools.chain(*jumps), stop]
         sides = [(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
         parts = zip(*(_halved(position, a, b, tolerance) for a, b in sides), strict=True)
-        fit = _Fit(*map(np.concatenate, parts))
+        fit = _ChebyshevFit(*map(np.concatenate, parts))
     return np.array([start, *fit.left[1:], stop]), fit.coefficients, ERROR_MARGIN * float(np.max(fit.error))
 
 
-def _halved(position: Callable[[Array], Array], start: float, stop: float, tolerance: float) -> _Fit:
+def _halved(position: Callable[[Array], Array], start: float, stop: float, tolerance: float) -> _ChebyshevFit:
     """Return the pieces of a function that is smooth but for jumps."""
     left, right, before = np.array([start]), np.array([stop]), np.array([np.inf])
-    done: list[_Fit] = []
+    done: list[_ChebyshevFit] = []
     for halving in range(MAX_HALVINGS + 1):
         coefficients, error, size = _fits(position, left, right)
         good = (error <= tolerance * size) | ((error > before / MIN_IMPROVEMENT) & (error <= FUNCTION_ROUNDING * size))
@@ -117,7 +117,7 @@ def _halved(position: Callable[[Array], Array], start: float, stop: float, toler
             error[good] = _worst(position, coefficients[good], left[good], right[good], CHECK_TIMES >> halving)
             good[good] = error[good] <= allowed
         ended = good | (halving == MAX_HALVINGS) | shortest
-        done.append(_Fit(left[ended], coefficients[ended], error[ended], ~good[ended]))
+        done.append(_ChebyshevFit(left[ended], coefficients[ended], error[ended], ~good[ended]))
         if np.all(ended):
             break
         if sum(len(part.left) for part in done) + 2 * np.sum(~ended) > MAX_PIECES:
@@ -128,12 +128,14 @@ def _halved(position: Callable[[Array], Array], start: float, stop: float, toler
         middle = 0.5 * (left[~ended] + right[~ended])
         left, right = np.concatenate([left[~ended], middle]), np.concatenate([middle, right[~ended]])
         before = np.tile(error[~ended], 2)
-    whole = _Fit(*map(np.concatenate, zip(*done, strict=True)))
+    whole = _ChebyshevFit(*map(np.concatenate, zip(*done, strict=True)))
     order = np.argsort(whole.left)
-    return _Fit(whole.left[order], whole.coefficients[order], whole.error[order], whole.broken[order])
+    return _ChebyshevFit(whole.left[order], whole.coefficients[order], whole.error[order], whole.broken[order])
 
 
-def _jumps(position: Callable[[Array], Array], fit: _Fit, stop: float, tolerance: float) -> list[tuple[float, float]]:
+def _jumps(
+    position: Callable[[Array], Array], fit: _ChebyshevFit, stop: float, tolerance: float
+) -> list[tuple[float, float]]:
     """Return the neighbouring times between which the function jumps, one pair for each run of broken pieces."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], fit.broken, [False]])))
     knots = np.append(fit.left, stop)

@@ -76,7 +76,7 @@ ARGUMENTS_PER_BLOCK = 1 << 16
 """Number of arguments evaluated together, so that the arrays stay in the cache."""
 
 
-class Table(NamedTuple):
+class SeriesTable(NamedTuple):
     """Series of one body: the arrays of the file, with angles in turns and amplitudes C - i S of exp(i phi)."""
 
     angles: list[DoubleDouble]
@@ -158,7 +158,7 @@ def _variables(name: str, seconds: Array, unit: float) -> Array:
     return values.reshape(len(values), -1)[:, : seconds.size]
 
 
-def _block(table: Table, time: DoubleDouble, waves: NDArray[np.complex128]) -> Array:
+def _block(table: SeriesTable, time: DoubleDouble, waves: NDArray[np.complex128]) -> Array:
     """Return the variables at some times; `waves` is memory for the product of two factors."""
     angles = _turns(table, time)
     turns = table.multiples @ angles
@@ -179,7 +179,7 @@ def _block(table: Table, time: DoubleDouble, waves: NDArray[np.complex128]) -> A
     return totals
 
 
-def _turns(table: Table, time: DoubleDouble) -> Array:
+def _turns(table: SeriesTable, time: DoubleDouble) -> Array:
     """Return the angles in turns, without whole turns, (angles, n)."""
     constant, rate, *higher = table.angles
     linear = DoubleDouble.product(time.hi, rate.hi)
@@ -190,7 +190,7 @@ def _turns(table: Table, time: DoubleDouble) -> Array:
 
 
 @functools.cache
-def _table(name: str) -> Table:
+def _table(name: str) -> SeriesTable:
     from scipy.sparse import csr_array  # its products are the same with any number of threads, and for any block
 
     with resources.files("poinsot.orbits").joinpath("theories.npz").open("rb") as file, np.load(file) as arrays:
@@ -205,7 +205,7 @@ def _table(name: str) -> Table:
     amplitudes = np.zeros(shape, dtype=complex)
     amplitudes[mask] = cosine - 1j * sine
     amplitudes *= 2.0 ** columns[:, 2]
-    return Table(
+    return SeriesTable(
         [DoubleDouble(power[:, None]) / TURN for power in angles.T],
         csr_array(multiples.astype(float)),
         factors,

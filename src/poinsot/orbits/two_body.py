@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from poinsot.checked import checked
 from poinsot.orbits.escape import EscapeOrbit
-from poinsot.orbits.from_cartesian import passage
+from poinsot.orbits.from_cartesian import orbit_point
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.quantities import Time
 
@@ -46,5 +46,5 @@ def two_body_orbit(
     >>> type(orbit).__name__, float(orbit.eccentricity)
     ('EscapeOrbit', 1.25)
     """
-    kind = KeplerOrbit if passage(mu, position, velocity).energy < 0 else EscapeOrbit
+    kind = KeplerOrbit if orbit_point(mu, position, velocity).energy < 0 else EscapeOrbit
     return kind.from_vectors(mu, position=position, velocity=velocity, epoch=epoch, radius=radius)

@@ -23,8 +23,7 @@ from poinsot.mechanics.state import state_of
 from poinsot.orbits.attractors import MU, RADIUS
 from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
-from poinsot.plot.angles import different_orbits
-from poinsot.plot.labels import in_words, momentum_label, torque_unit_of
+from poinsot.plot.labels import different_orbits, in_words, momentum_label, torque_unit_of
 from poinsot.plot.page_arrays import packed
 from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
@@ -65,7 +64,7 @@ def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
     """Return the surroundings of a body or a pair; `pace` is the time that passes on the page in a second."""
     found = Surroundings({"vectors": []}, {})
     state = state_of(motion.phase, motion.times)
-    instant = motion.system.dynamics.beside(state.shape).at(state, motion.environment)
+    instant = motion.system.dynamics.broadcast_to(state.shape).at(state, motion.environment)
     _add_orbit(found, motion)
     _add_sun(found, motion, instant)
     if is_of_two_bodies(motion):
@@ -130,7 +129,7 @@ def _mu(orbit: Orbit) -> float:
 
 def _add_sun(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
     """Add the direction to the Sun, and which part of it is seen behind occulters."""
-    force = next(iter(_within(motion.system.dynamics.beside(motion.times.shape), Sunlight)), None)
+    force = next(iter(_within(motion.system.dynamics.broadcast_to(motion.times.shape), Sunlight)), None)
     if force is None:
         return
     towards = -_rows(instant.direction(force.sun), motion)
@@ -156,7 +155,7 @@ def _add_torques(found: Surroundings, motion: Trajectory) -> None:
 def _add_fields(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
     """Add magnetic fields where the body is."""
     fields: list[MagneticField] = []
-    for field in _within(motion.system.dynamics.beside(motion.times.shape), MagneticField):
+    for field in _within(motion.system.dynamics.broadcast_to(motion.times.shape), MagneticField):
         if not any(same(field, known) for known in fields):
             fields.append(field)
     for i, field in enumerate(fields[: len(FIELDS)]):

@@ -5,56 +5,43 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 
 from poinsot.errors import level_of_user
 from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
-from poinsot.integration.precision import checked_tolerance
 from poinsot.integration.problem import Problem
+from poinsot.integration.settings import RunSettings, checked_tolerance
 from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.state import AnyState, Bodies, changed
 from poinsot.mechanics.system import System
-from poinsot.printable import nearest, quoted, shortened
+from poinsot.printable import quoted, shortened
+from poinsot.suggestions import nearest
 
 __all__ = [
-    "RunSettings",
     "broadcast_members",
     "check_bodies",
     "check_starts",
     "checked_device",
     "checked_formulation",
+    "checked_settings",
     "checked_threads",
 ]
 
 
-@dataclass(frozen=True)
-class RunSettings:
-    """Checked settings of a run in double precision."""
-
-    formulation: Formulation
-    tolerance: float
-    threads: int
-    progress: bool
-
-    @classmethod
-    def of(
-        cls, formulation: str | Formulation | None, tolerance: float | None, threads: int | None, progress: bool | None
-    ) -> RunSettings:
-        """Return settings as `propagate` interprets its arguments; progress is shown on a terminal by default."""
-        return cls(
-            checked_formulation(formulation),
-            checked_tolerance(tolerance, "double"),
-            checked_threads(threads),
-            sys.stderr.isatty() if progress is None else progress,
-        )
+def checked_settings(
+    formulation: str | Formulation | None, tolerance: float | None, threads: int | None, progress: bool | None
+) -> RunSettings:
+    """Return the settings of a run in double precision; progress is shown on a terminal by default."""
+    shown = sys.stderr.isatty() if progress is None else progress
+    form, error = checked_formulation(formulation), checked_tolerance(tolerance, "double")
+    return RunSettings(form, error, threads=checked_threads(threads), progress=shown)
 
 
 def check_starts(problem: Problem, state: AnyState) -> None:
     """Let each part and each event refuse a start."""
     if problem.events or [part for part in problem.dynamics.parts if part.checks_start]:
-        twin = problem.beside(state.shape)
+        twin = problem.broadcast_to(state.shape)
         instant = twin.dynamics.at(state)
         for part in twin.dynamics.parts:
             part.check_start(instant)

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.cuda.run import CudaRun, check_device
-from poinsot.display.progress import Progress
-from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, OneMotion, Sink
 from poinsot.integration.run import Run
+from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.state import AnyState, Phase
 from poinsot.mechanics.system import System
@@ -59,38 +58,17 @@ class Integrator:
     ----------
     problem : Problem
     variables : StateVector
-    tolerance : float
-    precision : str
-        "quadruple" for one body only.
-    threads : int
-        Most threads of an ensemble.
-    progress : bool or callable
-        Whether to show a progress bar, or the function that receives the progress.
-    dense : bool
-        Whether to store the polynomials, for one body.
-    device : {"cpu", "cuda"}
-        "cuda" for ensembles only.
+    settings : RunSettings
     """
 
     problem: Problem
     variables: StateVector
-    tolerance: float
-    _: KW_ONLY
-    precision: str = "double"
-    threads: int = 1
-    progress: Progress = False
-    dense: bool = False
-    device: str = "cpu"
+    settings: RunSettings
 
     @property
     def system(self) -> System:
         """The system."""
         return self.problem.system
-
-    @property
-    def formulation(self) -> Formulation:
-        """The chart of attitude and momentum."""
-        return self.variables.formulation
 
     _member_axes: ClassVar[Mapping[str, int]] = {"problem": 0, "variables": 0}
 
@@ -99,8 +77,8 @@ class Integrator:
 
     def check_device(self, members: bool) -> None:
         """Raise a ValueError for a run that the device does not support, or a computer without the device."""
-        if self.device == "cuda":
-            check_device(self.problem, self.variables, members, self.precision)
+        if self.settings.device == "cuda":
+            check_device(self.problem, self.variables, members, self.settings.precision)
 
     def run(self, state: AnyState, times: NDArray[np.float64], sink: Sink) -> Report:
         """Integrate from a state outwards to all the times, which are monotonic; on Ctrl-C finished rows remain.
@@ -108,19 +86,8 @@ class Integrator:
         A state with one time belongs to one body, a state with an array of times to an ensemble.
         """
         self.check_device(bool(state.time.ndim))
-        kind = CudaRun if self.device == "cuda" else Run
-        return kind(
-            self.problem,
-            self.variables,
-            state,
-            times,
-            sink,
-            tolerance=self.tolerance,
-            precision=self.precision,
-            threads=self.threads,
-            progress=self.progress,
-            dense=self.dense,
-        ).integrate()
+        kind = CudaRun if self.settings.device == "cuda" else Run
+        return kind(self.problem, self.variables, state, times, sink, self.settings).integrate()
 
     def motion(self, state: AnyState, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
         """Return the motion from a state, or that of the members from theirs, and what is known about the run."""
@@ -145,7 +112,7 @@ class Integrator:
             state,
             kept.times,
             ComputedRows(lambda: kept.phase, columns, events),
-            RunRecord.of(report.totals, method, variables.formulation.name, self.precision),
+            RunRecord.of(report.totals, method, variables.formulation.name, self.settings.precision),
             (report.dense, *report.dense.ends) if report.dense else None,
             report.failures if many else {},
         )

@@ -11,8 +11,8 @@ from typing_extensions import Unpack
 from poinsot.checked import checked
 from poinsot.integration import equations
 from poinsot.integration.formulations import Formulation
-from poinsot.integration.precision import checked_tolerance
 from poinsot.integration.problem import Problem
+from poinsot.integration.settings import RunSettings, checked_tolerance
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
@@ -128,9 +128,7 @@ def propagate(
     where = checked_device(device)
     cores = checked_threads(plan.threads(threads) if plan else threads) if members else 1
     shown = bool(members) and sys.stderr.isatty() if progress is None else progress
-    integrator = Integrator(
-        problem, variables, asked, precision=precision, threads=cores, progress=shown, dense=dense, device=where
-    )
+    integrator = Integrator(problem, variables, RunSettings(chosen, asked, precision, cores, shown, dense, where))
     if not (plan and plan.client):  # whose workers have devices of their own
         integrator.check_device(bool(members))
     if members and plan:

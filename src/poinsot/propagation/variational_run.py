@@ -17,6 +17,7 @@ from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Sink
 from poinsot.integration.run import BOTH_WAYS, Run
+from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.tangent_vectors import Variations
 from poinsot.mechanics.environment import shared_blocks
@@ -25,7 +26,7 @@ from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
 from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import RunSettings, broadcast_members, check_bodies
+from poinsot.propagation.arguments import broadcast_members, check_bodies
 from poinsot.storage.run_record import Method, RunRecord
 
 __all__ = ["MAX_COORDINATES_TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
@@ -202,18 +203,9 @@ class VariationalRun:
         inputs = tuple(tuple(first + number for number in together) for together in self.derivatives.inputs)
         order, sizes = self.derivatives.order, np.asarray(self.derivatives.sizes, dtype=int)
         variations = Variations(self.chart.tangent_scales, vectors.shape[-2], inputs, order, vectors, sizes)
-        variables, settings = replace(self.variables, variations=variations), self.settings
-        return Run(
-            self.problem,
-            variables,
-            self.state if state is None else state,
-            times,
-            sink,
-            tolerance=settings.tolerance,
-            threads=settings.threads,
-            progress=settings.progress,
-            ways=ways,
-        ).integrate()
+        variables = replace(self.variables, variations=variations)
+        state = self.state if state is None else state
+        return Run(self.problem, variables, state, times, sink, self.settings, ways).integrate()
 
     def user_units(self, rates: Array, momentum_unit: ArrayLike | None = None) -> UserUnits:
         """Return the units of tangent vectors of the user.

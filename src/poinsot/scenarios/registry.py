@@ -42,7 +42,7 @@ from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses
 
-__all__ = ["Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
+__all__ = ["RENAMED", "RENAMED_TYPES", "Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
 
 Group = str | type
 """What a table makes: one of `BASES`, or a record of a class that another one has among its fields."""
@@ -60,6 +60,13 @@ DEFAULTS: dict[Group, str] = {"body": "Body", "rigid": "Body", "frame": "Rotatin
 
 PACKAGES = ("control", "forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
 """Their modules have the classes that ship, and functions that make one."""
+
+RENAMED = {("Sampled", "phase"): "offset"}
+"""Present names of keys, by the type of their table and the former name. Scenario files and results of earlier versions
+contain the former names; only the present ones are written."""
+
+RENAMED_TYPES = {"in_metres": "kilometres_to_metres", "orbit_sum": "composite_orbit"}
+"""Present types of tables, by the former name in files of earlier versions."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -83,6 +90,8 @@ class Key:
         Whether a call takes several one by one.
     or_number : bool
         Whether one number can stand for all of an array.
+    former : str
+        Name of the key in earlier versions.
     """
 
     name: str
@@ -97,6 +106,7 @@ class Key:
     group: Group = ""
     spread: bool = False
     or_number: bool = False
+    former: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -219,7 +229,8 @@ def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) 
             default = parameter.default if isinstance(parameter.default, float | int | str) else None
             axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
             words = " ".join([said.get(parameter.name, ""), *axes]).strip()
-            more: Any = {"group": group, "spread": spread, "or_number": OR_NUMBER in extras_of(hint)}
+            former = next((old for (kind, old), new in RENAMED.items() if (kind, new) == (name, parameter.name)), "")
+            more: Any = {"group": group, "spread": spread, "or_number": OR_NUMBER in extras_of(hint), "former": former}
             keys.append(Key(parameter.name, kind, words, rank, required, default, **more))
         elif required:
             return None

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Union
 
 from pydantic import (
     AfterValidator,
+    AliasChoices,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -26,7 +27,7 @@ from pydantic import (
 
 from poinsot.errors import real_numbers
 from poinsot.integration.formulations import formulations
-from poinsot.integration.precision import PRECISIONS
+from poinsot.integration.settings import PRECISIONS
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
@@ -294,7 +295,9 @@ def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
     annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank, key.or_number)
     words = f"Name of a file that ends in {' or '.join(key.choices)}. {key.help}" if key.kind == "output" else key.help
     bounds: Any = dict(zip(("ge", "le"), key.limits, strict=True)) if key.limits else {}
-    return annotation, Field(... if key.required else key.default, description=words or None, **bounds)
+    names = AliasChoices(key.name, key.former) if key.former else None
+    default = ... if key.required else key.default
+    return annotation, Field(default, validation_alias=names, description=words or None, **bounds)
 
 
 def _output(endings: tuple[str, ...], name: str) -> str:

@@ -14,7 +14,7 @@ import math
 import os
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -28,8 +28,11 @@ from poinsot.printable import quoted, shortened
 
 __all__ = [
     "GROUP",
+    "Attributes",
     "Described",
     "JoinedArrays",
+    "Json",
+    "Numbers",
     "StoreError",
     "StoredArray",
     "check_descriptions",
@@ -96,12 +99,12 @@ class Described:
 
     @classmethod
     def of(cls, dims: tuple[str, ...], values: Numbers, attributes: Attributes) -> Described:
-        """Return that of an array in one block."""
+        """Return the description of an array in one block."""
         return cls(tuple(map(str, dims)), values.shape, values.dtype.name, plain_attributes(attributes))
 
-    def in_shards(self, members: int, chunk: int, block: int) -> Described:
-        """Return that of an array of more members in shards."""
-        return Described(self.dims, (members, *self.shape[1:]), self.kind, self.attributes, chunk, block)
+    def in_shards(self, chunk: int, block: int) -> Described:
+        """Return the description of the array in shards."""
+        return replace(self, chunk=chunk, block=block)
 
     @property
     def dtype(self) -> np.dtype[np.generic]:

@@ -11,7 +11,7 @@ import pytest
 import poinsot as pt
 from poinsot.analysis import continuation
 from poinsot.analysis.continuation import continue_motion
-from poinsot.analysis.family import Family, LostError
+from poinsot.analysis.continuation_problem import ContinuationProblem, NotConvergedError
 from poinsot.mechanics.named_parameters import NamedNumber
 
 mpl.use("Agg")
@@ -100,18 +100,18 @@ def test_derivative_by_the_parameter_is_that_of_differences(name):
     one = system(orbit)
     motion = pt.analysis.periodic_motion(one, at_upright(orbit), orbit.period, own and own(one))
     number = NamedNumber(one, parameter)
-    family = Family(number, 1.3 * number.value + 0.1, motion, period, frame)
-    once = family.once(0.5)
-    point = once.point(start)  # of no periodic motion
-    _, slopes = family.equations(once, point, 0.5)
+    problem = ContinuationProblem(number, 1.3 * number.value + 0.1, motion, period, frame)
+    mapping = problem.mapping(0.5)
+    point = mapping.point(start)  # of no periodic motion
+    _, slopes = problem.equations(mapping, point, 0.5)
 
     def end(u):
-        other = family.once(u)
-        other.units = once.units
+        other = problem.mapping(u)
+        other.units = mapping.units
         return other.passage(point).end
 
     middle, h = end(0.5), 1e-3
-    ends = [once.displacement(middle, end(0.5 + k * h)) for k in (-2, -1, 1, 2)]
+    ends = [mapping.displacement(middle, end(0.5 + k * h)) for k in (-2, -1, 1, 2)]
     difference = np.array([1, -8, 8, -1]) @ ends / (12 * h)
     np.testing.assert_allclose(-slopes[:, 6], difference, rtol=0, atol=3e-9 * max(1, np.max(np.abs(difference))))
 
@@ -242,7 +242,7 @@ def test_it_ends_after_many_points(monkeypatch):
 
 def test_what_is_not_found_is_unresolved(monkeypatch, branch):
     def lost(*_, **__):
-        raise LostError
+        raise NotConvergedError
 
     monkeypatch.setattr("scipy.optimize.brentq", lost)
     (found,) = continue_motion(at_rest(), "moments[0]", 1.5).bifurcations
@@ -344,7 +344,7 @@ WRONG = {
     "a branching that goes on elsewhere": (
         lambda: crossing("moments[0]", tangent=np.array([1, 0, 0, 0, 0, 0, 1e-4])),
         ValueError,
-        r"motion must have a branch beside it, got branching at 1\.3 with none near\.",
+        r"motion must have a crossing branch, got branching at 1\.3 with none near\.",
     ),
     "a fold": (
         lambda: continue_motion(at_a_fold(), "moments[0]", 1.5),

@@ -135,7 +135,7 @@ class PressedAtCall:
 @pytest.fixture
 def pressed(monkeypatch):
     """Makes a Ctrl-C at the n-th call from the first step on."""
-    go = run.Run._advance
+    go = run.Slab.advance
 
     def at_call(at):
         press = PressedAtCall(at)
@@ -144,7 +144,7 @@ def pressed(monkeypatch):
             sys.setprofile(press)
             go(*arguments)
 
-        monkeypatch.setattr(run.Run, "_advance", watched)
+        monkeypatch.setattr(run.Slab, "advance", watched)
         return press
 
     return at_call

@@ -5,14 +5,14 @@ import pytest
 
 import poinsot as pt
 from poinsot.mechanics.members import members_of
-from poinsot.propagation.arguments import RunSettings
+from poinsot.propagation.arguments import checked_settings
 from poinsot.propagation.variational_run import Derivatives, UserUnits, VariationalRun
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)))
 ONE = BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 3.0))
 MANY = BODY.state((1, 0, 0, 0), omega_body=np.linspace((0.1, 0.2, 3.0), (0.2, 0.3, 30.0), 5))
-SETTINGS = RunSettings.of(None, None, 1, False)
+SETTINGS = checked_settings(None, None, 1, False)
 
 
 def run(state, **derivatives):
@@ -63,6 +63,6 @@ def test_vectors_in_units_of_the_user_and_back():
 
 
 def test_a_formulation_without_tangent_coordinates_is_refused():
-    settings = RunSettings.of("canonical", None, 1, False)
+    settings = checked_settings("canonical", None, 1, False)
     with pytest.raises(ValueError, match=r"^formulation must be one of .* for variational equations, got 'canonical'"):
         VariationalRun.of(TOP, ONE, [1.0], settings)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import level_of_user
 from poinsot.files.attitudes.attitude_table import AttitudeTable
-from poinsot.files.rows import Rows
+from poinsot.files.rows import TextRows
 from poinsot.mechanics import euler
 from poinsot.mechanics.attitude import omega_body
 from poinsot.mechanics.calendar import SECONDS, Calendar
@@ -62,7 +62,7 @@ def kvn_columns(kind: str, scalar_first: bool) -> tuple[str, ...]:
 
 
 def read_attitudes(
-    rows: Rows,
+    rows: TextRows,
     kind: str,
     times: Array,
     calendar: Calendar | None,
@@ -114,7 +114,7 @@ def warn_of_undefined(place: str, what: str) -> None:
     )
 
 
-def _sequence_of(rows: Rows) -> str:
+def _sequence_of(rows: TextRows) -> str:
     """Return a sequence of rotations, 321 or ZYX, as digits."""
     text = rows.says.get("EULER_ROT_SEQ", "")
     sequence = text.upper().translate(str.maketrans("XYZ", "123"))
@@ -123,7 +123,7 @@ def _sequence_of(rows: Rows) -> str:
     return sequence
 
 
-def _quaternions(rows: Rows, form: str, sequence: str) -> Array:
+def _quaternions(rows: TextRows, form: str, sequence: str) -> Array:
     if form == "QUATERNION":
         return rows.stacked("QC", "Q1", "Q2", "Q3")
     if form == "EULER_ANGLE":
@@ -133,7 +133,7 @@ def _quaternions(rows: Rows, form: str, sequence: str) -> Array:
     return np.asarray(euler.quaternion_from_angles(angles, "313"))
 
 
-def _derived_rate(q: Array, rows: Rows, sequence: str) -> Array:
+def _derived_rate(q: Array, rows: TextRows, sequence: str) -> Array:
     if not sequence:
         q_dot = rows.stacked("QC_DOT", "Q1_DOT", "Q2_DOT", "Q3_DOT")
         return np.asarray(omega_body(q, q_dot) / quat.dot(q, q)[..., None])
@@ -142,7 +142,7 @@ def _derived_rate(q: Array, rows: Rows, sequence: str) -> Array:
     return np.asarray(sum(rates[..., i, None] * axis for i, axis in enumerate(axes)))
 
 
-def _spin_rate(q: Array, rows: Rows, nutation: str) -> Array:
+def _spin_rate(q: Array, rows: TextRows, nutation: str) -> Array:
     """Return the rate about the spin axis, the third of B, plus that of the axis about the momentum (annex F5)."""
     spin: Array = rows.stacked("SPIN_ANGLE_VEL", factor=np.pi / 180) * np.array([0.0, 0.0, 1.0])
     if not nutation:

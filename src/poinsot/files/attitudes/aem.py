@@ -17,7 +17,7 @@ from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.keys import Keys
-from poinsot.files.rows import Rows
+from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.calendar import Calendar
@@ -103,7 +103,7 @@ def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar
     return _joined(parts, tables)
 
 
-def _columns(segment: Rows, version: str, in_xml: bool) -> tuple[str, ...]:
+def _columns(segment: TextRows, version: str, in_xml: bool) -> tuple[str, ...]:
     """Return the columns of the rows that a segment will have, by its checked metadata."""
     kind = segment.says["ATTITUDE_TYPE"].upper().replace(" ", "_")
     if kind not in adm.COLUMNS:
@@ -115,7 +115,7 @@ def _columns(segment: Rows, version: str, in_xml: bool) -> tuple[str, ...]:
     return adm.kvn_columns(kind, _said(segment, "QUATERNION_TYPE", ("LAST", "FIRST"), version) == "FIRST")
 
 
-def _said(segment: Rows, key: str, known: tuple[str, str], version: str) -> str:
+def _said(segment: TextRows, key: str, known: tuple[str, str], version: str) -> str:
     """Return one of two words; version 2 knows only the first and need not say it."""
     said = segment.says.get(key, "" if version < "2" else known[0]).upper()
     if said not in known:
@@ -123,7 +123,7 @@ def _said(segment: Rows, key: str, known: tuple[str, str], version: str) -> str:
     return said
 
 
-def _table_of(segment: Rows, version: str, calendar: Calendar | None) -> AttitudeTable:
+def _table_of(segment: TextRows, version: str, calendar: Calendar | None) -> AttitudeTable:
     says, name = segment.says, segment.name
     first, second = says["REF_FRAME_A"], says["REF_FRAME_B"]
     if _said(segment, "ATTITUDE_DIR", ("A2B", "B2A"), version) == "B2A":
@@ -135,7 +135,7 @@ def _table_of(segment: Rows, version: str, calendar: Calendar | None) -> Attitud
     return adm.read_attitudes(segment, says["ATTITUDE_TYPE"], times, calendar, frames, **conventions, version=version)
 
 
-def _rate_in_a(segment: Rows, first: str, second: str) -> bool:
+def _rate_in_a(segment: TextRows, first: str, second: str) -> bool:
     """Return whether angular velocities are along the frame from which the attitude leads, not along the other."""
     if not segment.says["ATTITUDE_TYPE"].endswith("ANGVEL"):
         return False
@@ -148,7 +148,7 @@ def _rate_in_a(segment: Rows, first: str, second: str) -> bool:
     return along != ccsds.axes_name(second)
 
 
-def _joined(segments: list[Rows], tables: list[AttitudeTable]) -> AttitudeTable:
+def _joined(segments: list[TextRows], tables: list[AttitudeTable]) -> AttitudeTable:
     """Return several tables as one, an attitude that ends one and begins the next taken once."""
     first, kept = tables[0], [slice(None)]
     for i, (before, after) in enumerate(itertools.pairwise(tables), start=1):

@@ -20,7 +20,7 @@ from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.keys import Entry, Keys
-from poinsot.files.rows import Rows, number
+from poinsot.files.rows import TextRows, number
 from poinsot.files.untrusted import local_name, read_text
 from poinsot.mechanics.attitude import rotation_angle
 from poinsot.mechanics.body import Body
@@ -171,7 +171,9 @@ def read_apm(path: str | Path, *, calendar: Calendar | None = None) -> tuple[Att
     epoch = _Block("", header, name)
     epoch.text("EPOCH")
     system = {"TIME_SYSTEM": epoch.text("TIME_SYSTEM")}
-    times, calendar = ccsds.times_of(Rows(name, system, (), [header["EPOCH"].place], [header["EPOCH"].value]), calendar)
+    times, calendar = ccsds.times_of(
+        TextRows(name, system, (), [header["EPOCH"].place], [header["EPOCH"].value]), calendar
+    )
     attitudes = _attitudes(blocks, name, times, calendar, version)
     table = attitudes[0].table
     omega = _rate(attitudes, [block for block in blocks if block.kind == "ANGVEL"])
@@ -196,7 +198,7 @@ def _attitudes(blocks: list[_Block], name: str, times: Array, calendar: Calendar
             continue
         kind, columns = _row(block)
         says = {key: entry.value for key, entry in block.said.items()}
-        row = Rows(block.place, says, tuple(columns), [block.place], [""], [list(columns.values())])
+        row = TextRows(block.place, says, tuple(columns), [block.place], [""], [list(columns.values())])
         frames = (reference, body)
         table = adm.read_attitudes(row, kind, times, calendar, frames, body_is_b=body_is_b, version=version)
         found.append(_Attitude(block, table))

@@ -15,7 +15,7 @@ from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, dated_calendar, table_of
 from poinsot.files.keys import Entry, Keys
-from poinsot.files.rows import Rows
+from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
@@ -96,8 +96,8 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     return dataclasses.replace(table, omega_body=rows.stacked(*OMEGA, factor=factor))
 
 
-def _parsed(text: str, name: str) -> Rows:
-    rows, header = Rows(name), list[Entry]()
+def _parsed(text: str, name: str) -> TextRows:
+    rows, header = TextRows(name), list[Entry]()
     for count, line in enumerate(text.splitlines(), start=1):
         place = f"{name}, line {count}"
         if line.startswith("#"):

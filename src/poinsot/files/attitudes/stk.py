@@ -21,7 +21,7 @@ from poinsot.files.attitudes.attitude_table import (
     table_of,
 )
 from poinsot.files.keys import Entry, Keys
-from poinsot.files.rows import Rows
+from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
 from poinsot.printable import quoted, shortened
@@ -104,14 +104,14 @@ def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> 
     return adm.read_attitudes(rows, kind, calendar.converted(seconds, own), calendar, (AXES[axes.upper()], "SC_BODY_1"))
 
 
-def _parsed(text: str, name: str) -> tuple[Rows, str]:
+def _parsed(text: str, name: str) -> tuple[TextRows, str]:
     """Return the keywords, in capitals, and the rows, and the type of attitude."""
     numbered = ((count, " ".join(line.split())) for count, line in enumerate(text.splitlines(), start=1))
     lines = ((count, line) for count, line in numbered if line and not line.startswith("#"))
     _, opening = next(lines, (0, ""))
     if not re.fullmatch(r"stk\.v\.\d+(\.\d+)*", opening, re.IGNORECASE):
         raise ValueError(f"{name} must begin with stk.v. and a version, got {quoted(opening)}.")
-    rows, data_format, entries = Rows(name), "", list[Entry]()
+    rows, data_format, entries = TextRows(name), "", list[Entry]()
     for count, line in lines:
         key, _, value = line.partition(" ")
         if key.upper().startswith("ATTITUDETIME"):
@@ -133,7 +133,7 @@ def _parsed(text: str, name: str) -> tuple[Rows, str]:
     return rows, kind
 
 
-def _check_keywords(rows: Rows, entries: list[Entry]) -> None:
+def _check_keywords(rows: TextRows, entries: list[Entry]) -> None:
     time_format = rows.says.get("TIMEFORMAT", "EpSec")
     if time_format.upper() != "EPSEC":
         raise ValueError(f"TimeFormat in {rows.name} must be EpSec, got {quoted(time_format)}.")
@@ -142,7 +142,7 @@ def _check_keywords(rows: Rows, entries: list[Entry]) -> None:
     KEYWORDS.by_key(entries)
 
 
-def _read_rows(rows: Rows, lines: Iterator[tuple[int, str]]) -> None:
+def _read_rows(rows: TextRows, lines: Iterator[tuple[int, str]]) -> None:
     whole = False
     for count, line in lines:
         whole = line.upper() == "END ATTITUDE"

@@ -14,7 +14,7 @@ from poinsot.checked import checked
 from poinsot.errors import level_of_user
 from poinsot.files import ccsds
 from poinsot.files.keys import Keys
-from poinsot.files.rows import Rows
+from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar, checked_calendar
 from poinsot.orbits.attractors import attractor_mu, attractor_radius
@@ -127,7 +127,7 @@ def _within(
     return Ephemeris.from_table(float(whole.mu), times=times, positions=rows[:, :3], velocities=rows[:, 3:], **labels)
 
 
-def _joined(segments: list[Rows]) -> Rows:
+def _joined(segments: list[TextRows]) -> TextRows:
     """Return all segments as one, if each begins with the state with which the one before ends."""
     whole = segments[0]
     for i, after in enumerate(segments[1:], start=1):

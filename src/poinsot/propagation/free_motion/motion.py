@@ -18,6 +18,7 @@ from poinsot.integration.equations import state_vector
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
+from poinsot.integration.settings import RunSettings
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.members import members_of
@@ -122,8 +123,8 @@ class _ClosedForm(Integrator):
     def motion(self, state: AnyState, times: Array) -> tuple[Trajectory, Report]:
         body, start = self.system.of_bodies[""], state.of_bodies[""]
         motion, done = free_motion(body, start, times, units=self.system.units), state.time.size
-        if callable(self.progress):
-            self.progress(done)
+        if callable(self.settings.progress):
+            self.settings.progress(done)
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
@@ -133,8 +134,8 @@ class _ClosedForm(Integrator):
 
 
 def _closed_form(system: System, state: State) -> _ClosedForm:
-    problem = Problem(system)
-    return _ClosedForm(problem, state_vector(problem, state, FORMULATIONS["lie_poisson"], "double"), 0.0)
+    problem, settings = Problem(system), RunSettings(FORMULATIONS["lie_poisson"], 0.0)
+    return _ClosedForm(problem, state_vector(problem, state, settings.formulation, "double"), settings)
 
 
 class _Rotation:

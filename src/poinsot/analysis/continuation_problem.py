@@ -1,4 +1,4 @@
-"""Periodic motions of a family of systems: the corrector of pseudo-arclength continuation.
+"""Equations and corrector of pseudo-arclength continuation of periodic motions in a parameter.
 
 Displacements x of a point and the parameter u obey x(period) - x = 0: a curve in k + 1 dimensions. Its tangent is in
 the null space of (matrix - 1, derivative by u), from the state-transition matrix and the sensitivity of the motion.
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.analysis.multipliers import Multipliers
-from poinsot.analysis.period_map import FAMILY_TOLERANCE, MAX_LAST_STEP, PeriodMap, Point, largest_part
-from poinsot.analysis.periodic import PeriodicMotion, recognised
+from poinsot.analysis.period_map import FAMILY_TOLERANCE, MAX_LAST_STEP, PeriodMap, Point, largest_component
+from poinsot.analysis.periodic import PeriodicMotion, motion_at
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.attitude import rotation
@@ -24,7 +24,7 @@ from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
 from poinsot.mechanics.system import System
 from poinsot.printable import described, quoted
 
-__all__ = ["Family", "LostError", "NamedFunction", "Place"]
+__all__ = ["ContinuationProblem", "CurvePoint", "NamedFunction", "NotConvergedError"]
 
 Array = NDArray[Any]
 
@@ -35,68 +35,68 @@ DIFFERENCE_STEP = 1e-5
 
 
 @dataclasses.dataclass(frozen=True)
-class Place:
-    """A periodic motion on the curve; the tangent is (x, u), of length one."""
+class CurvePoint:
+    """Periodic motion on the curve; the tangent (x, u) has length one."""
 
-    once: PeriodMap
+    mapping: PeriodMap
     point: Point
     u: float
     matrix: Array
     tangent: Array
-    rounds: int
+    corrections: int
 
     def motion(self) -> PeriodicMotion:
-        """Return the motion."""
-        return recognised(self.once, self.point, self.matrix)
+        """Return the periodic motion."""
+        return motion_at(self.mapping, self.point, self.matrix)
 
-    def to(self, other: Place) -> Array:
-        """Return what leads to another place, (k + 1,)."""
-        return np.append(self.once.displacement(self.point, other.point), other.u - self.u)
+    def to(self, other: CurvePoint) -> Array:
+        """Return the displacement to another point of the curve, (k + 1,)."""
+        return np.append(self.mapping.displacement(self.point, other.point), other.u - self.u)
 
     @cached_property
     def multipliers(self) -> Multipliers:
-        """Of its matrix."""
+        """Floquet multipliers of the motion."""
         return Multipliers(self.matrix)
 
 
-class LostError(Exception):
-    """The corrector found nothing near."""
+class NotConvergedError(Exception):
+    """The corrector did not converge to a nearby motion."""
 
 
 class NamedFunction(Immutable):
-    """A function of a number to a system, and the number where it begins; as `NamedNumber` has them."""
+    """Function from a number to a system, and its initial number, with the interface of `NamedNumber`."""
 
     def __init__(self, function: Callable[[float], System], value: float) -> None:
         self.name, self.value = getattr(function, "__name__", "parameter"), value
         self._function = function
 
     def system(self, value: float) -> System:
-        """Return the system at a value, or refuse what comes."""
+        """Return the system at a value; raise an error if the function returns another object."""
         found: Any = self._function(value)
         if not isinstance(found, System):
             raise TypeError(f"parameter must return a System, got {described(found)}.")
         return found
 
 
-class Family:
-    """The problem at each value of the parameter, 0 <= u <= 1 from the start to the end.
+class ContinuationProblem:
+    """Equations of periodic motions at each value of the parameter, 0 <= u <= 1 from the start to the end.
 
     Parameters
     ----------
     parameter : NamedNumber or NamedFunction
     to : float
-        Its value at the end.
+        Value of the parameter at the end.
     motion : PeriodicMotion
-        Where it begins.
+        First motion of the branch.
     period, frame : function of a System, or None
-        None: those of the motion.
+        None for the period and the frame of the motion.
     turns : int
-        How many periods make one.
+        Number of periods after which the motions of the branch are periodic.
 
     Attributes
     ----------
     by_parameter : array (k + 1,)
-        The direction in which the parameter alone changes.
+        Direction in which the parameter alone changes.
     """
 
     def __init__(
@@ -122,25 +122,25 @@ class Family:
         """Return the value of the parameter."""
         return self.start + u * self.span
 
-    def once(self, u: float) -> PeriodMap:
-        """Return the map over the period."""
+    def mapping(self, u: float) -> PeriodMap:
+        """Return the period map at a value of u."""
         system = self._parameter.system(self.value(u))
         period = float(real_array("period", self._period(system), ()))
         refuse_nonpositive("period", period)
         return PeriodMap(system, checked_frame(self._frame(system)), self._origin, self._turns * period)
 
-    def equations(self, once: PeriodMap, point: Point, u: float) -> tuple[Array, Array]:
-        """Return what a period changes, (k,), and minus its derivative by displacement and u, (k, k + 1)."""
-        ends = max(u - DIFFERENCE_STEP, 0.0), min(u + DIFFERENCE_STEP, 1.0)  # beyond there may be no system
-        names, rates = self._changing(once.system, ends)
-        passage = once.passage(point, names)
+    def equations(self, mapping: PeriodMap, point: Point, u: float) -> tuple[Array, Array]:
+        """Return the change over a period, (k,), and minus its derivative by displacement and u, (k, k + 1)."""
+        ends = max(u - DIFFERENCE_STEP, 0.0), min(u + DIFFERENCE_STEP, 1.0)  # outside there may be no system
+        names, rates = self._changing(mapping.system, ends)
+        passage = mapping.passage(point, names)
         slope = passage.slope @ rates
         if not self._fixed:
-            slope = slope + self._slope_of_times_and_axes(once, point, passage.end, passage.matrix, ends)
+            slope = slope + self._slope_of_times_and_axes(mapping, point, passage.end, passage.matrix, ends)
         return passage.change, np.column_stack([np.eye(len(slope)) - passage.matrix, -slope])
 
     def _changing(self, here: System, ends: tuple[float, float]) -> tuple[list[str], Array]:
-        """Return which numbers of the system change with u, and their derivatives."""
+        """Return the names of the numbers of the system that change with u, and their derivatives."""
         if isinstance(self._parameter, NamedNumber):
             return [self.name], np.array([self.span])
         around = [self._parameter.system(self.value(u)) for u in ends]
@@ -152,10 +152,10 @@ class Family:
         return list(names), np.array(list(names.values()))
 
     def _slope_of_times_and_axes(
-        self, once: PeriodMap, point: Point, end: Point, matrix: Array, ends: tuple[float, float]
+        self, mapping: PeriodMap, point: Point, end: Point, matrix: Array, ends: tuple[float, float]
     ) -> Array:
-        """Return what changes of the period and of the frame with u add to the displacement of the end."""
-        around, apart = [self.once(end) for end in ends], ends[1] - ends[0]
+        """Return the derivative of the displacement of the end by u through the period and the frame."""
+        around, apart = [self.mapping(end) for end in ends], ends[1] - ends[0]
         first, last = (
             _turn(*(each.frame.quaternion(each.time + share * each.period) for each in around)) / apart
             for share in (0, 1)
@@ -163,32 +163,32 @@ class Family:
         longer = (around[1].period - around[0].period) / apart
         turned = (rotation(p).inv().apply(w) for p, w in ((point[0], first), (end[0], last)))
         begun, ended = (np.append(turn, np.zeros(len(matrix) - 3)) for turn in turned)
-        return np.asarray(matrix @ begun + once.flow(end) * longer - ended)
+        return np.asarray(matrix @ begun + mapping.flow(end) * longer - ended)
 
     def corrected(
         self, point: Point, u: float, row: Array, farthest: float = np.inf, firm: float = FAMILY_TOLERANCE
-    ) -> Place:
-        """Return the place on the curve near a point, in the plane through it at right angles to a row.
+    ) -> CurvePoint:
+        """Return the point of the curve near a point, in the plane through it at right angles to a row.
 
-        Where a singular value is below `firm`, of the largest, the point stays where it is in that direction.
+        The point does not move in directions whose relative singular value is below `firm`.
         """
         gone = np.zeros(row.size)
-        for rounds in range(1, MAX_ITERATIONS + 1):
-            once = self.once(u)
-            change, slopes = self.equations(once, point, u)
+        for corrections in range(1, MAX_ITERATIONS + 1):
+            mapping = self.mapping(u)
+            change, slopes = self.equations(mapping, point, u)
             step = _solution(slopes, row, np.append(change, 0.0), firm)
             step[-1] *= row[-1] != 1  # the parameter is given
             gone += step
             if not np.linalg.norm(gone) < farthest:
-                raise LostError
-            point, u = once.displaced(point, step[:-1]), u + step[-1]
-            if max(largest_part(change), largest_part(step[:-1]), abs(step[-1])) < MAX_LAST_STEP:
-                once = self.once(u)
-                _, slopes = self.equations(once, point, u)
+                raise NotConvergedError
+            point, u = mapping.displaced(point, step[:-1]), u + step[-1]
+            if max(largest_component(change), largest_component(step[:-1]), abs(step[-1])) < MAX_LAST_STEP:
+                mapping = self.mapping(u)
+                _, slopes = self.equations(mapping, point, u)
                 tangent = _solution(slopes, row, np.eye(row.size)[-1], firm)
                 matrix = np.eye(len(slopes)) - slopes[:, :-1]
-                return Place(once, point, u, matrix, tangent / np.linalg.norm(tangent), rounds)
-        raise LostError
+                return CurvePoint(mapping, point, u, matrix, tangent / np.linalg.norm(tangent), corrections)
+        raise NotConvergedError
 
 
 def _solution(slopes: Array, row: Array, right: Array, firm: float) -> Array:

@@ -1,14 +1,47 @@
-"""Precision of the arithmetic, and the tolerance of its steps."""
+"""Settings of a run: formulation, precision of the arithmetic, tolerance of the steps, threads."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+from poinsot.display.progress import Progress
 from poinsot.errors import real_array
+from poinsot.integration.formulations import Formulation
 from poinsot.printable import quoted
 from poinsot.taylor.kernels import ROUNDING
 
-__all__ = ["PRECISIONS", "checked_tolerance"]
+__all__ = ["PRECISIONS", "RunSettings", "checked_tolerance"]
 
 PRECISIONS = tuple(ROUNDING)
+
+
+class RunSettings(NamedTuple):
+    """Settings of a run.
+
+    Attributes
+    ----------
+    formulation : Formulation
+        Chart of attitude and momentum.
+    tolerance : float
+        Relative error per step.
+    precision : {"double", "quadruple"}
+    threads : int
+        Most threads of an ensemble.
+    progress : bool or callable
+        True to show a progress bar, or the function that receives the progress.
+    dense : bool
+        True to store the polynomials, for one body.
+    device : {"cpu", "cuda"}
+        "cuda" for ensembles only.
+    """
+
+    formulation: Formulation
+    tolerance: float
+    precision: str = "double"
+    threads: int = 1
+    progress: Progress = False
+    dense: bool = False
+    device: str = "cpu"
 
 
 def checked_tolerance(tolerance: float | None, precision: str) -> float:

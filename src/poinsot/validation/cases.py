@@ -20,7 +20,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from poinsot import paper
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.chaos import lyapunov_spectrum
 from poinsot.analysis.equilibrium import equilibria
@@ -46,8 +45,9 @@ from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.run_record import versions
+from poinsot.validation import paper
 
-__all__ = ["CASES", "Case", "Row", "installation", "rows_of"]
+__all__ = ["CASES", "Case", "Comparison", "comparisons_of", "installation"]
 
 Array = NDArray[np.float64]
 Comparisons = Iterator[tuple[str, ArrayLike, ArrayLike, float]]
@@ -58,7 +58,7 @@ INTEGRATED, CLOSED_FORM = "integrated", "closed form"
 
 
 @dataclass(frozen=True)
-class Row:
+class Comparison:
     """Comparison of one quantity with its reference value: largest absolute difference and tolerance."""
 
     quantity: str
@@ -93,15 +93,15 @@ def case(title: str, source: str) -> Callable[[Compare], Compare]:
     return add
 
 
-def rows_of(case: Case) -> list[Row]:
+def comparisons_of(case: Case) -> list[Comparison]:
     """Return the comparisons of a case; if it does not run, one that fails and says why."""
     try:
         return [
-            Row(quantity, float(np.max(np.abs(np.subtract(value, expected)))), bound)
+            Comparison(quantity, float(np.max(np.abs(np.subtract(value, expected)))), bound)
             for quantity, value, expected, bound in case.compare()
         ]
     except Exception as error:
-        return [Row(f"stopped by {type(error).__name__}: {error}", np.nan, np.nan)]
+        return [Comparison(f"stopped by {type(error).__name__}: {error}", np.nan, np.nan)]
 
 
 def installation() -> str:

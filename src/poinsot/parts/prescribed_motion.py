@@ -45,7 +45,7 @@ class Transition(Part):
         return x * x * x * (10 - x * (15 - 6 * x))
 
     @of_scalars
-    def pace(self, time: Scalar) -> Scalar:
+    def progress_rate(self, time: Scalar) -> Scalar:
         """Return the rate of the progress, its derivative."""
         graph = Graph()
         now = graph.variable(time)
@@ -215,7 +215,7 @@ class MovingMasses(Transition):
     @override
     def momentum(self, own: Vector, time: Scalar) -> Vector:
         swing = sum((functions.cross(arm, step) * mass for mass, arm, step in self._arms()), start=NOTHING[0])
-        return Vector(self.pace(time) * x for x in swing)
+        return Vector(self.progress_rate(time) * x for x in swing)
 
     @override
     def check(self, body: Any) -> None:

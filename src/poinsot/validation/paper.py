@@ -27,7 +27,7 @@ from poinsot.plot.time_series import quaternions
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 
-__all__ = ["HEADINGS", "PERIGEE", "PROBLEMS", "Problem", "Row", "markdown_table", "solve", "write"]
+__all__ = ["HEADINGS", "PERIGEE", "PROBLEMS", "ErrorRow", "PaperProblem", "markdown_table", "solve", "write"]
 
 TOP = Body((1.25, 1.0, 0.75))
 SATELLITE = Body((400.0, 500.0, 600.0))
@@ -57,7 +57,7 @@ KEPLER = System(SATELLITE, GravityGradient(ORBIT), units={"time": "s", "inertia"
 
 
 @dataclass(frozen=True)
-class Problem:
+class PaperProblem:
     """One system from one reading of the initial values, over the time of its figure."""
 
     name: str
@@ -67,29 +67,29 @@ class Problem:
     times: NDArray[np.float64]
 
 
-def _problems() -> Iterator[Problem]:
+def _problems() -> Iterator[PaperProblem]:
     dimensionless, orbital = np.linspace(0, 100, 2001), np.linspace(0, 10 * ORBIT.period, 2001)
     for reading, words, state in (
         ("", "printed pair (q, Q)", PRINTED_PAIR),
         ("-euler-set", "printed Euler set", EULER_SET),
     ):
-        yield Problem(f"fig1-torque-free{reading}", f"Torque-free, {words}", FREE, state, dimensionless)
-        yield Problem(f"fig2-heavy-top{reading}", f"Heavy top, {words}", HEAVY_TOP, state, dimensionless)
-        yield Problem(
+        yield PaperProblem(f"fig1-torque-free{reading}", f"Torque-free, {words}", FREE, state, dimensionless)
+        yield PaperProblem(f"fig2-heavy-top{reading}", f"Heavy top, {words}", HEAVY_TOP, state, dimensionless)
+        yield PaperProblem(
             f"fig2-heavy-top{reading}-printed-sign",
             f"Heavy top with the printed sign of (18), {words}",
             HEAVY_TOP_AS_PRINTED,
             state,
             dimensionless,
         )
-        yield Problem(f"fig3-kepler{reading}", f"Satellite on a Kepler orbit, {words}", KEPLER, state, orbital)
+        yield PaperProblem(f"fig3-kepler{reading}", f"Satellite on a Kepler orbit, {words}", KEPLER, state, orbital)
 
 
 PROBLEMS = tuple(sorted(_problems(), key=lambda problem: problem.name))
 
 
 @dataclass(frozen=True)
-class Row:
+class ErrorRow:
     """One line of the table: a problem in one formulation, or why it stopped."""
 
     problem: str
@@ -107,7 +107,7 @@ HEADINGS = ("case", "formulation", "steps", "order", "ms", "|q|-1", "q.Q/|Q|", "
 """Of the fields of a row; errors and drifts are the largest of the run."""
 
 
-def solve(problem: Problem) -> tuple[Trajectory, list[Row]]:
+def solve(problem: PaperProblem) -> tuple[Trajectory, list[ErrorRow]]:
     """Integrate a problem in every formulation; return the default motion and the table's rows.
 
     The attitude error is the largest angle to a run of another formulation in quadruple precision.
@@ -123,13 +123,13 @@ def solve(problem: Problem) -> tuple[Trajectory, list[Row]]:
             propagate(problem.system, problem.state, problem.times[:2], formulation=name)  # compiles
             motions[name] = propagate(problem.system, problem.state, problem.times, formulation=name)
         except PropagationError as error:
-            rows.append(Row(problem.name, name, attitude_error=f"stopped at t = {error.time:.6g}"))
+            rows.append(ErrorRow(problem.name, name, attitude_error=f"stopped at t = {error.time:.6g}"))
         else:
             rows.append(_row(problem.name, motions[name], reference))
     return motions[DEFAULT_FORMULATION], rows
 
 
-def write(motion: Trajectory, problem: Problem, folder: Path) -> None:
+def write(motion: Trajectory, problem: PaperProblem, folder: Path) -> None:
     """Write the figure of a problem as PNG and PDF, and its motion as NetCDF."""
     import matplotlib.pyplot as plt
 
@@ -141,7 +141,7 @@ def write(motion: Trajectory, problem: Problem, folder: Path) -> None:
     save(motion, folder / f"{problem.name}.nc", overwrite=True)
 
 
-def markdown_table(rows: list[Row]) -> str:
+def markdown_table(rows: list[ErrorRow]) -> str:
     """Return the rows as a Markdown table."""
     lines = [HEADINGS, ["---"] * len(HEADINGS), *(vars(row).values() for row in rows)]
     return (
@@ -149,10 +149,10 @@ def markdown_table(rows: list[Row]) -> str:
     )
 
 
-def _row(name: str, run: Trajectory, reference: Trajectory) -> Row:
+def _row(name: str, run: Trajectory, reference: Trajectory) -> ErrorRow:
     drift = run.drift
     largest = {integral.symbol: np.max(np.abs(drift[integral.name])) for integral in run.system.integrals}
-    return Row(
+    return ErrorRow(
         name,
         run.run.formulation,
         str(run.run.steps),
