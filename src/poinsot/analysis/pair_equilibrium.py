@@ -18,7 +18,7 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.equilibrium import grows_with_time
-from poinsot.analysis.pair_point import PairPoint, cross_matrix, symmetry_axis, units_of_pair
+from poinsot.analysis.pair_point import PairPoint, cross_matrix, refuse_open, symmetry_axis, units_of_pair
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, refuse_nonpositive
@@ -34,7 +34,7 @@ from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.taylor.graph import Graph, Node, gradient
 
-__all__ = ["PairEquilibrium", "pair_equilibria", "refuse_open"]
+__all__ = ["PairEquilibrium", "pair_equilibria"]
 
 Array = NDArray[Any]
 
@@ -211,18 +211,6 @@ def pair_equilibria(
         here = here.at_distance(float(length)).settled()
         found.append(here.equilibrium(guess.time))
     return found
-
-
-def refuse_open(system: System[TwoBodies], guess: PairState) -> None:
-    """Refuse an ensemble, and two bodies that do not conserve energy and angular momentum."""
-    if system.members or guess.shape:
-        raise ValueError("system and guess must be single ones, got an ensemble. Take the members one by one.")
-    symbols = [integral.symbol for integral in system.integrals]
-    if symbols != ["H", "G1", "G2", "G3"]:
-        raise ValueError(
-            "system must conserve the energy and the angular momentum of two bodies, got integrals "
-            f"{', '.join(symbols) or 'none'}. Leave out perturbers and forces without a potential."
-        )
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -17,8 +17,10 @@ from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation, rotation_matrix
 from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.state import PairState, Phase, named, state_of
+from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
 
-__all__ = ["PairPoint", "cross_matrix", "symmetry_axis", "units_of_pair"]
+__all__ = ["PairPoint", "cross_matrix", "refuse_open", "symmetry_axis", "units_of_pair"]
 
 Array = NDArray[Any]
 
@@ -125,6 +127,18 @@ class PairPoint:
         columns = np.vstack([self.turning(about), self.spinning(axes).T]) / units
         both = np.concatenate([x / np.linalg.norm(x, axis=1, keepdims=True) for x in (rows, columns)])
         return np.asarray(np.linalg.svd(both)[2][len(both) :].T)
+
+
+def refuse_open(system: System[TwoBodies], guess: PairState) -> None:
+    """Raise an error for an ensemble, and for two bodies that do not conserve energy and angular momentum."""
+    if system.members or guess.shape:
+        raise ValueError("system and guess must be single ones, got an ensemble. Take the members one by one.")
+    symbols = [integral.symbol for integral in system.integrals]
+    if symbols != ["H", "G1", "G2", "G3"]:
+        raise ValueError(
+            "system must conserve the energy and the angular momentum of two bodies, got integrals "
+            f"{', '.join(symbols) or 'none'}. Leave out perturbers and forces without a potential."
+        )
 
 
 def units_of_pair(system: Any, distance: float, pace: float) -> Array:

@@ -211,7 +211,7 @@ def herpolhode(
     omega = unit.factor * motion.omega_space @ _upright(motion).T
     moments, axes = principal(motion.system.of_bodies[""])
     radii = herpolhode_radii(moments, unit.factor * motion.angular_momentum_body[-1] @ axes)
-    panel = one_panel(ax, (5.6, 5.8))
+    panel = one_panel((5.6, 5.8), ax)
     for radius in radii:
         panel.plot(*_circle(radius), color=GREY, linewidth=0.8)
     draw_path(panel, omega[:, :2], color=VERMILION, linewidth=1.1, label=r"$\omega$")

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from poinsot.mechanics.calendar import SECONDS
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.parameters import same
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
@@ -31,6 +33,7 @@ __all__ = [
     "angle_unit_of",
     "bracketed",
     "column_label",
+    "different_orbits",
     "in_words",
     "momentum_label",
     "one_body",
@@ -98,6 +101,15 @@ def one_member(motion: Trajectory, name: str = "motion") -> Trajectory:
     if not motion.times.size:
         raise ValueError(f"{name} must contain times to draw, got none.")
     return motion
+
+
+def different_orbits(motion: Trajectory) -> list[Orbit]:
+    """Return the orbits of a system, each once, in the order of its forces."""
+    orbits: list[Orbit] = []
+    for orbit in motion.system.orbits:
+        if not any(same(orbit, known) for known in orbits):
+            orbits.append(orbit)
+    return orbits
 
 
 @dataclass(frozen=True)

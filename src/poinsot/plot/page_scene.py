@@ -23,8 +23,7 @@ from poinsot.mechanics.state import state_of
 from poinsot.orbits.attractors import MU, RADIUS
 from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
-from poinsot.plot.angles import different_orbits
-from poinsot.plot.labels import in_words, momentum_label, torque_unit_of
+from poinsot.plot.labels import different_orbits, in_words, momentum_label, torque_unit_of
 from poinsot.plot.page_arrays import packed
 from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
