@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from poinsot.atomic_write import synced
+from poinsot.operating_system import REGULAR_FILE
 from poinsot.printable import quoted, shortened
 
 __all__ = [
@@ -460,7 +461,7 @@ def _part_of(path: Path) -> Path:
 
 def _plain_file(path: str, flags: int) -> int:
     """Open a file, to which no link leads, and which is none to wait for."""
-    number = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
+    number = os.open(path, flags | REGULAR_FILE)
     if not stat.S_ISREG(os.fstat(number).st_mode):
         os.close(number)
         raise StoreError(f"{shortened(Path(path).name)} is no file")
