@@ -9,6 +9,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Iterator
+from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -72,12 +73,12 @@ def new(
         advise(("poinsot new NAME.toml", "writes an example scenario"))
         return
     from poinsot.atomic_write import write_text
-    from poinsot.scenarios.template import START
 
     check_ending(file, ".toml")
     check_new(file, overwrite)
+    template = (resources.files("poinsot.scenarios") / "template.toml").read_text(encoding="utf-8")
     with busy(f"Writing {file}"):
-        write_text(file, START, overwrite)
+        write_text(file, template, overwrite)
     report_path(file)
     advise((opened("run", file), "propagates the scenario"))
 
