@@ -17,10 +17,9 @@ from poinsot.integration.saltation import Saltation
 from poinsot.integration.state_vector import StateVector
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Evaluator, wide
-from poinsot.taylor.layouts import Layout
-from poinsot.taylor.lowering import Program
+from poinsot.taylor.lowering import Program, StartRoots
+from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel
-from poinsot.taylor.square_roots import StartRoots
 
 __all__ = ["KernelKind", "KernelParameters", "PreparedKernel"]
 

@@ -80,6 +80,8 @@ class Column:
         column is only read.
     axis : str
         Dimension after the times; "" for scalars.
+    length : int
+        Length of this dimension; 0 for scalars and for variables of orbits, whose number depends on the run.
     scope : Scope
         Kind of motion that has the column.
     requires : set of Requirement
@@ -99,6 +101,12 @@ class Column:
     requires: frozenset[Requirement] = frozenset()
     attributes: Mapping[str, str] = field(default_factory=dict)
     drift_of: Integral | None = None
+    length: int = 0
+
+    def attributes_in(self, units: DerivedUnits, addition: str = "") -> dict[str, str]:
+        """Return the attributes of the variable of a dataset; the addition follows its meaning."""
+        unit = self.unit_in(units)
+        return {**({"units": unit} if unit else {}), "long_name": f"{self.meaning}{addition}", **self.attributes}
 
     def unit_in(self, units: DerivedUnits) -> str:
         """Return the unit in the units of a system, in CF notation; "" if it is unknown."""
@@ -128,11 +136,12 @@ def _of_body(
     axis: str = "axis",
     requires: frozenset[Requirement] = NOTHING,
 ) -> Column:
-    return Column(name, unit, meaning, compute, axis, OF_BODY, requires, {"frame": frame} if frame else {})
+    attributes, length = {"frame": frame} if frame else {}, 4 if axis == "parameter" else 3
+    return Column(name, unit, meaning, compute, axis, OF_BODY, requires, attributes, length=length)
 
 
 def _of_pair(name: str, unit: str, meaning: str, compute: Formula) -> Column:
-    return Column(name, unit, meaning, compute, "axis", TWO_BODIES, NOTHING, {"frame": "space"})
+    return Column(name, unit, meaning, compute, "axis", TWO_BODIES, NOTHING, {"frame": "space"}, length=3)
 
 
 def _state(name: str) -> Formula:
@@ -275,7 +284,7 @@ def _of_parts(system: System) -> dict[str, Column]:
     for part in (part for part in system.parts if part.size):
         name = f"own_{part.name}"
         meaning, axis = f"variables of the part {part.name}", f"component_{part.name}"
-        found[name] = Column(name, _unit_of_part(part), meaning, _own(part.name), axis)
+        found[name] = Column(name, _unit_of_part(part), meaning, _own(part.name), axis, length=part.size)
     return found
 
 

@@ -16,7 +16,8 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
-from poinsot.propagation.columns import Column, Requirement, columns_of
+from poinsot.mechanics.units import DerivedUnits
+from poinsot.propagation.columns import ORBIT_VARIABLES, Column, Requirement
 from poinsot.propagation.dataset import state_variables
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.scenario_of_motion import with_texts
@@ -32,6 +33,7 @@ from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
 from poinsot.storage.ensemble_store import EnsembleStore
 from poinsot.storage.run_record import RunRecord
+from poinsot.storage.zarr_group import Described
 
 if TYPE_CHECKING:
     import xarray
@@ -61,8 +63,8 @@ def ensemble_of_motions(
     report = Report(np.zeros(size, dtype=int), tolerance=integrator.settings.tolerance, wall_time=np.nan)
     whole = integrator.trajectory(state, _NoRows(variables, size, times), report, times)
     whole._complete(provenance=provenance)
-    first, run, events = whole.isel(member=slice(0, 1)), whole.run, integrator.problem.events
-    described, columns = with_texts(whole.variables(()), whole), columns_of(first.system, first.variable_names)
+    run, events, columns = whole.run, integrator.problem.events, whole._reader.table
+    described = with_texts(whole.variables(()), whole)
     method = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
     problem = {
         "function": "propagate",
@@ -76,13 +78,12 @@ def ensemble_of_motions(
         members=size,
         last=float(times[-1]),
         problem=digests(problem),
-        names=tuple(columns),
-        stored=(*state_variables(first.system, first.phase), *_required(columns, first.system, described)),
+        variables=_described(columns, whole, variables.along_orbits),
+        stored=(*state_variables(whole.system, whole.phase), *_required(columns, whole.system, described)),
         member_bytes=8 * times.size * (variables.size + sum(variables.sizes.values())),
         fixed=described.assign_attrs(
             {**method, "tolerance": run.tolerance, "order": 0, "steps": 0, **told_events(events)}
         ),
-        template=functools.partial(_template, first),
         compute=functools.partial(_integrated, integrator, state, times),
         open=functools.partial(_opened, integrator, state, run, provenance),
     )
@@ -96,9 +97,21 @@ def _required(columns: Mapping[str, Column], system: System, described: xarray.D
     return (name for name, column in columns.items() if column.requires & needed)
 
 
-def _template(first: Trajectory, names: tuple[str, ...]) -> xarray.Dataset:
-    with np.errstate(all="ignore"):
-        return first.variables(names)
+def _described(columns: Mapping[str, Column], whole: Trajectory, along_orbits: slice) -> dict[str, Described]:
+    """Return the description of each column of all members, by name."""
+    units, shape = DerivedUnits(whole.system.units), (len(whole), whole.times.size)
+    lengths = {name: column.length for name, column in columns.items() if column.axis}
+    if ORBIT_VARIABLES in lengths:
+        lengths[ORBIT_VARIABLES] = along_orbits.stop - along_orbits.start
+    return {
+        name: Described(
+            ("member", "time", column.axis) if column.axis else ("member", "time"),
+            (*shape, lengths[name]) if column.axis else shape,
+            "float64",
+            column.attributes_in(units),
+        )
+        for name, column in columns.items()
+    }
 
 
 def _integrated(
@@ -108,8 +121,8 @@ def _integrated(
     some = members_of(integrator, members)
     some = dataclasses.replace(some, settings=integrator.settings._replace(progress=progress))
     motion, report = some.motion(members_of(state, members), times)
-    data, extra = motion.variables(names), told_crossings(motion, members.start)
-    return ChunkResult.of(motion, members.start, data, extra, report.interrupted)
+    rows, extra = motion._reader.read(names), told_crossings(motion, members.start)
+    return ChunkResult.of(motion, members.start, rows, extra, report.interrupted)
 
 
 def _opened(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,6 +23,8 @@ from poinsot.propagation.stored_motion import result_in
 from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
 from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
+from poinsot.storage.ensemble_store import plain_variables
+from poinsot.storage.zarr_group import Attributes, Described
 
 if TYPE_CHECKING:
     import xarray
@@ -58,22 +61,28 @@ def _ensemble_of_results(
         Arguments by name, of which a store contains the digests; `system` is one of them.
     """
     first: xarray.Dataset = compute(np.arange(1)).dataset  # in which an unknown number of points is none
-    along = (str(name) for name, each in first.data_vars.items() if each.dims[:1] == ("member",))
-    names = tuple(name for name in along if not name.startswith(PROOF))
+    along = [name for name, each in first.data_vars.items() if each.dims[:1] == ("member",)]
+    rows = plain_variables(first[along].drop_vars(first.coords, errors="ignore"))
+    variables = {name: _described(members, *row) for name, row in rows.items() if not name.startswith(PROOF)}
     shared = first.drop_dims(["member", POINTS], errors="ignore")
     own = {name: value for name, value in shared.attrs.items() if not name.startswith(OF_ONE)}
     return Ensemble(
         members=members,
         last=last,
         problem=digests(problem),
-        names=names,
-        stored=tuple(name for name in names if POINTS not in first[name].dims),
-        member_bytes=sum(int(first[name].nbytes) for name in names),
+        variables=variables,
+        stored=tuple(name for name, about in variables.items() if POINTS not in about.dims),
+        member_bytes=sum(about.member_bytes for about in variables.values()),
         fixed=shared.drop_attrs(deep=False).assign_attrs({**own, "system": repr(problem["system"])}),
-        template=lambda names: first[[*names]],
         compute=functools.partial(_computed, compute),
         open=result_in,
     )
+
+
+def _described(members: int, dims: tuple[str, ...], values: NDArray[np.generic], attributes: Attributes) -> Described:
+    """Return the description of a variable of all members, from the variable of one member."""
+    one = Described.of(dims, values, attributes)
+    return replace(one, shape=(members, *one.shape[1:]))
 
 
 def _computed(compute: Compute, members: slice, names: tuple[str, ...], progress: Progress) -> ChunkResult:
@@ -88,7 +97,8 @@ def _computed(compute: Compute, members: slice, names: tuple[str, ...], progress
         progress(who.size)
     run_of, data = getattr(result, "motion", result), result.dataset
     points = {} if POINTS not in data.dims else _points(data, members.start)
-    return ChunkResult.of(run_of, members.start, data[[*names]], points, interrupted)
+    rows = {name: data[name].values for name in names}
+    return ChunkResult.of(run_of, members.start, rows, points, interrupted)
 
 
 class Analysis(NamedTuple):
