@@ -1,4 +1,4 @@
-"""The tables and keys of a scenario, as pydantic checks them and a JSON Schema tells them to editors."""
+"""Tables and keys of a scenario, which pydantic checks and a JSON Schema describes to editors."""
 
 from __future__ import annotations
 
@@ -245,9 +245,9 @@ def _one_of(names: Iterable[str]) -> Any:
 
 
 def _union(group: Group, inside: Groups = OUTSIDE) -> Any:
-    """Return a table that says by its type which keys it has.
+    """Return the model of a table whose type determines its keys.
 
-    Within one of its own group, as a law within a sampled law, it has no table of that group again.
+    Within a table of the same group, such as a law within a sampled law, no further table of this group is allowed.
     """
     default, known = default_of(group), makers(group)
     if group in inside:
@@ -265,7 +265,7 @@ def _union(group: Group, inside: Groups = OUTSIDE) -> Any:
 
 
 def _made(maker: Maker, default: str | None, group: Group, inside: Groups) -> Any:
-    """Return the model of a table in those of groups: one for all places where it has the same keys."""
+    """Return the model of a table within tables of groups. All places with the same keys share one model."""
     around = inside | {group} if any(key.group for key in maker.keys) else OUTSIDE
     within_one = isinstance(group, type) and issubclass(group, Force)  # where it cannot be on one of two bodies
     return _model(maker, default, "_within_another" if within_one else "", around)
@@ -327,11 +327,11 @@ def _number(kind: str, rank: int = 0, or_number: bool = False) -> Any:
     one: dict[str, Any] = {"type": "number"} if kind == "number" else {"type": ["number", "string"]}
     several: dict[str, Any] = {"type": "array", "items": one if rank < 2 else {"type": "array", "items": one}}
     if rank:
-        said = several if rank > 1 else {"type": "array", "items": {"anyOf": [one, several]}}
-        said = {"anyOf": [one, said]} if or_number else said
+        described = several if rank > 1 else {"type": "array", "items": {"anyOf": [one, several]}}
+        described = {"anyOf": [one, described]} if or_number else described
     else:
-        said = {"anyOf": [one, several]}
-    return Annotated[Any, BeforeValidator(functools.partial(_checked, kind)), WithJsonSchema(said)]
+        described = {"anyOf": [one, several]}
+    return Annotated[Any, BeforeValidator(functools.partial(_checked, kind)), WithJsonSchema(described)]
 
 
 def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
@@ -349,7 +349,7 @@ def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
 
 
 def _named_array(name: str, value: dict[str, Any], arrays: Mapping[str, Any] | None) -> Any:
-    """Return an array that is beside the text, in a result."""
+    """Return an array of a result that the text names."""
     if arrays is None:
         raise ValueError(f"{name} must be numbers, got the name of an array in a result. Run the result.")
     if value.keys() != {"data"} or not isinstance(value["data"], str) or value["data"] not in arrays:
@@ -377,7 +377,7 @@ def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:
 def quantity(text: str, kind: str, time_unit: str | None) -> float:
     """Return an angle in radians, a rate in radians per unit of time, or a time in units of time.
 
-    A ValueError has the second half of a sentence: what the text must be, and what it is.
+    The message of a ValueError begins with "must", after which the caller's name of the key is inserted.
 
     Parameters
     ----------
@@ -385,7 +385,7 @@ def quantity(text: str, kind: str, time_unit: str | None) -> float:
         A number and a unit.
     kind : {"angle", "rate", "time"}
     time_unit : {"s", "min", "h", "d"}, optional
-        What the numbers without a unit are counted in.
+        Unit of numbers without a unit.
     """
     given = quoted(text)
     found = _QUANTITY.fullmatch(text) if len(text) < 100 else None

@@ -496,7 +496,7 @@ WRONG = {
     "line 22: run.method must be 'integration' or 'closed form', got 'integral'. Did you mean 'integration'?": (
         ("[times]", '[run]\nmethod = "integral"\n[times]')
     ),
-    "it.toml, line 22: run.method must be integration beside forces, got 'closed form'.": (
+    "it.toml, line 22: run.method must be integration together with forces, got 'closed form'.": (
         ("[times]", '[run]\nmethod = "closed form"\n[times]')
     ),
     "line 21: times must have one of stop and periods, or values.": ("stop", "periods = 1\nstop"),
