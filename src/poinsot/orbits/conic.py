@@ -63,10 +63,22 @@ def check_surface(orbit: Any) -> None:
 
 
 class ConicOrbit(Orbit):
-    """A conic with a focus at the attractor, in a plane fixed in space."""
+    """Conic with a focus at the attractor, in a plane fixed in space.
+
+    Parameters
+    ----------
+    mu : float
+        Gravitational parameter of the attractor, in length^3 / time^2.
+    inclination, node, argument_of_periapsis : float
+        3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
+    epoch : float
+        Time to which the anomaly or the time since periapsis refers.
+    radius : float
+        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
+    """
 
     if TYPE_CHECKING:
-        # Fields or properties of the subclasses; numbers of any kind.
+        # Fields of the subclasses; numbers of any kind.
         eccentricity: Any
         inclination: Any
         node: Any

@@ -42,20 +42,12 @@ class EscapeOrbit(ConicOrbit):
 
     Parameters
     ----------
-    mu : float
-        Gravitational parameter of the attractor, in length^3 / time^2.
     periapsis_distance : float
         Periapsis distance q, in length.
     eccentricity : float
         Eccentricity, at least 1.
-    inclination, node, argument_of_periapsis : float
-        3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
     time_since_periapsis : float
         Time since periapsis at the epoch; negative before the passage.
-    epoch : float
-        Time to which `time_since_periapsis` refers.
-    radius : float
-        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
 
     Raises
     ------

@@ -44,19 +44,12 @@ class KeplerOrbit(ConicOrbit):
 
     Parameters
     ----------
-    mu : float
-        Gravitational parameter of the attractor, in length^3 / time^2.
     semimajor_axis : float
         Semimajor axis a, in length.
     eccentricity : float
         Eccentricity e, in [0, 1).
-    inclination, node, argument_of_periapsis, true_anomaly : float
-        Radians. Node, inclination and argument of periapsis are the 3-1-3 Euler angles that rotate the space axes to
-        the orbital plane and the periapsis. The true anomaly refers to the epoch.
-    epoch : float
-        Time at which the body is at `true_anomaly`.
-    radius : float
-        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
+    true_anomaly : float
+        True anomaly at the epoch, radians.
 
     Raises
     ------
