@@ -43,7 +43,7 @@ SIGNAL = np.sin(0.7 * np.arange(256))
 COEFFICIENTS = {"specular": 0.2, "diffuse": 0.3, "drag": 2.1, "accommodation": 0.9}
 TURNING = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0.1))
 
-SPACES = (pt, pt.analysis, pt.events, pt.files, pt.forces, pt.orbits, pt.shapes)
+SPACES = (pt, pt.analysis, pt.events, pt.files, pt.forces, pt.mechanics, pt.orbits, pt.shapes)
 PUBLIC = {
     name: thing for space in SPACES for name in space.__all__ if not inspect.ismodule(thing := getattr(space, name))
 }
@@ -846,7 +846,7 @@ def public_calls(folder):
             },
         ),
         "project_to_tangent": (
-            pt.project_to_tangent,
+            pt.mechanics.project_to_tangent,
             {"quaternion": (1.0, 0, 0, 0), "conjugate_momenta": (0.1, 0.1, 0.2, 0.3)},
         ),
         "estimate_run": (pt.analysis.estimate_run, {**here, **run, "tolerance": 1e-12}),

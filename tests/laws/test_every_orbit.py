@@ -207,7 +207,7 @@ def test_a_block_has_the_position_and_the_rates_of_the_formulas(orbit):
     if (block := orbit.block) is None:
         return
     own = block.start_at(TIMES)
-    here = pt.Environment(TIMES, [(block, np.moveaxis(own, -1, 0))])
+    here = pt.mechanics.Environment(TIMES, [(block, np.moveaxis(own, -1, 0))])
     place, change = stacked(orbit.position_at(TIMES), TIMES), stacked(orbit.velocity_at(TIMES), TIMES)
     # A rounding of an angle is one of the place times the distance, times 1/(1 - e) or q/r where the body is fast.
     assert np.max(np.abs(stacked(here.position(orbit), TIMES) - place)) < 64 * EPS * np.max(np.abs(place))

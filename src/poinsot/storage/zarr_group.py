@@ -25,6 +25,7 @@ from numpy.typing import DTypeLike, NDArray
 from poinsot.atomic_write import synced
 from poinsot.operating_system import REGULAR_FILE
 from poinsot.printable import quoted, shortened
+from poinsot.storage.checksum import crc32c
 
 __all__ = [
     "GROUP",
@@ -470,11 +471,7 @@ def _plain_file(path: str, flags: int) -> int:
 
 def _checksum(content: bytes | memoryview | Numbers) -> bytes:
     """Return the CRC-32C of some bytes."""
-    import google_crc32c
-
-    whole = np.frombuffer(content, np.uint8)
-    whole.flags.writeable = False  # it takes no others
-    return int(google_crc32c.value(whole)).to_bytes(SIZE_OF_CHECKSUM, "little")
+    return crc32c(np.frombuffer(content, np.uint8)).to_bytes(SIZE_OF_CHECKSUM, "little")
 
 
 def plain_attributes(attributes: Attributes) -> dict[str, Json]:

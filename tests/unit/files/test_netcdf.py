@@ -39,7 +39,7 @@ MANY = np.random.default_rng(3).normal(size=(3, 3)) * 0.01
 class Magnet(pt.Potential):
     """A class from outside the package."""
 
-    moment_body: pt.Vector
+    moment_body: pt.mechanics.Vector
 
     def energy(self, instant):
         return -fn.dot(self.moment_body, instant.attitude.to_body((0, 0, 1.0)))

@@ -79,7 +79,7 @@ def test_rates_and_energies_of_an_oblique_body(start):
 def test_euler_variables_along_the_way(motion):
     angles, momenta = motion.euler()
     states = [
-        pt.State(q, pt.project_to_tangent(q, Q)).euler()
+        pt.State(q, pt.mechanics.project_to_tangent(q, Q)).euler()
         for q, Q in zip(motion.quaternion, motion.conjugate_momenta, strict=True)
     ]
     assert np.allclose(angles, [a for a, _ in states], rtol=0, atol=1e-14)
