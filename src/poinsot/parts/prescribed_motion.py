@@ -99,8 +99,6 @@ class VaryingInertia(Transition):
         Start time of the transition.
     duration : float
         Duration of the transition, positive.
-    name : str
-        Name of the part in a system. Default: from the class.
 
     Raises
     ------
@@ -154,8 +152,6 @@ class MovingMasses(Transition):
         Final positions, relative to the same point of the body.
     begin, duration : float
         Start time and duration of the motion; the duration is positive.
-    name : str
-        Name of the part in a system. Default: from the class.
 
     Examples
     --------

@@ -16,7 +16,7 @@ class Spring(pt.Potential):
     """stiffness / 2 * (a . s3 in body axes)^2"""
 
     stiffness: float
-    axis: pt.Vector
+    axis: pt.mechanics.Vector
 
     def energy(self, instant):
         return 0.5 * self.stiffness * functions.dot(self.axis, instant.attitude.to_body((0, 0, 1))) ** 2
