@@ -124,10 +124,9 @@ class KernelParameters:
 
     def _made(self, zeros: tuple[int, ...]) -> PreparedKernel:
         program = equations.program(self._smooth, self.variables, zeros)
-        values = program.wide_values() if self._kind.wide else program.values(wide)
-        return PreparedKernel(
-            self._kind.compiler(program, self._kind), values, StartRoots(program, self.variables.size)
-        )
+        formulas, code = program.formulas, self._kind.compiler(program, self._kind)
+        values = WideEvaluator(formulas) if self._kind.wide else Evaluator(formulas, wide)
+        return PreparedKernel(code, values, StartRoots(program, self.variables.size))
 
     def _table(self, kernel: PreparedKernel, values: Values, inputs: Values, members: Members | slice = EVERY) -> Array:
         """Return the parameters of members, shape (n, parameters): the values behind the constants."""

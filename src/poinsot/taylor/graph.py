@@ -16,6 +16,7 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Comparable, Scalar, Vector
@@ -24,7 +25,9 @@ __all__ = [
     "HELD",
     "Evaluator",
     "Graph",
+    "GraphScalar",
     "Node",
+    "Number",
     "gradient",
     "needed",
     "number",
@@ -38,6 +41,9 @@ __all__ = [
 
 GraphScalar: TypeAlias = "Node | float | Fraction"
 """An operand of a formula in a graph."""
+
+Number: TypeAlias = float | NDArray[np.floating]
+"""The value of an input of a run, for one body or for members."""
 
 MAX_PRODUCT_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
@@ -401,7 +407,7 @@ def ruled(value: Scalar, variables: Sequence[Scalar], slope: Callable[[int], Sca
     return graph.node("ruled", (*map(graph.leaf, (value, *variables)), slope))
 
 
-def ordered(outputs: Iterable[Any]) -> list[Node]:
+def ordered(outputs: Iterable[GraphScalar]) -> list[Node]:
     """Return all nodes that outputs depend on, themselves included, operands first."""
     return needed([x for x in outputs if isinstance(x, Node)], ())
 
