@@ -16,7 +16,7 @@ from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
 from poinsot.integration.state_vector import StateVector
 from poinsot.taylor.evaluation import WideEvaluator
-from poinsot.taylor.graph import Evaluator, wide
+from poinsot.taylor.graph import Evaluator, Number, wide
 from poinsot.taylor.lowering import Program, StartRoots
 from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel
@@ -38,7 +38,6 @@ QUIET.run(np.seterr, all="ignore")
 
 Array = NDArray[np.float64]
 Members = NDArray[np.int_]
-Number = float | Array
 Values = Sequence[Number]
 """Values of formulas: a list of floats if all inputs are scalars, otherwise a tuple that contains arrays (members,)."""
 
