@@ -123,8 +123,8 @@ class DirectionalTorque(Parametric):
         """Fit the torque of light that a mesh absorbs and reflects, or of a fast, thin gas.
 
         T(u) = -sum of A c r x [(1 - s) u + 2 (d/3 + s c) n] over the illuminated faces, with c = n.u. Light that is
-        absorbed and radiated at once counts as diffuse. For a gas, use s = d = 0: T times density times speed squared is then
-        the torque of fully accommodated molecules, with a drag coefficient of 2.
+        absorbed and radiated at once counts as diffuse. For a gas, use s = d = 0: T times density times speed squared
+        is then the torque of fully accommodated molecules, with a drag coefficient of 2.
 
         Parameters
         ----------
