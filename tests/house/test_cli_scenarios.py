@@ -163,6 +163,21 @@ def test_outputs_are_those_that_the_scenario_names(top, tmp_path):
     assert (tmp_path / "new" / "folder" / "p.png").stat().st_size > 5000
 
 
+def test_out_names_the_file_of_the_result(top, tmp_path):
+    top.write_text(TOP + '[outputs]\nresult = "a.nc"\nplot = "p.png"\n')
+    lines = call("run", top, "--out", tmp_path / "new" / "y.nc").stdout.splitlines()
+    assert lines == [str(tmp_path / "new" / name) for name in ("y.nc", "p.png")]
+    wrong = call("run", top, "--out", top, code=2)
+    assert f"--out must be a folder, NAME.nc or NAME.zarr, got the file {top}." in wrong.stderr
+
+
+def test_missing_table_is_named(top):
+    top.write_text(TOP.replace("state = {", "stat = {"))
+    assert "unknown key 'stat'" in call("run", top, code=2).stderr
+    top.write_text("\n".join(line for line in TOP.splitlines() if not line.startswith("state")))
+    assert call("run", top, code=2).stderr == f"poinsot: {top}: missing table [state].\n"
+
+
 @pytest.mark.parametrize("there", ["top.nc", "top.partial.nc", "p.png"])
 def test_nothing_is_replaced_without_being_told(top, tmp_path, there):
     top.write_text(TOP + '[outputs]\nplot = "p.png"\n')
