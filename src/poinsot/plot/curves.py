@@ -129,8 +129,8 @@ def against_time(
     shown = _within(motion, window)
     axis = time_axis(motion, time_unit, motion.times[shown])
     times = axis.places(motion.times[shown])
-    axes = panels(axes, len(drawn), SIZES[len(drawn)], title)
-    for panel, (quantity, curves) in zip(axes, drawn.items(), strict=True):
+    places = panels(axes, len(drawn), SIZES[len(drawn)], title)
+    for panel, (quantity, curves) in zip(places, drawn.items(), strict=True):
         parts = _divided(panel, len(curves)) if separate and len(curves) > 1 else [panel] * len(curves)
         before = len(panel.get_legend_handles_labels()[1])
         covers = [0] * len(curves) if separate else _covered(list(curves.values()), shown, log)
@@ -148,12 +148,12 @@ def against_time(
             _mark_events(part, motion, motion.times[shown], axis)
         axis.mark(panel)
         dress(panel, axis.label, quantity, legend_of=parts[0])
-    for panel in axes if separate else ():
+    for panel in places if separate else ():
         _move_label_away(panel)
     members = [values for curves in drawn.values() for values in curves.values() if values.ndim > 1]
     if members:
-        axes[0].figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
-    return axes
+        places[0].figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
+    return places
 
 
 def _within(motion: Trajectory, window: ArrayLike | None) -> Booleans:
@@ -312,7 +312,7 @@ def jumps(values: Array, limit: float) -> Booleans:
 
 
 def _complete(values: Array) -> Array:
-    """Return the members that have a value at every time, or all if none has."""
+    """Return the members that reach every time, or all members if none does."""
     complete = ~np.any(np.isnan(values), axis=-1)
     return values[complete] if np.any(complete) else values
 

@@ -90,7 +90,7 @@ def histogram(
 
 
 def _values(quantity: str, motion: Trajectory, first: Trajectory) -> Array:
-    """Return a quantity of each member at the one time of a motion."""
+    """Return a quantity of each member at the single time of a motion."""
     if quantity == "rate":
         return np.asarray(np.linalg.norm(motion.omega_body, axis=-1)[:, 0])
     if quantity == "turn":

@@ -283,11 +283,11 @@ def _upright_labels(unit: Unit) -> list[str]:
     ]
 
 
-# ---------------------------------------------------------------------- what is drawn
+# ---------------------------------------------------------------------- directions
 
 
 def _upright(motion: Trajectory) -> Array:
-    """Return the matrix of the shortest rotation of space that takes G to the third axis."""
+    """Return the matrix of the shortest rotation of space that maps G to the third axis."""
     from scipy.spatial.transform import Rotation
 
     turn, _ = Rotation.align_vectors([[0, 0, 1]], motion.initial.angular_momentum_space[None])

@@ -84,7 +84,7 @@ def _plane(motion: OfTwoBodies) -> Array:
     """Return the line of centres and the direction across it in the plane of the orbit, at the first time; (3, 2)."""
     out = motion.position[0] / np.linalg.norm(motion.position[0])
     onwards = motion.velocity[0] - motion.velocity[0] @ out * out
-    if not np.any(onwards):  # they fall straight towards each other
+    if not np.any(onwards):  # the bodies fall straight towards each other
         onwards = np.linalg.svd(out[None])[2][1]
     return np.stack([out, onwards / np.linalg.norm(onwards)], axis=-1)
 

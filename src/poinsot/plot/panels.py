@@ -54,13 +54,13 @@ RETURNS = {
 """Results of plots in one panel and in two panels."""
 
 TITLE_PAD = 28
-"""Points between axes and their title, for a legend."""
+"""Space between axes and their title for a legend, points."""
 PLAIN = (-4, 5)
 """Powers of ten between which numbers on the axes are written without one."""
 POWER_HEIGHT = 0.05
 """Height of the power of ten above a panel, as fraction of the height of the panel."""
 RIGHT_ANGLE, TICKS = 90.0, 5
-"""Degrees, and ticks an inch."""
+"""Right angle in degrees, and number of ticks per inch."""
 MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
 SAMPLE, CHARACTER = 0.4, 0.06
 """Widths in a legend, inches: the sample of a line, and a letter."""
@@ -143,7 +143,7 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
 
 
 def count_degrees(axis: Any, label: str) -> None:
-    """Put ticks at fractions of a right angle on an axis that has more than one, if its unit is the degree."""
+    """Put ticks at fractions of a right angle on an axis in degrees that is longer than a right angle."""
     from matplotlib.ticker import MaxNLocator
 
     if label.endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:

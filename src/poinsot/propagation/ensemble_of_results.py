@@ -22,14 +22,15 @@ from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.stored_motion import result_in
 from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
-from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
+from poinsot.storage.ensemble import ChunkResult, Ensemble
 from poinsot.storage.ensemble_store import plain_variables
+from poinsot.storage.fingerprint import digests
 from poinsot.storage.zarr_group import Attributes, Described
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Analysis", "analysed_in_chunks", "ensemble_of_results", "of_each", "results_in_chunks", "taken_out"]
+__all__ = ["Analysis", "analysed_in_chunks", "taken_out"]
 
 POINTS = "point"
 """Dimension of points, of which members have different numbers."""
@@ -44,7 +45,7 @@ OF_ONE = (*PROOF, "failures", "initial_state", "norm_error", "order", "state_var
 Compute = Callable[[NDArray[np.int_]], Any]
 
 
-def ensemble_of_results(
+def _ensemble_of_results(
     compute: Compute, members: int, last: float, problem: Mapping[str, Any]
 ) -> Ensemble[xarray.Dataset]:
     """Return results of members as an ensemble in chunks. No result depends on the other members.
@@ -98,7 +99,7 @@ def _computed(compute: Compute, members: slice, names: tuple[str, ...], progress
     run_of, data = getattr(result, "motion", result), result.dataset
     points = {} if POINTS not in data.dims else _points(data, members.start)
     rows = {name: data[name].values for name in names}
-    return ChunkResult.of(run_of, members.start, rows, points, interrupted)
+    return ChunkResult.of(run_of.failures, run_of.run, members.start, rows, points, interrupted)
 
 
 class Analysis(NamedTuple):
@@ -125,7 +126,7 @@ class Analysis(NamedTuple):
 
 
 def analysed_in_chunks(plan: Plan, analysis: Analysis, progress: bool | None) -> xarray.Dataset:
-    """Return the dataset of an analysis of an ensemble, computed in chunks."""
+    """Return the dataset of an analysis of an ensemble in chunks; a terminal shows the progress by default."""
     function, system, state, times, settings, varied = analysis
     counts = common_members(system, state)
     if not counts:
@@ -136,20 +137,15 @@ def analysed_in_chunks(plan: Plan, analysis: Analysis, progress: bool | None) ->
 
     def some(members: NDArray[np.int_]) -> Any:
         given = members_of(system, members), members_of(whole, members), times
-        return function(*given, **shared, **of_each(varied, members), threads=threads, progress=False)
+        return function(*given, **shared, **_of_each(varied, members), threads=threads, progress=False)
 
     problem = {"function": function.__qualname__, "system": system, "times": times, "settings": {**shared, **varied}}
     states = {"states": (dict(whole.phase), whole.time, *whole.jumped.items())}
-    ensemble = ensemble_of_results(some, counts[0], float(times[-1]), problem | states)
-    return results_in_chunks(ensemble, plan, progress)
-
-
-def results_in_chunks(ensemble: Ensemble[xarray.Dataset], plan: Plan, progress: bool | None) -> xarray.Dataset:
-    """Return the results of an ensemble, chunk by chunk, shown on a terminal by default."""
+    ensemble = _ensemble_of_results(some, counts[0], float(times[-1]), problem | states)
     return run_in_chunks(ensemble, plan, sys.stderr.isatty() if progress is None else progress)
 
 
-def of_each(arguments: Mapping[str, Any], members: NDArray[np.int_]) -> dict[str, Any]:
+def _of_each(arguments: Mapping[str, Any], members: NDArray[np.int_]) -> dict[str, Any]:
     """Return arguments of some members; arguments that all members share stay."""
     return {name: np.asarray(x)[members] if np.ndim(x) else x for name, x in arguments.items()}
 

@@ -131,5 +131,7 @@ def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
     from importlib import metadata
 
-    packages = {name: metadata.version(name) for name in ("poinsot", "llvmlite", "numpy", "scipy")}
-    return read_only({**packages, "python": platform.python_version()})
+    from poinsot import __version__
+
+    packages = {name: metadata.version(name) for name in ("llvmlite", "numpy", "scipy")}
+    return read_only({"poinsot": __version__, **packages, "python": platform.python_version()})

@@ -23,7 +23,9 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from poinsot.atomic_write import synced
+from poinsot.operating_system import REGULAR_FILE
 from poinsot.printable import quoted, shortened
+from poinsot.storage.checksum import crc32c
 
 __all__ = [
     "GROUP",
@@ -460,7 +462,7 @@ def _part_of(path: Path) -> Path:
 
 def _plain_file(path: str, flags: int) -> int:
     """Open a file, to which no link leads, and which is none to wait for."""
-    number = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
+    number = os.open(path, flags | REGULAR_FILE)
     if not stat.S_ISREG(os.fstat(number).st_mode):
         os.close(number)
         raise StoreError(f"{shortened(Path(path).name)} is no file")
@@ -469,11 +471,7 @@ def _plain_file(path: str, flags: int) -> int:
 
 def _checksum(content: bytes | memoryview | Numbers) -> bytes:
     """Return the CRC-32C of some bytes."""
-    import google_crc32c
-
-    whole = np.frombuffer(content, np.uint8)
-    whole.flags.writeable = False  # it takes no others
-    return int(google_crc32c.value(whole)).to_bytes(SIZE_OF_CHECKSUM, "little")
+    return crc32c(np.frombuffer(content, np.uint8)).to_bytes(SIZE_OF_CHECKSUM, "little")
 
 
 def plain_attributes(attributes: Attributes) -> dict[str, Json]:

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from poinsot.errors import level_of_user
+from poinsot.operating_system import BINARY, REGULAR_FILE
 from poinsot.printable import shortened
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module
 
@@ -119,7 +120,7 @@ class ObjectCache:
             if not _is_safe(self._folder):
                 return
             with new_file(self._folder / (key + SUFFIX), overwrite=True) as part:
-                number = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+                number = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | BINARY, 0o600)
                 with os.fdopen(number, "wb") as stream:
                     stream.write(hashlib.sha256(code).digest() + code)
             _evict(self._folder)
@@ -144,9 +145,8 @@ def _evict(folder: Path) -> None:
 
 def _content(path: Path) -> bytes | None:
     """Return what a file contains; None if it is no regular file that only this user can write."""
-    flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with contextlib.ExitStack() as stack:
-        number = os.open(path, flags)
+        number = os.open(path, os.O_RDONLY | REGULAR_FILE)
         stream = stack.enter_context(os.fdopen(number, "rb"))
         status = os.fstat(number)
         if not stat.S_ISREG(status.st_mode) or not _is_own(status, {_user()}):
