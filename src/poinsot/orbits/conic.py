@@ -200,16 +200,16 @@ class ConicOrbit(Orbit):
     @property
     @abstractmethod
     def parameter(self) -> Any:
-        """The semi-latus rectum."""
+        """Semi-latus rectum p."""
 
     @property
     def frame(self) -> OrbitFrame:
-        """The moving axes radial (away from the attractor), transverse, normal."""
+        """Orbital axes: radial (away from the attractor), transverse and normal."""
         return OrbitFrame(self)
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """The unit vector along the orbital angular momentum, space axes."""
+        """Unit vector along the orbital angular momentum, space axes."""
         return np.stack(np.broadcast_arrays(*self.plane[2]), axis=-1)
 
     @property
@@ -219,7 +219,7 @@ class ConicOrbit(Orbit):
 
     @property
     def plane(self) -> tuple[functions.Vector, ...]:
-        """The directions to the periapsis, a quarter turn on, and normal, along space."""
+        """Unit vectors to the periapsis, 90 degrees ahead of it, and along the normal, space axes."""
         return plane_of(self.node, self.inclination, self.argument_of_periapsis)
 
     @of_scalars
@@ -229,7 +229,7 @@ class ConicOrbit(Orbit):
 
 
 class ConicBlock(OrbitBlock):
-    """One variable that stands for the true anomaly; the comoving axes are radial, transverse, normal."""
+    """Block of one variable that defines the true anomaly; the comoving axes are radial, transverse and normal."""
 
     orbit: Any
     variables: ClassVar[Mapping[str, int]] = {"anomaly": 1}
@@ -299,5 +299,5 @@ class ConicBlock(OrbitBlock):
 
     @property
     def _rate_aside(self) -> Scalar:
-        """The rate of the true anomaly a quarter turn from the periapsis."""
+        """Rate of the true anomaly at 90 degrees from the periapsis."""
         return functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
