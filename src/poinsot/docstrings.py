@@ -23,22 +23,19 @@ def parameter_entries(docstring: str | None) -> Mapping[str, str]:
     return {name.strip("* "): entry for entry in entries for name in entry.partition(" : ")[0].split(",")}
 
 
-def inherit_parameters(cls: type, inherited: Iterable[str]) -> None:
-    """Complete the docstring of a class with the entries of inherited parameters from its base classes."""
-    if not (inherited := set(inherited)) or cls.__doc__ is None:
+def inherit_parameters(cls: type, names: Iterable[str]) -> None:
+    """Complete the docstring of a class with entries of its parameters from base classes, in the given order."""
+    if cls.__doc__ is None:
         return
-    missing = inherited - parameter_entries(cls.__doc__).keys()
+    own = parameter_entries(cls.__doc__)
+    missing = [name for name in names if name not in own]
     known = {
-        name: entry
-        for base in cls.__mro__[:0:-1]
-        for name, entry in parameter_entries(vars(base)["__doc__"]).items()
-        if name in missing
+        name: entry for base in cls.__mro__[:0:-1] for name, entry in parameter_entries(vars(base)["__doc__"]).items()
     }
-    if not known:
+    if known.keys().isdisjoint(missing):
         return
     head, heading, rest = inspect.cleandoc(cls.__doc__).partition(HEADING)
-    if not heading:
-        head, rest = "", head
-    end = found.start() if (found := SECTION.search(rest)) else len(rest)
-    before = rest[:end] if heading else f"{rest[:end]}\n\n{HEADING}".removesuffix("\n")
-    cls.__doc__ = "\n".join([head + heading + before, *dict.fromkeys(known.values())]) + rest[end:]
+    end = found.start() if (found := SECTION.search(rest if heading else head)) else len(rest or head)
+    before, after = (head, rest[end:]) if heading else (f"{head[:end]}\n\n", head[end:])
+    entries = {name: own.get(name) or known.get(name) for name in dict.fromkeys([*names, *own])}
+    cls.__doc__ = before + HEADING + "\n".join(filter(None, dict.fromkeys(entries.values()))) + after

@@ -228,7 +228,7 @@ def test_the_text_of_a_system_makes_the_orbit_again(orbit):
     if isinstance(orbit, PolynomialArc | pt.orbits.Ephemeris):  # kept beside the text
         return
     motion = pt.propagate(pt.System(BODY, pt.GravityGradient(orbit)), START, [-0.4])
-    again = rebuilt_system(scenario_of(motion).text, "it")
+    again = rebuilt_system(scenario_of(motion.system, motion.run).text, "it")
     assert [float(x).hex() for x in again.dynamics.numbers] == [float(x).hex() for x in motion.system.dynamics.numbers]
     assert again.dynamics.structure == motion.system.dynamics.structure
 

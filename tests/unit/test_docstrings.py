@@ -33,10 +33,10 @@ def test_entries_by_name():
     assert parameter_entries(None) == parameter_entries("Nothing.") == {}
 
 
-def test_missing_entries_follow_the_own_ones():
+def test_entries_are_in_the_order_of_the_names():
     own = "Derived.\n\n    Parameters\n    ----------\n    terminal : bool\n        Own."
     assert completed(f"{own}\n\n    Raises\n    ------\n    ValueError\n    ", "direction", "terminal") == (
-        "Derived.\n\nParameters\n----------\nterminal : bool\n    Own.\ndirection : {-1, 0, 1}\n    The sign.\n\n"
+        "Derived.\n\nParameters\n----------\ndirection : {-1, 0, 1}\n    The sign.\nterminal : bool\n    Own.\n\n"
         "Raises\n------\nValueError"
     )
 

@@ -28,9 +28,9 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.times import checked_times
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_settings
+from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
-from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, Derivatives, VariationalRun
 from poinsot.quantities import Times
@@ -237,7 +237,7 @@ def state_transition(
             break
     chosen = slice(None) if whole.is_ensemble else 0
     phase = changed(out.phase, lambda x: x[chosen])
-    rows, failures = MemoryRows(phase), whole.failures(report)
+    rows, failures = MotionRows(phase), whole.failures(report)
     motion = Trajectory(system, state, whole.times, rows, whole.run(report), failures=failures)
     second = out.second[chosen] if order == 2 else None
     result = StateTransition(motion, tuple(parameters), out.directions[chosen], out.growth[chosen], second)

@@ -124,6 +124,11 @@ class System(Immutable, Generic[Bodies]):
         system._contain(dynamics, units)
         return system
 
+    @property
+    def definition(self) -> tuple[Dynamics[Bodies, Any], Mapping[str, str]]:
+        """The equations of motion and the units, from which the contents follow."""
+        return self.dynamics, self.units
+
     def _contain(self, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> None:
         contents = zip(CONTENTS, CONTENTS_OF(dynamics), strict=True)
         vars(self).update(contents, dynamics=dynamics, units=read_only(units))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,9 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState, PairState, named
 from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
-from poinsot.propagation.recorded import FORMULAS_MISSING, RecordedPart, RecordedSystem
-from poinsot.propagation.two_body_motion import two_bodies
 
 __all__ = [
     "COLUMNS",
@@ -154,7 +154,8 @@ def _orbit(place: slice) -> Formula:
 
 def _velocity(block: ColumnBlock) -> Array:
     momentum = block["momentum"]
-    return np.asarray(momentum / two_bodies(block.system).with_axes(momentum.ndim).reduced_mass)
+    pair = cast(TwoBodies, block.system.body)
+    return np.asarray(momentum / pair.with_axes(momentum.ndim).reduced_mass)
 
 
 def _norm_error(block: ColumnBlock) -> Array:
@@ -274,7 +275,7 @@ def _is_computable(column: Column, unknown: frozenset[Requirement]) -> bool:
 
 def _unknown_formulas(system: System) -> frozenset[Requirement]:
     """Return the kinds of formulas that a system from a file, or one of two bodies, does not have."""
-    parts = any(isinstance(part, RecordedPart) for part in system.parts)
+    parts = any(not isinstance(part, Part) for part in system.parts)
     return (PARTS if parts else frozenset()) | (frozenset() if system.dynamics.moves_alone else FORCES)
 
 
@@ -288,7 +289,7 @@ def _of_parts(system: System) -> dict[str, Column]:
     return found
 
 
-def _unit_of_part(part: Part | RecordedPart) -> str:
+def _unit_of_part(part: Part) -> str:
     return "momentum" if set(part.momenta) == set(part.variables) else ""
 
 
@@ -383,8 +384,8 @@ class ColumnBlock:
             return AttributeError(no_attribute("a motion", name))
         if scopes == {Scope.TWO_BODIES}:
             return AttributeError(f"a motion of one body has no {name}: it belongs to a motion of two bodies.")
-        if scopes and isinstance(self.system, RecordedSystem):
-            return ValueError(f"{name} {FORMULAS_MISSING}")
+        if scopes and not isinstance(self.system, System):
+            return self.system.formula_missing(name)
         if scopes:
             return AttributeError(f"one of two bodies has no {name} of its own: take the {name} of the pair.")
         known = ", ".join((*columns_of(self.system, self._recorded), *self._recorded))

@@ -18,6 +18,8 @@ from typing import TypeAlias
 import numpy as np
 from typing_extensions import override
 
+from poinsot.double_double import exact_sum, sum_of_ordered
+
 __all__ = [
     "ATTRIBUTES",
     "BOOL",
@@ -33,7 +35,6 @@ __all__ = [
     "Wide",
     "WideValue",
     "exact_product",
-    "exact_sum",
     "host_features",
     "offset_of",
     "vector",
@@ -307,11 +308,11 @@ class WideValue(Value):
     def __add__(self, other: Argument) -> WideValue:
         if isinstance(other, Value) and not isinstance(other, WideValue):
             high, low = exact_sum(self.high, other)
-            return WideValue(*_ordered_sum(high, low + self.low))
+            return WideValue(*sum_of_ordered(high, low + self.low))
         other = self.like(other)
         (high, small), (low, smaller) = exact_sum(self.high, other.high), exact_sum(self.low, other.low)
-        high, low = _ordered_sum(high, small + low)
-        return WideValue(*_ordered_sum(high, low + smaller))
+        high, low = sum_of_ordered(high, small + low)
+        return WideValue(*sum_of_ordered(high, low + smaller))
 
     __radd__ = __add__
 
@@ -329,10 +330,10 @@ class WideValue(Value):
             return self.times_power_of_two(float(other))
         if isinstance(other, Value) and not isinstance(other, WideValue):
             high, low = exact_product(self.high, other)
-            return WideValue(*_ordered_sum(high, self.low.fma(other, low)))
+            return WideValue(*sum_of_ordered(high, self.low.fma(other, low)))
         other = self.like(other)
         high, low = exact_product(self.high, other.high)
-        return WideValue(*_ordered_sum(high, self.high.fma(other.low, self.low.fma(other.high, low))))
+        return WideValue(*sum_of_ordered(high, self.high.fma(other.low, self.low.fma(other.high, low))))
 
     __rmul__ = __mul__
 
@@ -342,7 +343,7 @@ class WideValue(Value):
         first = self.high / other.high
         high, low = exact_product(first, other.high)
         rest = ((self.high - high) - low) + (self.low - first * other.low)
-        return WideValue(*_ordered_sum(first, rest / other.high))
+        return WideValue(*sum_of_ordered(first, rest / other.high))
 
     @override
     def __rtruediv__(self, other: Argument) -> WideValue:
@@ -370,14 +371,14 @@ class WideValue(Value):
 
     @override
     def normalized(self) -> WideValue:
-        return WideValue(*_ordered_sum(self.high, self.low))
+        return WideValue(*sum_of_ordered(self.high, self.low))
 
     @override
     def sqrt(self) -> WideValue:
         root = self.high.sqrt()
         high, low = exact_product(root, root)
         more = (((self.high - high) - low) + self.low) / (2.0 * root)
-        return WideValue(*_ordered_sum(root, root.is_("gt", 0.0).choose(more, 0.0)))
+        return WideValue(*sum_of_ordered(root, root.is_("gt", 0.0).choose(more, 0.0)))
 
     @override
     def rint(self) -> WideValue:
@@ -385,7 +386,7 @@ class WideValue(Value):
         rest = self.high - whole  # low decides halves
         beyond = (abs(rest).is_("eq", 0.5) & (rest * self.low).is_("gt", 0.0)).choose(2.0 * rest, 0.0)
         low = rest.is_("eq", 0.0).choose(self.low.rint(), beyond)
-        return WideValue(*_ordered_sum(whole, low))
+        return WideValue(*sum_of_ordered(whole, low))
 
     @override
     def times_power_of_two(self, power: Argument) -> WideValue:
@@ -396,19 +397,6 @@ class WideValue(Value):
         if isinstance(other, float | int) and other == 0:
             return self.high.is_(relation, 0.0)
         return (self - other).high.is_(relation, 0.0)
-
-
-def exact_sum(a: Value, b: Value) -> tuple[Value, Value]:
-    """Return the sum of doubles and its rounding error (Knuth)."""
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
-
-
-def _ordered_sum(a: Value, b: Value) -> tuple[Value, Value]:
-    """Return the same where |a| >= |b|."""
-    total = a + b
-    return total, b - (total - a)
 
 
 def exact_product(a: Value, b: Value) -> tuple[Value, Value]:
