@@ -89,7 +89,6 @@ COVERED_BY = {
     "plot/labels.py": "laws/test_every_plot.py",
     "plot/panels.py": "laws/test_every_plot.py",
     "plot/solids.py": "unit/plot/test_geometry.py",
-    "plot/state_transition.py": "laws/test_every_plot.py",
     "plot/time_axis.py": "unit/plot/test_time_series.py",
     "propagation/arguments.py": "unit/propagation/test_propagate.py",
     "propagation/ensemble_of_results.py": "laws/test_chunks_of_every_ensemble.py",
