@@ -88,8 +88,9 @@ def run(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for the output files, or NAME.zarr for a result in Zarr format; default: the folder of FILE.",
-            file_okay=False,
+            metavar="PATH",
+            help="Folder for the output files, or the file of the result, NAME.nc or NAME.zarr, next to which the "
+            "other files are written; default: the folder of FILE.",
         ),
     ] = None,
     resume: Annotated[
@@ -135,6 +136,7 @@ def run(
 
     - `poinsot run top.toml` writes top.nc
     - `poinsot run top.nc` repeats the result, writes top-again.nc and compares
+    - `poinsot run top.toml --out spin.nc` writes spin.nc
     - `poinsot run tops.toml --out results --threads 4`
     - `poinsot run tops.toml --dry-run` estimates size and run time
     - `poinsot run tops.toml --out tops.zarr --resume` starts or continues the run in a store
@@ -265,7 +267,9 @@ def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store:
         others = {kind: store.parent / name for kind, name in job.outputs.items() if kind != "result"}
         return {"result": store, **others}
     folder = file.parent if out is None else out
-    if out is not None and out.suffix == ".zarr":
+    if out is not None and out.suffix not in RESULTS and out.is_file():
+        raise ValueError(f"--out must be a folder, NAME.nc or NAME.zarr, got the file {out}.")
+    if out is not None and out.suffix in RESULTS:
         folder, named = out.parent, {**job.outputs, "result": out.name}
     elif repeated:
         named = {"result": file.name if out is not None else f"{file.stem}-again{file.suffix}"}

@@ -30,6 +30,7 @@ from poinsot.printable import printable
 
 __all__ = [
     "DIFFERS",
+    "IMPORT",
     "INTERRUPTED",
     "OPTIONS",
     "RESULTS",
@@ -206,6 +207,10 @@ class Command(TyperCommand):
         super().format_help(ctx, formatter)
 
 
+IMPORT = "--import"
+"""Option with a module of the user, which is imported before any command."""
+
+
 class Group(TyperGroup):
     """Group of commands whose help omits the types of flags, and whose usage errors are single sentences."""
 
@@ -215,8 +220,16 @@ class Group(TyperGroup):
             return super().make_context(*arguments, **options)
 
     @override
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the options of all commands; `--import MODULE` may also stand behind the command."""
+        found = [i for i in range(len(args) - 1) if args[i] == IMPORT and "--" not in args[:i]]
+        pairs = [part for i in found for part in args[i : i + 2]]
+        others = [args[i] for i in range(len(args)) if i not in found and i - 1 not in found]
+        return super().parse_args(ctx, [*pairs, *others])
+
+    @override
     def invoke(self, ctx: Any) -> Any:
-        with _usage():
+        with _usage(), _sentences():
             return super().invoke(ctx)
 
     @override

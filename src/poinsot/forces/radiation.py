@@ -27,8 +27,8 @@ ASTRONOMICAL_UNIT, SUN_RADIUS = 149_597_870_700.0, 6.957e8
 """Metres (IAU 2012, Resolution B2; 2015, Resolution B3)."""
 
 SMOOTHED_PART = 1e-9
-"""Within which part of the smaller disc of a contact the overlap is made smooth: its area begins there as a power 3/2,
-whose second derivative is infinite, and a step that starts at it would have no length."""
+"""Part of the smaller disc within which the overlap of a contact is made smooth. The area begins as a power 3/2, whose
+second derivative is infinite, so that a step that starts at the contact would have no length."""
 
 
 class Occulter(Parametric):

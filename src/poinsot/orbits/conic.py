@@ -101,14 +101,10 @@ class ConicOrbit(Orbit):
 
         Parameters
         ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
         position, velocity : array (3,), space axes
             Position in length and velocity in length per time of the body relative to the attractor.
         epoch : float
             Time of the position and velocity.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
 
         Returns
         -------
@@ -152,20 +148,12 @@ class ConicOrbit(Orbit):
 
         Parameters
         ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
         periapsis_distance, semimajor_axis : float, optional
             Exactly one of the two, in length.
         eccentricity : float
             Eccentricity, in [0, 1) for a `KeplerOrbit`, at least 1 for an `EscapeOrbit`.
-        inclination, node, argument_of_periapsis : float
-            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
         true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
             Exactly one of the three at the epoch, radians.
-        epoch : float
-            Time to which the anomaly refers.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
 
         Returns
         -------
@@ -200,16 +188,16 @@ class ConicOrbit(Orbit):
     @property
     @abstractmethod
     def parameter(self) -> Any:
-        """The semi-latus rectum."""
+        """Semi-latus rectum p."""
 
     @property
     def frame(self) -> OrbitFrame:
-        """The moving axes radial (away from the attractor), transverse, normal."""
+        """Orbital axes: radial (away from the attractor), transverse and normal."""
         return OrbitFrame(self)
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """The unit vector along the orbital angular momentum, space axes."""
+        """Unit vector along the orbital angular momentum, space axes."""
         return np.stack(np.broadcast_arrays(*self.plane[2]), axis=-1)
 
     @property
@@ -219,7 +207,7 @@ class ConicOrbit(Orbit):
 
     @property
     def plane(self) -> tuple[functions.Vector, ...]:
-        """The directions to the periapsis, a quarter turn on, and normal, along space."""
+        """Unit vectors to the periapsis, 90 degrees ahead of it, and along the normal, space axes."""
         return plane_of(self.node, self.inclination, self.argument_of_periapsis)
 
     @of_scalars
@@ -229,7 +217,7 @@ class ConicOrbit(Orbit):
 
 
 class ConicBlock(OrbitBlock):
-    """One variable that stands for the true anomaly; the comoving axes are radial, transverse, normal."""
+    """Block of one variable that defines the true anomaly; the comoving axes are radial, transverse and normal."""
 
     orbit: Any
     variables: ClassVar[Mapping[str, int]] = {"anomaly": 1}
@@ -299,5 +287,5 @@ class ConicBlock(OrbitBlock):
 
     @property
     def _rate_aside(self) -> Scalar:
-        """The rate of the true anomaly a quarter turn from the periapsis."""
+        """Rate of the true anomaly at 90 degrees from the periapsis."""
         return functions.sqrt(self.orbit.mu / self.orbit.parameter**3)

@@ -187,12 +187,12 @@ class EscapeOrbit(ConicOrbit):
 
 
 class EscapeBlock(ConicBlock):
-    """The variable is asinh(S_1)/32.
+    """Block of a parabola or hyperbola. The variable is asinh(S_1)/32.
 
-    It stays below one, the size of a quaternion, for the engine's step control looks at the largest variable; and its
-    error is one of the distance relative to itself. Whatever is read from it is one step of Newton's method for the
-    time of `universal_time` further, its own rate too: the error of the variable is squared, and does not grow
-    from far out to the periapsis as one of the time would.
+    It stays below one, the size of a quaternion, because the step control uses the largest variable. Its error is a
+    relative error of the distance. Every quantity, including the rate of the variable, is computed after one step of
+    Newton's method for the time of `universal_time`. The step squares the error of the variable, which therefore does
+    not grow towards the periapsis.
     """
 
     orbit: EscapeOrbit
@@ -240,7 +240,7 @@ ANOMALY_SCALE = 32.0
 """Scale of asinh(S_1). Distances of e^32 periapsis distances are beyond any orbit."""
 
 MIN_EXCESS = 1e-120
-"""Added to e - 1, so that no kernel divides by zero at a parabola."""
+"""Number added to e - 1, so that no kernel divides by zero at a parabola."""
 
 
 def _periapsis_distance(e: Any, name: str, length: Any) -> Any:

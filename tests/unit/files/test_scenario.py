@@ -581,7 +581,7 @@ def test_files_that_are_no_scenarios(tmp_path):
     }
     for name, content in files.items():
         (tmp_path / name).write_bytes(content)
-        with pytest.raises(ValueError, match=r" must .* (but|got) .*\.$"):
+        with pytest.raises(ValueError, match=r" must .* (but|got) .*\.$|missing table \[body\]\.$"):
             pt.files.read_scenario(tmp_path / name)
     with pytest.raises(FileNotFoundError, match=r"No such file: .*none\.toml$"):
         pt.files.read_scenario(tmp_path / "none.toml")
@@ -651,7 +651,7 @@ def test_system_alone_needs_neither_state_nor_times():
         SATELLITE[: SATELLITE.index("[state]")] + SATELLITE[SATELLITE.index("[[forces]]") : SATELLITE.index("[times]")]
     )
     assert len(rebuilt_system(text, "it").forces) == 1
-    with pytest.raises(ValueError, match="state must be given"):
+    with pytest.raises(ValueError, match=r"missing table \[state\]"):
         parsed_scenario(text, "it")
 
 
