@@ -91,8 +91,6 @@ COVERED_BY = {
     "plot/solids.py": "unit/plot/test_geometry.py",
     "plot/time_axis.py": "unit/plot/test_time_series.py",
     "propagation/arguments.py": "unit/propagation/test_propagate.py",
-    "propagation/body_of_pair.py": "laws/test_pairs.py",
-    "propagation/dense_states.py": "unit/propagation/test_trajectory.py",
     "propagation/ensemble_of_results.py": "laws/test_chunks_of_every_ensemble.py",
     "propagation/free_motion/elements.py": "oracles/test_free_motion.py",
     "propagation/free_motion/motion.py": "oracles/test_free_motion.py",

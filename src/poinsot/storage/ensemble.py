@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
 
 from poinsot.display.progress import Progress
 from poinsot.storage.run_record import RunRecord
-from poinsot.storage.zarr_group import Described, Numbers
+from poinsot.storage.zarr_group import Described, Numbers, Variables
 
 if TYPE_CHECKING:
     import xarray
 
-    from poinsot.storage.ensemble_store import EnsembleStore, Variables
+    from poinsot.storage.ensemble_store import EnsembleStore
 
 __all__ = ["ChunkResult", "Ensemble"]
 
