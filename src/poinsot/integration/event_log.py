@@ -61,7 +61,7 @@ class EventLog:
         interrupts: HeldInterrupts,
     ) -> None:
         self._parameters, self._queue, self._members = parameters, queue, members
-        self._failed, self._interrupts, self._counting = failed, interrupts, parameters.counting
+        self._failed, self._interrupts, self._counting = failed, interrupts, parameters.formulas.counting
         tasks, self._events = queue.tasks, parameters.problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
         self.actions: list[list[Action[float]]] = [[] for _ in tasks]

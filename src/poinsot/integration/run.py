@@ -465,7 +465,7 @@ class Slab:
 
     def _jump(self, stopped: Tasks) -> None:
         """Let tangent vectors of tasks jump where formulas have switched, or note why they have no derivative."""
-        parameters, tasks, saltation = self.run.parameters, self.queue.tasks, self.run.parameters.saltation
+        parameters, tasks, saltation = self.run.parameters, self.queue.tasks, self.run.parameters.formulas.saltation
         vectors, conditions = parameters.variables.tangent_vectors, list(parameters.code.conditions)
         if saltation is None:
             return

@@ -171,7 +171,7 @@ class VariationalRun:
         """
         if not self.derivatives.inputs:
             return self.chart
-        smooth = equations.between_first_knots(self.problem)
+        smooth = self.problem.smooth
         orbits, views = shared_blocks(smooth.orbits, lambda orbit: not orbit.closed_form)
         return replace(self.chart, orbits=orbits, views=views, comoving=False)
 

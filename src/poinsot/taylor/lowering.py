@@ -73,8 +73,6 @@ class Constants:
     ----------
     formulas : sequence of scalars
         Rates and values of events.
-    jumps : bool
-        Whether tangent vectors may jump at switches.
 
     Attributes
     ----------
@@ -83,12 +81,9 @@ class Constants:
     values : Evaluator
     switches : bool
         Whether a formula branches along the motion.
-    latest : dict
-        Kind of a kernel -> weak reference to the kernel of the last run, and the constants that were zero in it.
     """
 
-    def __init__(self, formulas: Sequence[Any], jumps: bool) -> None:
-        self.jumps, self.latest = jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
+    def __init__(self, formulas: Sequence[Any]) -> None:
         nodes = ordered(formulas)
         conditions = {node.operands[0] for node in nodes if node.name == "where"}
         met = _constants_met(formulas)
