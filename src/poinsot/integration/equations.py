@@ -22,8 +22,7 @@ from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
 from poinsot.integration.scaling import momentum_ratios, momentum_scales, torque_scale
 from poinsot.integration.state_vector import StateVector, factors_of_parts
-from poinsot.integration.tangent_vectors import Variations
-from poinsot.integration.variational import TurningBody, VariationalEquations
+from poinsot.integration.variational import TurningBody, VariationalEquations, Variations
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant

@@ -13,21 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.display.progress import bar
-from poinsot.integration.dense_motion import DenseOutput
+from poinsot.integration.breakpoints import Clock, Segments
 from poinsot.integration.equations import LANES
 from poinsot.integration.event_log import EventLog
 from poinsot.integration.kernel_parameters import KernelKind, KernelParameters
 from poinsot.integration.problem import Problem
-from poinsot.integration.report import Report, Stop
-from poinsot.integration.rows import Rows, Sink
+from poinsot.integration.report import INTERRUPTED, REASONS, HeldInterrupts, Report, Stop, reason, reason_of_speed
+from poinsot.integration.rows import DenseOutput, Rows, Sink
 from poinsot.integration.saltation import NoDerivative, TangentJump
-from poinsot.integration.samples import Clock
-from poinsot.integration.segments import Segments
 from poinsot.integration.settings import RunSettings
 from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.state_vector import StateVector
-from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
-from poinsot.integration.termination import INTERRUPTED, REASONS, HeldInterrupts, reason, reason_of_speed
+from poinsot.integration.variational import STEPS_AT_A_TIME
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.printable import quoted

@@ -19,7 +19,7 @@ from poinsot.integration.rows import Sink
 from poinsot.integration.run import BOTH_WAYS, Run
 from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
-from poinsot.integration.tangent_vectors import Variations
+from poinsot.integration.variational import Variations
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState

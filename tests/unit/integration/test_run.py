@@ -12,8 +12,8 @@ import poinsot as pt
 from poinsot.integration import equations, run
 from poinsot.integration.event_log import EventLog
 from poinsot.integration.kernel_parameters import PreparedKernel
+from poinsot.integration.report import HeldInterrupts
 from poinsot.integration.rows import Rows
-from poinsot.integration.termination import HeldInterrupts
 from poinsot.taylor import kernels
 from poinsot.taylor.queue import Queue, Worker
 

@@ -11,7 +11,7 @@ from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.kernel_parameters import formulas_of
 from poinsot.integration.problem import Problem
-from poinsot.integration.tangent_vectors import Variations
+from poinsot.integration.variational import Variations
 
 BODY = pt.Body((1.0, 1.3, 1.7))
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
