@@ -438,14 +438,18 @@ class Slab:
 
     def _resumed(self) -> list[Tasks]:
         """Handle tasks that have left their lanes, as `EXITS` states, and return the tasks that go on."""
-        status: NDArray[np.int64] = self.queue.tasks["status"]
-        found, waiting = status.tolist(), []
+        self._give_up_failed()
+        found, waiting = self.queue.tasks["status"].tolist(), []
         for number, resume in RESUMED:
             if number in found or (self._log is not None and number == EVENT):
                 waiting.append(resume(self))
-                if self.failed:
-                    status[list(self.failed)] = Status.GIVEN_UP
+                self._give_up_failed()
         return [tasks for tasks in waiting if tasks.size]
+
+    def _give_up_failed(self) -> None:
+        """Set the status of tasks that failed, so that they do not go on."""
+        if self.failed:
+            self.queue.tasks["status"][list(self.failed)] = Status.GIVEN_UP
 
     def _resumed_at_events(self) -> Tasks:
         """Record events and apply actions, or let tangent vectors jump at a switch; return the tasks that go on."""
@@ -487,8 +491,8 @@ class Slab:
         """Rescale tangent vectors that have grown, and return their tasks, but no task that would not end."""
         variables, tasks = self.run.parameters.variables, self.queue.tasks
         variations, status = variables.variations, tasks["status"]
-        failed = self._check_progress(np.flatnonzero(status == Status.PAUSED))
-        status[failed] = Status.GIVEN_UP
+        self._check_progress(np.flatnonzero(status == Status.PAUSED))
+        self._give_up_failed()
         paused = np.flatnonzero(status == Status.PAUSED)
         if variations is None or not paused.size or self.run.interrupts.stop:
             return NONE
