@@ -67,9 +67,9 @@ def _orbit(short):
 def _cubesat():
     """Return the satellite of the example under all its torques, and its start, level and at rest in space; SI."""
     span = 0.0, 2.1 * REVOLUTION
-    orbit = pt.orbits.in_metres(pt.files.tle_orbit(ELEMENTS, *span, reference_frame="ICRF"))
-    of_earth = pt.orbits.in_metres(pt.orbits.planet_orbit("earth", "sun", *span, calendar=orbit.calendar))
-    sun, earth = pt.orbits.orbit_sum(orbit, of_earth), pt.orbits.RotationModel.earth(calendar=orbit.calendar)
+    orbit = pt.orbits.kilometres_to_metres(pt.files.tle_orbit(ELEMENTS, *span, reference_frame="ICRF"))
+    of_earth = pt.orbits.kilometres_to_metres(pt.orbits.planet_orbit("earth", "sun", *span, calendar=orbit.calendar))
+    sun, earth = pt.orbits.composite_orbit(orbit, of_earth), pt.orbits.RotationModel.earth(calendar=orbit.calendar)
     facets = Facets.from_box(
         (0.226, 0.226, 0.341),
         (0.004, -0.003, 0.010),

@@ -32,9 +32,9 @@ REVOLUTION = 86400 / 15.219
 SPAN = (0.0, 2.1 * REVOLUTION)
 
 # Where it is: about the Earth, about the Sun, and how the Earth turns.
-orbit = pt.orbits.in_metres(pt.files.tle_orbit(ELEMENTS, *SPAN, reference_frame="ICRF"))
-of_earth = pt.orbits.in_metres(pt.orbits.planet_orbit("earth", "sun", *SPAN, calendar=orbit.calendar))
-sun = pt.orbits.orbit_sum(orbit, of_earth)
+orbit = pt.orbits.kilometres_to_metres(pt.files.tle_orbit(ELEMENTS, *SPAN, reference_frame="ICRF"))
+of_earth = pt.orbits.kilometres_to_metres(pt.orbits.planet_orbit("earth", "sun", *SPAN, calendar=orbit.calendar))
+sun = pt.orbits.composite_orbit(orbit, of_earth)
 earth = pt.orbits.RotationModel.earth(calendar=orbit.calendar)
 
 # What it is: 24 kg in a box with two wings, whose centre of mass is not in the middle.

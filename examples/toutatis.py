@@ -104,7 +104,7 @@ labels = {"reference_frame": "ICRF", "origin": "SUN", "calendar": calendar}
 from_sun = pt.orbits.Ephemeris.from_function(
     sun, position=lambda t: path(t)[:3].T, start=0.0, stop=known["stop"], tolerance=1e-11, **labels
 )
-from_earth = pt.orbits.orbit_sum(from_sun, earth_to_sun)
+from_earth = pt.orbits.composite_orbit(from_sun, earth_to_sun)
 
 flybys = []
 for date, published in {

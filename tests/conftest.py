@@ -9,7 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.integration import equations
-from poinsot.mechanics.collection import answers_of
+from poinsot.mechanics.collection import results_of
 
 pytest_plugins = ["default_share", "kept_code", "margins"]
 
@@ -32,7 +32,7 @@ def forget_kernels(monkeypatch):
 
     def forget():
         monkeypatch.setattr(equations, "known", equations.Cache())
-        answers_of.cache_clear()
+        results_of.cache_clear()
 
     return forget
 

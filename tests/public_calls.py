@@ -43,7 +43,7 @@ SIGNAL = np.sin(0.7 * np.arange(256))
 COEFFICIENTS = {"specular": 0.2, "diffuse": 0.3, "drag": 2.1, "accommodation": 0.9}
 TURNING = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0.1))
 
-SPACES = (pt, pt.analysis, pt.events, pt.files, pt.forces, pt.orbits, pt.shapes)
+SPACES = (pt, pt.analysis, pt.events, pt.files, pt.forces, pt.mechanics, pt.orbits, pt.shapes)
 PUBLIC = {
     name: thing for space in SPACES for name in space.__all__ if not inspect.ismodule(thing := getattr(space, name))
 }
@@ -273,8 +273,8 @@ def light_calls():
             {"surface": mesh, "obliquities": [0.1, 0.2], "axis": (0, 0.1, 1.0), **shadows},
         ),
         "plot.yorp": (pt.plot.yorp, {"coefficients": means, "ax": None, "angle_unit": "deg", "title": "t"}),
-        "lit_areas": (pt.shapes.lit_areas, lit),
-        "lit_faces": (pt.shapes.lit_faces, lit | shadows),
+        "illuminated_areas": (pt.shapes.illuminated_areas, lit),
+        "illuminated_faces": (pt.shapes.illuminated_faces, lit | shadows),
     }
 
 
@@ -320,7 +320,7 @@ def field_calls():
             {"orbit": ELLIPSE, "love_number": 0.3, "radius": 0.5, "time_lag": 0.1, "G": 1.0},
         ),
         "TiltedDipole": (pt.forces.TiltedDipole, dipole),
-        "in_metres": (pt.orbits.in_metres, {"orbit": ephemeris()}),
+        "kilometres_to_metres": (pt.orbits.kilometres_to_metres, {"orbit": ephemeris()}),
         "pseudo_synchronous_rate": (pt.forces.pseudo_synchronous_rate, {"eccentricity": 0.2}),
     }
 
@@ -761,7 +761,10 @@ def public_calls(folder):
         "load": (pt.load, {"source": at["nc"]}),
         "lyapunov_spectrum": (pt.analysis.lyapunov_spectrum, {**here, **run}),
         "omm_orbit": (pt.files.omm_orbit, {"message": OMM, **dates, "reference_frame": "TEME"}),
-        "orbit_sum": (functools.partial(pt.orbits.orbit_sum, ephemeris(), ephemeris()), {"start": 0.5, "stop": 2.0}),
+        "composite_orbit": (
+            functools.partial(pt.orbits.composite_orbit, ephemeris(), ephemeris()),
+            {"start": 0.5, "stop": 2.0},
+        ),
         "periodic_motion": (
             pt.analysis.periodic_motion,
             {"system": SATELLITE, "guess": periodic().state, "period": periodic().period, "frame": CIRCLE.frame},
@@ -843,7 +846,7 @@ def public_calls(folder):
             },
         ),
         "project_to_tangent": (
-            pt.project_to_tangent,
+            pt.mechanics.project_to_tangent,
             {"quaternion": (1.0, 0, 0, 0), "conjugate_momenta": (0.1, 0.1, 0.2, 0.3)},
         ),
         "estimate_run": (pt.analysis.estimate_run, {**here, **run, "tolerance": 1e-12}),

@@ -20,6 +20,7 @@ import numpy as np
 from typing_extensions import Unpack
 
 from poinsot.printable import described, kind_of, quoted, shortened
+from poinsot.suggestions import refuse_call, refuse_keyword
 
 __all__ = ["checked", "checked_fields", "hint_of"]
 
@@ -61,7 +62,7 @@ def checked(function: Function) -> Function:
         return {name: (_rule(hint), _converters(hint)) for name, hint in hints.items()}
 
     def taken(name: str, value: Any) -> Any:
-        rule, converters = rules().get(name) or rules().get(others) or _unexpected(call, name)
+        rule, converters = rules().get(name) or rules().get(others) or refuse_keyword(call, name, rules())
         if rule is not None and not rule.holds(value):
             _refuse(name, value, rule, order if name in needed else "")
         for convert in converters if value is not None else ():
@@ -71,7 +72,12 @@ def checked(function: Function) -> Function:
     @functools.wraps(function)
     def checking(*arguments: Any, **named: Any) -> Any:
         known = map(taken, names, arguments)
-        return function(*known, *arguments[len(names) :], **{name: taken(name, value) for name, value in named.items()})
+        converted = {name: taken(name, value) for name, value in named.items()}
+        try:
+            return function(*known, *arguments[len(names) :], **converted)
+        except TypeError:
+            refuse_call(call, function, arguments, named)
+            raise
 
     same_kind: Any = checking
     return same_kind  # type: ignore[no-any-return]
@@ -107,10 +113,6 @@ def _converters(hint: Any) -> list[Converter]:
     """Return the callable metadata of `Annotated`, which convert values."""
     extras = [extra for way in _ways(hint) if get_origin(way) is Annotated for extra in get_args(way)[1:]]
     return [extra for extra in extras if callable(extra) and getattr(extra, "converts", True)]
-
-
-def _unexpected(call: str, name: str) -> NoReturn:
-    raise TypeError(f"{call}() got an unexpected keyword argument {quoted(name)}")
 
 
 def _refuse(name: str, value: Any, rule: KindTest, order: str) -> NoReturn:

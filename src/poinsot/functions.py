@@ -15,11 +15,12 @@ import builtins
 import operator
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from poinsot.printable import described, kind_of, quoted
+from poinsot.suggestions import refuse_name
 
 __all__ = [
     "Vector",
@@ -616,3 +617,9 @@ def _defect(engine: Any, angle: Scalar, sign: int, far: Scalar) -> Scalar:
     for k in range(40 if engine.__name__ == "mpmath" else 14, 0, -1):
         series = 1 + sign * square / ((2 * k + 2) * (2 * k + 3)) * series
     return where(is_near, near * square * series / 6, far)
+
+
+def __getattr__(name: str) -> NoReturn:
+    if name.startswith("_"):
+        raise AttributeError(name=name, obj=sys.modules[__name__])
+    refuse_name(__name__, name, __all__)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
 import numpy as np
 
 from poinsot.printable import quoted
+from poinsot.suggestions import refuse_attribute, refuse_call
 
 __all__ = ["Immutable", "ReadOnlyDict", "cached_property", "copied", "owned", "read_only"]
 
@@ -124,12 +125,16 @@ else:
         _seals: bool
 
         def __call__(cls, *arguments: Any, **named: Any) -> Any:
-            if not cls._seals:
-                return super().__call__(*arguments, **named)
-            made = cls.__new__(cls, *arguments, **named)
-            attributes = made.__dict__
-            attributes[OPEN] = True
-            made.__init__(*arguments, **named)
+            try:
+                if not cls._seals:
+                    return super().__call__(*arguments, **named)
+                made = cls.__new__(cls, *arguments, **named)
+                attributes = made.__dict__
+                attributes[OPEN] = True
+                made.__init__(*arguments, **named)
+            except TypeError:
+                refuse_call(cls.__name__, cls.__init__, (None, *arguments), named)
+                raise
             del attributes[OPEN]
             _seal(attributes, owned)
             return made
@@ -174,6 +179,13 @@ class Immutable(metaclass=Construction):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         _refuse_defaults_without_annotation(cls)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NoReturn:
+            if hasattr(type(self), name):
+                object.__getattribute__(self, name)  # a property that raised an AttributeError raises it again
+            refuse_attribute(self, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name[0] != "_" and OPEN not in self.__dict__:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
-__all__ = ["described", "kind_of", "message_of", "nearest", "printable", "quoted", "shortened"]
+__all__ = ["described", "kind_of", "message_of", "printable", "quoted", "shortened"]
 
 MAX_CHARACTERS = 200
 """Characters of an argument that an error message repeats."""
@@ -61,11 +60,3 @@ def _beginning(value: Any) -> Any:
     """Return as many items of a long text or list as can be repeated; another value unchanged."""
     is_long = type(value) in (str, bytes, list, tuple) and len(value) > MAX_CHARACTERS
     return value[: MAX_CHARACTERS + 1] if is_long else value
-
-
-def nearest(name: Any, known: Iterable[str]) -> str:
-    """Return the suggestion of the nearest known name, or an empty string."""
-    import difflib
-
-    found = difflib.get_close_matches(str(name)[:60], list(known), n=1)
-    return f" Did you mean {quoted(found[0])}?" if found else ""

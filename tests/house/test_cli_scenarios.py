@@ -19,7 +19,7 @@ from poinsot.cli import app, plots
 from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
 from poinsot.files import scenario as scenarios
 from poinsot.plot.distribution import QUANTITIES
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 WIDE = {"COLUMNS": "400"}
@@ -109,7 +109,7 @@ def test_partial_result_is_repeated_as_far_as_it_goes(top, tmp_path, monkeypatch
             motion.system,
             motion.initial,
             motion.times[:50],
-            MemoryRows({name: values[:50] for name, values in motion.phase.items()}),
+            MotionRows({name: values[:50] for name, values in motion.phase.items()}),
             motion.run,
         )
         raise pt.PropagationError("it stopped.", 5.0, half)

@@ -38,7 +38,7 @@ class Rowing(pt.Torque):
         Of the strokes.
     """
 
-    strength: pt.Vector
+    strength: pt.mechanics.Vector
     rate: AngularVelocity
     epoch: Time = 0.0
 
@@ -66,7 +66,7 @@ class Tether(pt.Orbit):
 class Flywheel(Part):
     """A rotor of constant speed."""
 
-    spin: pt.Vector
+    spin: pt.mechanics.Vector
 
     def momentum(self, own, time):
         return functions.Vector(self.spin)

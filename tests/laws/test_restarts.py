@@ -26,12 +26,12 @@ class Remembering(pt.Part, pt.Torque):
 
     gain: float
     period: float
-    phase: float = 0.0
+    offset: float = 0.0
     variables = {"torque": 3, "sum": 3}  # noqa: RUF012
 
     @property
     def jump(self):
-        return pt.Jump(self.period, self.phase, draws=3, seed=5)
+        return pt.mechanics.Jump(self.period, self.offset, draws=3, seed=5)
 
     def update(self, instant, draws):
         total = Vector(instant.own(self)[3:]) + self.period * (instant.omega_body + 0.01 * draws)
@@ -53,7 +53,7 @@ class Summing(pt.Part, pt.Torque):
 
     @property
     def jump(self):
-        return pt.Jump(self.period, phase=0.0)
+        return pt.mechanics.Jump(self.period, offset=0.0)
 
     def update(self, instant, draws):  # noqa: ARG002
         total = Vector(instant.own(self)[3:]) + self.period * instant.omega_body
@@ -154,7 +154,7 @@ def joined(whole, times, rows=None, **options):
 
 
 SAMPLED_TIMES = np.array([0.0, 0.1, 0.25, 0.3, 0.4, 0.7, 1.0, 1.3, 1.9, 2.5, 2.6])
-"""Among them samples of a period of 0.3 with the phases 0 and 0.1, and of a period of 0.2 with the phase 0.1."""
+"""Among them samples of a period of 0.3 with the offsets 0 and 0.1, and of a period of 0.2 with the offset 0.1."""
 
 LAWS = SYSTEMS | {f"control law {k}": (law,) for k, law in enumerate(SAMPLED)}
 LAWS |= {"a memory with noise": (Remembering(0.9, 0.3, 0.1),), "two": (Remembering(0.9, 0.3), *SYSTEMS["feedback"])}
@@ -212,9 +212,9 @@ def test_two_joined_runs_equal_an_integration_from_sample_to_sample():
 
 @pytest.mark.parametrize("chosen", [slice(None), [3, 1], 2], ids=["all", "some", "one"])
 def test_members_remember_their_own_samples(chosen):
-    periods, phases = np.array([0.3, 0.2, 0.3, 0.25, 0.6]), np.array([0.1, 0.1, 0.0, 0.0, 0.7])
-    noisy = Sampled(RateDamping(0.5, 5.0), periods, phases, NoisySensors(1e-2, seed=3.0), name="noisy")
-    system = pt.System(BODY, Remembering(0.9, periods, phases), noisy)
+    periods, offsets = np.array([0.3, 0.2, 0.3, 0.25, 0.6]), np.array([0.1, 0.1, 0.0, 0.0, 0.7])
+    noisy = Sampled(RateDamping(0.5, 5.0), periods, offsets, NoisySensors(1e-2, seed=3.0), name="noisy")
+    system = pt.System(BODY, Remembering(0.9, periods, offsets), noisy)
     whole = pt.propagate(system, system.state(**START, time=np.array([0.0, 0.0, -0.2, 0.0, 0.0])), SAMPLED_TIMES)
     some = whole.isel(member=chosen)
     assert joined(some, SAMPLED_TIMES) < BOUND

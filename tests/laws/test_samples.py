@@ -14,7 +14,7 @@ from poinsot.integration import equations
 from poinsot.taylor import queue
 
 TIMES = np.array([0.0, 0.1, 0.25, 0.4, 0.7, 1.0, 1.3, 1.9, 2.5, 2.6])
-"""Among them samples of a period of 0.3 with the phase 0.1, and the start."""
+"""Among them samples of a period of 0.3 with the offset 0.1, and the start."""
 
 
 each_system = pytest.mark.parametrize("forces", SYSTEMS.values(), ids=SYSTEMS)
@@ -83,13 +83,13 @@ def test_members_are_as_alone_in_all_lanes(forces, monkeypatch):
 
 
 def test_members_have_samples_of_their_own(monkeypatch):
-    periods, phases = np.array([0.2, 0.3, 0.07, 1.1, 5.0]), np.array([0.0, 0.1, 0.02, -0.3, 0.7])
-    system = pt.System(BODY, Sampled(FEEDBACK, periods, phases))
+    periods, offsets = np.array([0.2, 0.3, 0.07, 1.1, 5.0]), np.array([0.0, 0.1, 0.02, -0.3, 0.7])
+    system = pt.System(BODY, Sampled(FEEDBACK, periods, offsets))
     for lanes in (1, 2, 4, 8):
         monkeypatch.setattr(equations, "LANES", lanes)
         together = pt.propagate(system, system.state(**START), TIMES)
-        for k, (period, phase) in enumerate(zip(periods, phases, strict=True)):
-            alone = pt.System(BODY, Sampled(FEEDBACK, period, phase))
+        for k, (period, offset) in enumerate(zip(periods, offsets, strict=True)):
+            alone = pt.System(BODY, Sampled(FEEDBACK, period, offset))
             assert np.array_equal(values(pt.propagate(alone, alone.state(**START), TIMES)), values(together[k]))
 
 
@@ -339,8 +339,8 @@ def test_derivatives_by_gains_and_not_by_the_times_of_samples():
         for sign in (1, -1)
     )
     np.testing.assert_allclose(found, change / h, rtol=0, atol=1e-11)
-    for name in ("period", "phase"):
-        with pytest.raises(ValueError, match="parameters must not be the period or the phase of a sampled law"):
+    for name in ("period", "offset"):
+        with pytest.raises(ValueError, match="parameters must not be the period or the offset of a sampled law"):
             pt.analysis.state_transition(system, start, [2.0], [name])
 
 

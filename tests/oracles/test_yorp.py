@@ -28,12 +28,12 @@ def emitted(light, areas, centers, sun):
 def test_shadows_of_an_angled_body(case):
     mesh, sun = mesh_of(SHADED), np.array(case["sun"])
     light, bound = Lighting(mesh), 20 * SHADED["estimated_error_of_reference"]
-    lit = pt.shapes.lit_faces(mesh, sun)
+    lit = pt.shapes.illuminated_faces(mesh, sun)
     assert list(lit) == case["facet_lit_by_centroid"]
     whole = emitted(light, light.areas * lit, light.centers, sun)
     assert np.max(np.abs(whole - case["torque_by_centroid"])) < bound
-    areas, centers = light.lit_parts(sun)
-    assert np.array_equal(pt.shapes.lit_areas(mesh, sun), areas)
+    areas, centers = light.illuminated_parts(sun)
+    assert np.array_equal(pt.shapes.illuminated_areas(mesh, sun), areas)
     assert np.max(np.abs(areas - case["lit_areas_exact"])) < bound
     assert np.max(np.abs(emitted(light, areas, centers, sun) - case["torque_exact"])) < bound
 
@@ -61,7 +61,7 @@ def test_absorbed_light_has_no_mean():
         sun = direction / np.linalg.norm(direction)
         torques = []
         for u in (sun, -sun):
-            areas, centers = light.lit_parts(u)
+            areas, centers = light.illuminated_parts(u)
             torques.append(-np.cross((areas * (light.normals @ u)) @ centers, u))
         assert np.max(np.abs(torques)) > 0.01
         assert np.max(np.abs(np.sum(torques, axis=0))) < 1e-14

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from poinsot.printable import described, kind_of, message_of, nearest, printable, quoted, shortened
+from poinsot.printable import described, kind_of, message_of, printable, quoted, shortened
+from poinsot.suggestions import nearest
 
 
 class Silent:

@@ -62,7 +62,7 @@ def test_times_convert_where_their_unit_is_named():
     orbit = pt.orbits.Ephemeris.from_function(
         2.0, position=lambda t: np.stack(ELLIPSE.position_at(t), -1), start=0, stop=3, calendar=calendar
     )
-    summed = pt.orbits.orbit_sum(orbit, orbit, start=60 * u.s, stop=120 * u.s)
+    summed = pt.orbits.composite_orbit(orbit, orbit, start=60 * u.s, stop=120 * u.s)
     assert summed.span == (1.0, 2.0)
 
 

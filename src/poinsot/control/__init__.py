@@ -3,6 +3,6 @@
 The names are in `__init__.pyi`; each is imported when it is used first.
 """
 
-import lazy_loader
+from poinsot.suggestions import attached
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attached(__name__, __file__)

@@ -19,7 +19,7 @@ __all__ = ["Sampled"]
 
 
 class Sampled(Part, Torque):
-    """Digital controller: a control law evaluated at times k period + phase, with constant torque in between.
+    """Digital controller: a control law evaluated at times k period + offset, with constant torque in between.
 
     An integration that starts at a sample time begins with that sample. Before the first sample the torque is part of
     the initial state, by default zero. The results at a sample time contain the new torque (right-continuous).
@@ -32,12 +32,10 @@ class Sampled(Part, Torque):
         Control law to evaluate.
     period : float
         Time between samples, positive.
-    phase : float
+    offset : float
         Time of one of the samples.
     sensors : Sensors
         Sensor model that supplies attitude and angular velocity to the law. Default: ideal sensors.
-    name : str
-        Name of the torque among the variables of the motion. Default: "sampled".
 
     Examples
     --------
@@ -50,14 +48,14 @@ class Sampled(Part, Torque):
 
     law: Torque
     period: Annotated[Duration, Rule(refuse_nonpositive)]
-    phase: Time = 0.0
+    offset: Time = 0.0
     sensors: Sensors = Sensors()
     variables: ClassVar[Mapping[str, int]] = {"torque": 3}
 
     @property
     @override
     def jump(self) -> Jump:
-        return Jump(self.period, self.phase, *self.sensors.draws)
+        return Jump(self.period, self.offset, *self.sensors.draws)
 
     @override
     def update(self, instant: Instant, draws: Vector) -> Vector:

@@ -59,10 +59,6 @@ class DistanceCrossing(Event):
     ----------
     distance : float
         Distance between the centres, in the unit of the separation; positive.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------
@@ -162,10 +158,6 @@ class LibrationExtreme(Event):
     ----------
     body : {"secondary", "primary"}
         Librating body.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------

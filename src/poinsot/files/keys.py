@@ -9,7 +9,8 @@ from collections.abc import Collection, Iterable
 from typing import NamedTuple
 
 from poinsot.errors import level_of_user
-from poinsot.printable import nearest, quoted, shortened
+from poinsot.printable import quoted, shortened
+from poinsot.suggestions import nearest
 
 __all__ = ["Entry", "Keys"]
 

@@ -175,6 +175,7 @@ def repetition(motion: Trajectory, name: str) -> Scenario:
     known = motion.provenance
     if known.get("scenario_of") == WHOLE:
         return parsed_scenario(known["scenario"], name)
-    text = known.get("scenario_read") or known.get("scenario") or scenario_of(motion).text
+    text = known.get("scenario_read") or known.get("scenario")
+    text = text or scenario_of(motion.system, motion.run, motion.has_dense_output).text
     run = tomllib.loads(text)["run"]
     return Scenario(name, motion.system, motion.initial, motion.times, run, provenance=motion.provenance)

@@ -183,7 +183,7 @@ def stream_torques(
     for start in range(0, len(directions), rows):
         u = directions[start : start + rows]
         cosines = u @ light.normals.T
-        caught = light.areas * cosines * light.lit(u, shadows)
+        caught = light.areas * cosines * light.illuminated(u, shadows)
         pushed = along * np.cross(caught @ light.centers, u)
         torques[start : start + rows] = -pushed - (2 / 3 * diffuse * caught + 2 * specular * caught * cosines) @ turns
     return torques

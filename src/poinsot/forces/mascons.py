@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.errors import real_numbers
-from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
+from poinsot.forces.point_masses import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property

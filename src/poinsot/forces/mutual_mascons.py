@@ -11,7 +11,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import real_numbers
-from poinsot.forces.points import beyond_the_first, inertia_of_points, paired_sum
+from poinsot.forces.point_masses import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import (
     deviator,
     refuse_no_sphere,

@@ -81,7 +81,7 @@ class Segments:
 
 
 class Clock:
-    """Samples of members at the times number * period + phase, rounded twice.
+    """Samples of members at the times number * period + offset, rounded twice.
 
     Parameters
     ----------
@@ -100,12 +100,12 @@ class Clock:
             return np.array([np.broadcast_to(x, numbers.shape) for x in values], dtype=float).T
 
         self._periods = of_members(jump.period for jump in jumps.values())
-        self._phases = of_members(jump.phase for jump in jumps.values())
+        self._offsets = of_members(jump.offset for jump in jumps.values())
         self._keys = key_of(of_members(jump.seed for jump in jumps.values()), numbers[:, None]).view(np.int64)
         self._jumped = of_members(jumped.get(name, False) for name in jumps) > 0
 
     def set(self, tasks: NDArray[np.void], times: Array, members: Integers) -> None:
         """Set the first samples of tasks of members that start at times."""
-        samples, times = Jump(self._periods[members], self._phases[members]), times[:, None]
+        samples, times = Jump(self._periods[members], self._offsets[members]), times[:, None]
         tasks["numbers"] = samples.first(times) + (self._jumped[members] & samples.falls_on(times))
-        tasks["keys"], tasks["periods"], tasks["phases"] = self._keys[members], samples.period, samples.phase
+        tasks["keys"], tasks["periods"], tasks["offsets"] = self._keys[members], samples.period, samples.offset

@@ -88,7 +88,7 @@ def state_vector(problem: Problem, state: AnyState, formulation: Formulation, pr
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         orbits, views = shared_blocks(smooth.orbits, lambda _: True)
         comoving = StateVector(formulation, scale, parts, orbits, views, comoving=True, torque_scale=torque)
-        if set(comoving.views) == {0} and smooth.known(_can_be_comoving, comoving):
+        if set(comoving.views) == {0} and _can_be_comoving(smooth, comoving):
             return comoving.sharing(smooth.alike.by_variables)
     orbits, views = shared_blocks(smooth.orbits, lambda orbit: orbit.integrated)
     variables = StateVector(formulation, scale, parts, orbits, views, ratios=ratios, torque_scale=torque)
@@ -97,11 +97,15 @@ def state_vector(problem: Problem, state: AnyState, formulation: Formulation, pr
 
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
     """Return True if no formula reads the space axes themselves, whatever its numbers."""
-    try:
-        traced_equations(problem, variables)
-    except functions.NotComoving:
-        return False
-    return True
+    known = problem.alike
+    if "can be comoving" not in known:
+        try:
+            traced_equations(problem, variables)
+            known["can be comoving"] = True
+        except functions.NotComoving:
+            known["can be comoving"] = False
+    found: bool = known["can be comoving"]
+    return found
 
 
 @dataclass(frozen=True)
@@ -229,9 +233,9 @@ def _with_tangents(update: Update, variables: StateVector, changes: list[list[Gr
 def _refuse_varied_samples(graph: Graph, parts: Sequence[Part], variations: Variations) -> None:
     """Raise a ValueError for derivatives by numbers that the times of samples depend on."""
     varied = {graph.input(number) for together in variations.inputs for number in together}
-    if varied & set(ordered([x for part in parts if part.jump for x in (part.jump.period, part.jump.phase)])):
+    if varied & set(ordered([x for part in parts if part.jump for x in (part.jump.period, part.jump.offset)])):
         raise ValueError(
-            "parameters must not be the period or the phase of a sampled law, got one. At samples motions jump; take "
+            "parameters must not be the period or the offset of a sampled law, got one. At samples motions jump; take "
             "differences of motions."
         )
 

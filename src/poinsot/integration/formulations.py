@@ -208,7 +208,7 @@ def _torques(system: BodyDynamics, state: State) -> NDArray[np.float64]:
         turned = quat.product(state.quaternion, (np.cos(angle), 0, 0, np.sin(angle)))
         time = np.clip(state.time + angle**3 * time_scale(system), first, last)
         here = State.computed({"quaternion": turned, "conjugate_momenta": np.zeros_like(turned)}, time)
-        twin = system.beside(here.shape)
+        twin = system.broadcast_to(here.shape)
         torques.append(stacked(twin.torque_at(twin.at(here)), here.shape))
     return np.reshape(torques, (-1, 3))
 

@@ -21,11 +21,10 @@ from poinsot.printable import quoted
 from poinsot.taylor.decomposition import Momenta
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Evaluator, GraphScalar, Node, wide
-from poinsot.taylor.layouts import Layout
-from poinsot.taylor.lowering import Constants, Program, simplified
+from poinsot.taylor.lowering import Constants, Program, StartRoots, simplified
+from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel
 from poinsot.taylor.rescaling import powers_of
-from poinsot.taylor.square_roots import StartRoots
 
 __all__ = ["KernelFormulas", "KernelKind", "KernelParameters", "PreparedKernel", "formulas_of", "program"]
 

@@ -43,6 +43,7 @@ class Problem(Collection):
     _seals: ClassVar[bool] = False
 
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
+        super().__init__((system.dynamics, *events))
         vars(self).update(system=system, dynamics=system.dynamics, events=tuple(events))
         if not events:
             vars(self).update(zip(SHARED, SHARED_OF(self.dynamics), strict=True))
@@ -65,14 +66,10 @@ class Problem(Collection):
     def _between_first_knots(self) -> Problem:
         return self.between_knots()
 
-    @property
-    @override
-    def records(self) -> tuple[Any, ...]:
-        return (self.dynamics, *self.events)
-
     @override
     def with_records(self, records: Iterable[Any]) -> Problem:
         twin = object.__new__(Problem)
-        dynamics, *events = records
+        dynamics, *events = records = tuple(records)
+        Collection.__init__(twin, records)
         vars(twin).update(dynamics=dynamics, events=tuple(events))
         return twin

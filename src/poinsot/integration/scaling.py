@@ -19,7 +19,7 @@ from poinsot.mechanics.circular_pair import mean_motion
 from poinsot.mechanics.dynamics import AnyDynamics, Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
-from poinsot.mechanics.formula_trials import ATTITUDES, RATES, body_in_rotation
+from poinsot.mechanics.formula_trials import ATTITUDES, RATES
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.pair_dynamics import ORBIT
 from poinsot.mechanics.probing import sample_times, samples, time_scales
@@ -61,11 +61,10 @@ def momentum_scale(system: AnyDynamics, state: AnyState) -> Any:
 
 def momentum_scale_of_members(system: BodyDynamics, state: State) -> Any:
     """Return the momentum scale of a single body, with torques at the same samples as for members of an ensemble."""
-    return _momentum_scale(system, state, system.once(_momentum_at_samples))
-
-
-def _momentum_at_samples(system: BodyDynamics) -> Any:
-    return _momentum_of(system, _strongest_at_samples(system, system.known(_has_branches)))
+    results = system.results
+    if "momentum at samples" not in results:
+        results["momentum at samples"] = _momentum_of(system, _strongest_at_samples(system, _has_branches(system)))
+    return _momentum_scale(system, state, results["momentum at samples"])
 
 
 def fastest_rates(system: System, state: AnyState) -> Array:
@@ -127,13 +126,15 @@ def torque_scale(system: AnyDynamics) -> Any:
     The momentum is sqrt(I N) with the largest moment of inertia I and the torque N on a body at rest. Zero for two
     bodies, whose momenta are scaled by the orbital rate.
     """
-    return system.once(_torque_scale)
+    if "torque scale" not in system.results:
+        system.results["torque scale"] = _torque_scale(system)
+    return system.results["torque scale"]
 
 
 def _torque_scale(system: AnyDynamics) -> Any:
     if not isinstance(system, BodyDynamics):
         return np.zeros(system.members)[()]
-    branching = system.known(_has_branches)
+    branching = _has_branches(system)
     one = not branching and not system.members
     return _momentum_of(system, sample_torque(system) if one else _strongest_at_samples(system, branching))
 
@@ -161,7 +162,7 @@ def _summed(forces: Sequence[Force], sizes: Sequence[Any]) -> Any:
 def traced_sizes(system: BodyDynamics) -> tuple[Graph, list[Any]]:
     """Return the graph and the sizes of energies or torques on a body at rest at samples, one for each force."""
     (q, _, _), t = samples(system, BRANCH_SAMPLES), sample_times(system, BRANCH_SAMPLES)
-    graph, twin, at_rest = Graph(), system.beside((*system.members, BRANCH_SAMPLES)), Vector((0.0, 0.0, 0.0))
+    graph, twin, at_rest = Graph(), system.broadcast_to((*system.members, BRANCH_SAMPLES)), Vector((0.0, 0.0, 0.0))
     time = graph.variable(t)
     body = twin.body_at({part.name: part.start(time, at_rest) for part in twin.parts}, time)
     instant = Instant(body, Attitude.from_quaternion(Vector(q.T)), Environment(time), at_rest)
@@ -177,7 +178,10 @@ def _size(force: Force, instant: Instant) -> Any:
 
 def _has_branches(system: BodyDynamics) -> bool:
     """Return True if the formula of a force has a condition on the time or on an orbit."""
-    return bool(conditions(traced_sizes(system)[1]))
+    if "has branches" not in system.alike:
+        system.alike["has branches"] = bool(conditions(traced_sizes(system)[1]))
+    found: bool = system.alike["has branches"]
+    return found
 
 
 def sample_torque(system: BodyDynamics) -> float:
@@ -187,7 +191,9 @@ def sample_torque(system: BodyDynamics) -> float:
     """
     first = [number.item(0) for number in system.numbers]
     times = [sample_time(orbits_of(force)) + 0.25 for force in system.forces]
-    traced = system.known(_traced_samples)
+    if "traced samples" not in system.alike:
+        system.alike["traced samples"] = _traced_samples(system)
+    traced = system.alike["traced samples"]
     with np.errstate(all="ignore"):
         found = traced([*first, *times]) if traced else [*_samples(system.with_numbers(map(np.float64, first)), times)]
         each = np.reshape(np.array(found, dtype=float), (-1, 5)).tolist()
@@ -212,7 +218,7 @@ def _traced_samples(system: BodyDynamics) -> Evaluator | None:
 
 def _samples(system: BodyDynamics, times: Sequence[Scalar]) -> Iterator[Scalar]:
     """Yield the torque of each force on the body at rest, and its energies at two samples."""
-    bodies = [body_in_rotation(system, 0.25, Vector(omega)) for omega in RATES.T.tolist()]
+    bodies = [system.body_in_rotation(0.25, Vector(omega)) for omega in RATES.T.tolist()]
     attitudes = [Attitude.from_quaternion(q) for q in ATTITUDES.tolist()]
     for force, time in zip(system.forces, times, strict=True):
         environment = Environment(time)
@@ -241,7 +247,7 @@ def sizes_of_blocks(system: AnyDynamics, state: AnyState) -> dict[str, NDArray[n
     names = [part.name for part in system.parts if part.momenta < set(part.variables)]
     if not names:
         return {}
-    twin, g = system.beside(state.shape), np.linalg.norm(state.angular_momentum_body, axis=-1)
+    twin, g = system.broadcast_to(state.shape), np.linalg.norm(state.angular_momentum_body, axis=-1)
     without = {"quaternion": state.quaternion, **changed(state.own, np.zeros_like)}
     turning = [
         State.computed(without | {"angular_momentum_body": g[..., None] * axis}, state.time) for axis in np.eye(3)

@@ -329,7 +329,7 @@ class StateVector:
 
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
-        blocks = viewed(problem.beside(values.shape[:-1]).orbits, self.views)
+        blocks = viewed(problem.broadcast_to(values.shape[:-1]).orbits, self.views)
         columns = np.moveaxis(values, -1, 0)
         places = itertools.accumulate((block.size for block in blocks), initial=0)
         own = (Vector(columns[place : place + block.size]) for block, place in zip(blocks, places, strict=False))

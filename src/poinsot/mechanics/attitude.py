@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array, components
+from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import Immutable, cached_property
@@ -214,6 +215,7 @@ class Attitude(Immutable):
         return components
 
     @classmethod
+    @checked
     def from_quaternion(cls, q: Iterable[Scalar], comoving: bool = False) -> Attitude:
         """Return the attitude of a unit quaternion body -> space, four scalars, scalar first.
 

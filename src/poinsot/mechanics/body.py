@@ -15,6 +15,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import assemble
+from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array, real_array, real_numbers, refuse_nonpositive, scalar
 from poinsot.functions import Scalar
 from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
@@ -81,7 +82,7 @@ class Body(Parametric):
     """The shape that the body was made of by `from_shape`."""
     semiaxes: ClassVar[Any] = None
     """Those of the ellipsoid along the body axes that the body was made of."""
-    beside: ClassVar[Mapping[str, tuple[int, ...]]] = {"mass": (), "semiaxes": (3,)}
+    extra_numbers: ClassVar[Mapping[str, tuple[int, ...]]] = {"mass": (), "semiaxes": (3,)}
 
     def __post_init__(self, mass: Any) -> None:
         super().__post_init__()
@@ -166,6 +167,7 @@ class Body(Parametric):
     # ------------------------------------------------------------------ ways to a body
 
     @staticmethod
+    @checked
     def from_inertia(tensor: Matrix, mass: Real | None = None) -> Body:
         """Return the body with an inertia tensor along arbitrary body axes.
 
@@ -196,6 +198,7 @@ class Body(Parametric):
         return ObliqueBody(moments, axes, mass=mass)
 
     @staticmethod
+    @checked
     def from_shape(shape: Any) -> Body:
         """Return the body of a shape (`Mesh`, `Ellipsoid`, ...) about its centre of mass, along the axes of the shape.
 
@@ -216,6 +219,7 @@ class Body(Parametric):
         return body
 
     @staticmethod
+    @checked
     def from_stokes(
         C20: float,
         C22: float,
@@ -256,6 +260,7 @@ class Body(Parametric):
         return Body.from_inertia(size * np.array([(i11, i12, -c21), (i12, i22, -s21), (-c21, -s21, c)]), mass)
 
     @staticmethod
+    @checked
     def from_ratios(
         *,
         alpha: float | None = None,
@@ -285,6 +290,7 @@ class Body(Parametric):
         return Body(shape / shape[2] * _positive("polar_moment", polar_moment))
 
     @staticmethod
+    @checked
     def from_ellipsoid(mass: float, semiaxes: ArrayLike) -> Body:
         """Return the homogeneous ellipsoid with semiaxes (a, b, c) along the body axes."""
         axes = _positive("semiaxes", semiaxes, (3,))
@@ -294,12 +300,14 @@ class Body(Parametric):
         return body
 
     @staticmethod
+    @checked
     def from_box(mass: float, sides: ArrayLike) -> Body:
         """Return the homogeneous box with full side lengths (a, b, c) along the body axes."""
         a, b, c = _positive("sides", sides, (3,)) ** 2
         return Body(_positive("mass", mass) / 12 * np.array([b + c, a + c, a + b]), mass=mass)
 
     @staticmethod
+    @checked
     def from_cylinder(mass: float, radius: float, height: float) -> Body:
         """Return the homogeneous circular cylinder whose axis is the third body axis."""
         across, along = _positive("radius", radius) ** 2, _positive("height", height) ** 2
@@ -307,6 +315,7 @@ class Body(Parametric):
         return Body(_positive("mass", mass) * np.array([side, side, across / 2]), mass=mass)
 
     @staticmethod
+    @checked
     def from_point_masses(masses: ArrayLike, positions: Points) -> Body:
         """Return the body of point masses, shape (n,), at positions, shape (n, 3), about their centre of mass."""
         m = _positive("masses", masses, (None,))
@@ -318,6 +327,7 @@ class Body(Parametric):
 
     # ------------------------------------------------------------------ states
 
+    @checked
     def state(
         self,
         attitude: Rotation | ArrayLike,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -11,6 +11,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
+from poinsot.immutable import ReadOnlyDict, cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body, started
@@ -32,16 +33,17 @@ class BodyDynamics(Dynamics[Body, Instant]):
 
     measures: ClassVar[tuple[str, ...]] = ("time", "inertia")
 
-    @property
+    @staticmethod
     @override
-    def of_bodies(self) -> dict[str, Body]:
-        return {"": self.body}
+    def bodies_of(body: Body) -> Mapping[str, Body]:
+        return ReadOnlyDict({"": body})
 
+    @staticmethod
     @override
-    def check_kinds(self) -> None:
-        for force in self.forces:
+    def check_kinds(body: Body, forces: Iterable[Force]) -> None:
+        for force in forces:
             if isinstance(force, PairLoad):
-                force.check(self.body)
+                force.check(body)
             if not isinstance(force, Potential | Torque | Part):
                 hint = " Give them one by one: System(body, *forces)." if isinstance(force, list | tuple) else ""
                 raise TypeError(f"a force must be a Potential, a Torque or a Part, got {described(force)}.{hint}")
@@ -55,7 +57,7 @@ class BodyDynamics(Dynamics[Body, Instant]):
         for force in self.forces:
             force.check(body)
 
-    @property
+    @cached_property
     @override
     def inner_blocks(self) -> tuple[Block, ...]:
         return tuple([part for part in self.parts if part.size]) if self.parts else ()
@@ -87,7 +89,7 @@ class BodyDynamics(Dynamics[Body, Instant]):
                     f"omega_body."
                 )
             return state_with(q, along, time, values)
-        twin, rate = self.beside(shape), scalars(along)
+        twin, rate = self.broadcast_to(shape), scalars(along)
         for part in twin.parts:
             if part.size and part.name not in values:
                 values[part.name] = stacked(part.start(np.asarray(time, dtype=float), rate), shape)
@@ -116,6 +118,11 @@ class BodyDynamics(Dynamics[Body, Instant]):
         self.check_variables({name: len(vector) for name, vector in own.items()})
         values = {part.name: own.get(part.name, Vector(())) for part in self.parts}
         return CompositeBody.of(self.body, self.parts, values, time)
+
+    def body_in_rotation(self, time: Scalar, omega: Vector) -> Body:
+        """Return the body with its parts at their initial values for an angular velocity."""
+        own = {part.name: Vector(x + 0.0 * time for x in part.start(time, omega)) for part in self.parts}
+        return self.body_at(own, time)
 
     @override
     def changes(self, instant: Instant) -> tuple[tuple[Turning, ...], dict[str, Vector]]:

@@ -172,7 +172,7 @@ def _traced(system: BodyDynamics, graph: Graph, count: int) -> TracedRates:
     """
     random = np.random.default_rng(1)
     q, t, omega = (shaken(values, random) for values in samples(system, count))
-    twin = system.beside((*system.members, len(t)))
+    twin = system.broadcast_to((*system.members, len(t)))
     time, rate = graph.variable(t), Vector(omega.T)
     body = twin.body_at({part.name: _own_samples(part, t, rate) for part in twin.parts}, t)
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import functools
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any, Self, TypeVar
+from collections.abc import Hashable, Iterable, Iterator
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import override
 
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable, cached_property
@@ -19,8 +20,6 @@ from poinsot.mechanics.parameters import Parametric, union_of_knots
 
 __all__ = ["Collection"]
 
-Answer = TypeVar("Answer")
-
 KNOT_ROUNDINGS = 64
 """Largest difference of equal knots of two tables, in roundings of the time."""
 
@@ -28,47 +27,31 @@ KNOT_ROUNDINGS = 64
 class Collection(Immutable):
     """Records taken together, such as a body and the forces on it, with the numbers of all of them."""
 
-    @property
-    @abstractmethod
-    def records(self) -> tuple[Parametric, ...]:
-        """The records."""
+    records: tuple[Parametric, ...]
+    results: Results
+    """Results for the collection with its numbers."""
+
+    def __init__(self, records: tuple[Any, ...]) -> None:
+        vars(self).update(records=records, results=Results())
 
     @property
-    def definition(self) -> tuple[Any, ...]:
-        """The records, and the units of a system."""
-        return *self.records, getattr(self, "units", None)
+    def definition(self) -> tuple[Parametric, ...]:
+        """The records, which define the collection."""
+        return self.records
 
     @abstractmethod
     def with_records(self, records: Iterable[Any]) -> Self:
-        """Return the same of other records, unchecked."""
+        """Return the collection with other records, unchecked."""
 
     @cached_property
     def structure(self) -> tuple[Any, ...]:
-        """What selects the equations, without any real number."""
+        """Classes, integers and names that select the equations, without any real number."""
         return tuple(record.structure for record in self.records)
 
     @cached_property
-    def alike(self) -> Answers:
-        """What is known of all collections of the same structure: their formulas are one."""
-        return answers_of(self.structure)
-
-    def known(self, question: Callable[..., Any], *given: Any) -> Any:
-        """Return the answer to a question about the formulas, whatever the numbers: it is asked once of a structure."""
-        answers = self.alike
-        if question not in answers:
-            answers[question] = question(self, *given)
-        return answers[question]
-
-    def once(self, question: Callable[[Self], Answer]) -> Answer:
-        """Return the answer to a question about the collection with its numbers: it is asked once."""
-        if question not in self._once:
-            self._once[question] = question(self)
-        answer: Answer = self._once[question]
-        return answer
-
-    @cached_property
-    def _once(self) -> dict[Callable[..., Any], Any]:
-        return {}
+    def alike(self) -> ResultsOfStructure:
+        """Results that all collections of the same structure share, since their formulas are the same."""
+        return results_of(self.structure)
 
     @cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
@@ -117,28 +100,25 @@ class Collection(Immutable):
         return (getattr(part, name) for part in self._dated)
 
     def between_knots(self, time: ArrayLike | None = None) -> Self:
-        """Return what it is between the knots around a time, by default the first two."""
+        """Return the collection between the knots around a time, by default the first two."""
         if not self.knots.size:
             return self
         time = 0.5 * (self.knots[0] + self.knots[1]) if time is None else time
         return self.with_records(record.between_knots(time) for record in self.records)
 
-    def beside(self, shape: tuple[int, ...]) -> Self:
-        """Return the same with numbers that broadcast against arrays of a shape, members first.
+    def broadcast_to(self, shape: tuple[int, ...]) -> Self:
+        """Return a copy with numbers that broadcast against arrays of a shape, members first.
 
-        It is kept, with what its orbits have computed.
+        Later calls return the same copy, with the results that its orbits have computed.
         """
         axes = len(shape)
-        if axes not in self._twins:
-            self._twins[axes] = self.with_numbers(expanded(number, axes) for number in self.numbers)
-        return self._twins[axes]
-
-    @cached_property
-    def _twins(self) -> dict[int, Self]:
-        return {}
+        if axes not in self.results:
+            self.results[axes] = self.with_numbers(expanded(number, axes) for number in self.numbers)
+        found: Self = self.results[axes]
+        return found
 
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
-        """Return the same on other scalars: runtime parameters, symbols, arrays."""
+        """Return the collection on other scalars: runtime parameters, symbols, arrays."""
         scalars = iter(scalars)
         return self.with_records(record.with_numbers(scalars) for record in self.records)
 
@@ -155,8 +135,15 @@ class Collection(Immutable):
                 raise ValueError(f"the orbits of a system must have one {what}, got {first} and {second}.{hint}")
 
 
-class Answers(dict[Callable[..., Any], Any]):
-    """Results about a structure by the function that computed them; another process computes them again.
+class Results(dict[Hashable, Any]):
+    """Results about a collection by the name or the function that computed them; a copy of the collection has none."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Results, ()
+
+
+class ResultsOfStructure(Results):
+    """Results about a structure by the name or the function that computed them; another process computes them again.
 
     Attributes
     ----------
@@ -169,11 +156,12 @@ class Answers(dict[Callable[..., Any], Any]):
         self.structure = structure
         self.by_variables: dict[Any, Any] = {}
 
+    @override
     def __reduce__(self) -> tuple[Any, ...]:
-        return answers_of, (self.structure,)
+        return results_of, (self.structure,)
 
 
 @functools.lru_cache(256)
-def answers_of(structure: tuple[Any, ...]) -> Answers:
-    """Return the answers about a structure, the same for all collections that have it."""
-    return Answers(structure)
+def results_of(structure: tuple[Any, ...]) -> ResultsOfStructure:
+    """Return the results about a structure, the same for all collections with it."""
+    return ResultsOfStructure(structure)

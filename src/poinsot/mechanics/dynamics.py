@@ -29,7 +29,8 @@ from poinsot.mechanics.members import EveryMember
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part, named_parts
 from poinsot.mechanics.state import AnyState, Phase
-from poinsot.printable import nearest, quoted
+from poinsot.printable import quoted
+from poinsot.suggestions import nearest
 
 __all__ = ["AnyDynamics", "Dynamics", "Start", "Turning", "Vectors", "by_class", "scalars", "stacked"]
 
@@ -94,19 +95,27 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
     """Numbers that the members had in the ensemble from which they were selected."""
 
     body: Bodies
+    of_bodies: Mapping[str, Body]
+    """Rigid bodies by name; the name of a single body is empty."""
     forces: tuple[Force, ...]
+    parts: tuple[Part, ...]
+    """Moving parts among the forces and within them."""
+    _seals: ClassVar[bool] = False
 
     def __init__(self, body: Bodies, forces: tuple[Force, ...]) -> None:
-        self.body, self.forces = body, forces
+        super().__init__((body, *forces))
+        parts = tuple(named_parts(forces).values())
+        vars(self).update(body=body, of_bodies=self.bodies_of(body), forces=forces, parts=parts)
 
-    @property
+    @staticmethod
     @abstractmethod
-    def of_bodies(self) -> dict[str, Body]:
-        """Rigid bodies by name; the name of a single body is empty."""
+    def bodies_of(body: Any) -> Mapping[str, Body]:
+        """Return the rigid bodies by name; the name of a single body is empty."""
 
+    @staticmethod
     @abstractmethod
-    def check_kinds(self) -> None:
-        """Raise a TypeError for a force of a class that the system does not accept."""
+    def check_kinds(body: Any, forces: Iterable[Force]) -> None:
+        """Raise a TypeError for a force of a class that a system of the body does not accept."""
 
     @abstractmethod
     def check_forces(self) -> None:
@@ -126,11 +135,6 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
         """Integrated blocks of the bodies: parts with variables, or the relative orbit."""
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
-        """Moving parts among the forces and within them."""
-        return tuple(named_parts(self.forces).values())
-
-    @property
     def jumping(self) -> tuple[Part, ...]:
         """Parts whose variables change at samples, in the order of their updates at one time."""
         return tuple([part for part in self.parts if part.jump is not None]) if self.parts else ()
@@ -140,7 +144,7 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
         known = self.numbering
         return np.arange(count) if isinstance(known, EveryMember) or known.size != count else np.atleast_1d(known)
 
-    @property
+    @cached_property
     def _member_axes(self) -> dict[str, int]:
         own = ("body", "forces", "numbering") if self._draws else ("body", "forces") if self.members else ()
         return dict.fromkeys(own, 0)
@@ -189,7 +193,7 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
             for each in state.of_bodies.values()
         ]
         own = {name: scalars(values) for name, values in state.own.items()}
-        twin = self.beside(state.shape) if any(record.member_axis for record in self.records) else self
+        twin = self.broadcast_to(state.shape) if any(record.member_axis for record in self.records) else self
         environment = environment or EnvironmentOfStates(state.time, len(state.shape))
         return twin.instant(bodies, own, environment)
 
@@ -250,13 +254,13 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
 
     def omega_body(self, state: AnyState, body: str | None = None) -> NDArray[np.float64]:
         """Return the inertial angular velocity of a body along its axes; shape (..., 3)."""
-        instant = self.beside(state.shape).at(state).of_bodies[self.name_of_body(body)]
+        instant = self.broadcast_to(state.shape).at(state).of_bodies[self.name_of_body(body)]
         return stacked(instant.omega_body, state.shape)
 
     def energy(self, state: AnyState) -> NDArray[np.float64]:
         """Return kinetic plus potential energy; shape (...)."""
         shape = state.shape
-        twin = self.beside(shape)
+        twin = self.broadcast_to(shape)
         instant = twin.at(state)
         with np.errstate(over="ignore"):
             total: NDArray[np.float64] = (
@@ -266,17 +270,10 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
 
     # ------------------------------------------------------------------ parameters
 
-    @property
-    @override
-    def records(self) -> tuple[Parametric, ...]:
-        return (self.body, *self.forces)
-
     @override
     def with_records(self, records: Iterable[Any]) -> Self:
-        twin = object.__new__(type(self))
         body, *forces = records
-        vars(twin).update(body=body, forces=tuple(forces))
-        return twin
+        return type(self)(body, tuple(forces))
 
 
 AnyDynamics: TypeAlias = Dynamics[Any, Any]

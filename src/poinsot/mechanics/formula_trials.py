@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.functions import Scalar, Vector
+from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.body_dynamics import BodyDynamics
@@ -25,7 +25,7 @@ from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import described, message_of
 
-__all__ = ["ATTITUDES", "RATES", "body_in_rotation", "try_event", "try_formulas"]
+__all__ = ["ATTITUDES", "RATES", "try_event", "try_formulas"]
 
 PAIR = np.array([1.0, 1.0])
 RATES = np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]])
@@ -47,7 +47,7 @@ def try_formulas(dynamics: AnyDynamics) -> None:
         for force in dynamics.forces:
             _try_pair_force(force, _trial_of_pair(dynamics, force))
     elif isinstance(dynamics, BodyDynamics):
-        dynamics.known(_try_forces)
+        _try_forces(dynamics)
 
 
 def try_event(dynamics: AnyDynamics, event: Event) -> None:
@@ -55,26 +55,24 @@ def try_event(dynamics: AnyDynamics, event: Event) -> None:
     if isinstance(dynamics, PairDynamics):
         _try(type(event).__name__, _of_event, event, _trial_of_pair(dynamics, event))
     elif isinstance(dynamics, BodyDynamics):
-        _try(type(event).__name__, _of_event, event, _trial(event, dynamics.once(_on_pairs)))
+        if "body on pairs" not in dynamics.results:
+            dynamics.results["body on pairs"] = _on_pairs(dynamics)
+        _try(type(event).__name__, _of_event, event, _trial(event, dynamics.results["body on pairs"]))
 
 
-def _try_forces(dynamics: BodyDynamics) -> bool:
+def _try_forces(dynamics: BodyDynamics) -> None:
+    if "formulas are valid" in dynamics.alike:
+        return
     body = _on_pairs(dynamics)
     for force in dynamics.forces:
         _try_force(force, body)
-    return True
+    dynamics.alike["formulas are valid"] = True
 
 
 def _on_pairs(system: BodyDynamics) -> Body:
     """Return the first member's body with its parts, on arrays of two values for trials of formulas."""
     twin = system.with_numbers(number.item(0) * PAIR for number in system.numbers)
-    return body_in_rotation(twin, 0.25 * PAIR, Vector(RATES))
-
-
-def body_in_rotation(system: BodyDynamics, time: Scalar, omega: Vector) -> Body:
-    """Return the body with its parts at their initial values for an angular velocity."""
-    own = {part.name: Vector(x + 0.0 * time for x in part.start(time, omega)) for part in system.parts}
-    return system.body_at(own, time)
+    return twin.body_in_rotation(0.25 * PAIR, Vector(RATES))
 
 
 def _try_force(force: Force, body: Body) -> None:
@@ -92,7 +90,9 @@ def _try_pair_force(force: Force, instant: PairInstant) -> None:
             return PairDynamics.derived_load(twin.energy, at)  # type: ignore[arg-type]
         load = twin.load(at)
         if not isinstance(load, Load):
-            raise WrongSizeError(f"the load of {type(twin).__name__} must be a poinsot.Load, got {described(load)}.")
+            raise WrongSizeError(
+                f"the load of {type(twin).__name__} must be a poinsot.mechanics.Load, got {described(load)}."
+            )
         for what, vector in (("force", load.force), ("first torque", load.torques[0]), ("second", load.torques[1])):
             _several(f"the {what} of {type(twin).__name__} must be three components", vector, 3)
         return load

@@ -98,6 +98,7 @@ class GravityField(Parametric):
         return self.radius ** (2 * n) * squares
 
     @classmethod
+    @checked
     def from_normalized(cls, mass: Real, radius: Real, C: Matrix, S: Matrix, extent: Real = 0.0) -> GravityField:
         """Return the field with fully normalised coefficients, the convention of most tables.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
-from poinsot.immutable import cached_property
+from poinsot.immutable import ReadOnlyDict, cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
@@ -44,14 +44,15 @@ class PairDynamics(Dynamics[TwoBodies, PairInstant]):
 
     measures: ClassVar[tuple[str, ...]] = ("time", "inertia", "length")
 
-    @property
+    @staticmethod
     @override
-    def of_bodies(self) -> dict[str, Body]:
-        return self.body.bodies
+    def bodies_of(body: TwoBodies) -> Mapping[str, Body]:
+        return ReadOnlyDict(body.bodies)
 
+    @staticmethod
     @override
-    def check_kinds(self) -> None:
-        for force in self.forces:
+    def check_kinds(body: TwoBodies, forces: Iterable[Force]) -> None:
+        for force in forces:
             for part in parts_of(force) if isinstance(force, Parametric) else ():
                 raise TypeError(
                     f"forces on two bodies must have no parts, got {type(part).__name__} in {quoted(force)}."
@@ -69,10 +70,7 @@ class PairDynamics(Dynamics[TwoBodies, PairInstant]):
         for force in self.forces:
             force.check(self.body)
 
-    @property
-    @override
-    def inner_blocks(self) -> tuple[Block, ...]:
-        return (ORBIT,)
+    inner_blocks: ClassVar[tuple[Block, ...]] = (ORBIT,)
 
     @override
     def name_of_body(self, body: str | None) -> str:
@@ -171,6 +169,6 @@ def acceleration(
     dynamics: Dynamics[TwoBodies, PairInstant], state: AnyState, environment: Environment | None = None
 ) -> NDArray[np.float64]:
     """Return the acceleration of the secondary relative to the primary, space axes; shape (..., 3)."""
-    twin = dynamics.beside(state.shape)
+    twin = dynamics.broadcast_to(state.shape)
     _, rates = twin.changes(twin.at(state, environment))
     return stacked((x / twin.body.reduced_mass for x in rates[ORBIT.name][3:]), state.shape)

@@ -79,7 +79,7 @@ def _traced(system: PairDynamics, graph: Graph, count: int) -> TracedRates:
 
     The rate of the energy has an explicit term, and terms of forces and of torques without a potential.
     """
-    given, twin = _samples(system, count), system.beside((*system.members, count))
+    given, twin = _samples(system, count), system.broadcast_to((*system.members, count))
     pair, pace = twin.body, np.asarray(mean_motion(system.body, system.sample_distance))[..., None]
 
     def variables(values: Iterable[Scalar]) -> Vector:

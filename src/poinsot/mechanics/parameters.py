@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
 from poinsot.display.html_text import rounded, text_table
+from poinsot.docstrings import inherit_parameters
 from poinsot.errors import (
     member_array,
     refuse_negative,
@@ -46,6 +47,7 @@ from poinsot.quantities import (
     quantity_of,
     said_of,
 )
+from poinsot.subclasses import is_own
 
 __all__ = [
     "BodyDirection",
@@ -124,8 +126,8 @@ def _stays(record: Parametric, name: str, value: Any) -> None:  # noqa: ARG001
 class Parametric(Immutable):
     """Base of the frozen records, which makes a dataclass of each subclass by its annotated fields."""
 
-    beside: ClassVar[Mapping[str, tuple[int, ...]]] = {}
-    """Real numbers that records have and that are no fields, and the shape of each for one member."""
+    extra_numbers: ClassVar[Mapping[str, tuple[int, ...]]] = {}
+    """Real numbers of records that are no fields, and the shape of each for one member."""
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -136,6 +138,8 @@ class Parametric(Immutable):
             if mark := inherited_formula(cls, name):
                 setattr(cls, name, mark(vars(cls)[name]))
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
+        if is_own(cls):
+            inherit_parameters(cls, vars(cls)["__dataclass_fields__"].keys() - cls.__annotations__.keys())
         cls.__setattr__ = _stays  # type: ignore[assignment]
         explain_formulas(cls)
 
@@ -209,7 +213,7 @@ class Parametric(Immutable):
 
     @property
     def _member_axes(self) -> dict[str, int]:
-        kinds: dict[str, Any] = {**type(self).beside, **kinds_of(type(self))}
+        kinds: dict[str, Any] = {**type(self).extra_numbers, **kinds_of(type(self))}
         numbers = {name: len(kind) for name in vars(self) if isinstance(kind := kinds.get(name), tuple)}
         return dict.fromkeys((name for name, value in self._own_values() if records_in(value)), 0) | numbers
 

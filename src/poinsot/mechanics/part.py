@@ -33,13 +33,13 @@ __all__ = ["NOTHING", "CompositeBody", "Jump", "Part", "jumps_at", "named_parts"
 
 
 class Jump(NamedTuple):
-    """Sample times k period + phase of a part, for integer k.
+    """Sample times k period + offset of a part, for integer k.
 
     The variables of the part are constant between samples and change at each sample.
 
     Attributes
     ----------
-    period, phase : scalar
+    period, offset : scalar
         Sampling period and time of the sample k = 0, in units of time.
     draws : int
         Number of independent standard normal numbers that each sample receives.
@@ -54,36 +54,36 @@ class Jump(NamedTuple):
     """
 
     period: Scalar
-    phase: Scalar
+    offset: Scalar
     draws: int = 0
     seed: Scalar = 0.0
 
     def first(self, times: ArrayLike) -> NDArray[np.float64]:
-        """Return the numbers k of the first jumps that are not before times, in the rounding of k period + phase.
+        """Return the numbers k of the first jumps that are not before times, in the rounding of k period + offset.
 
         Raises
         ------
         ValueError
             If a period is shorter than the rounding of a time.
         """
-        numbers = np.ceil((np.asarray(times) - self.phase) / self.period) - 1
+        numbers = np.ceil((np.asarray(times) - self.offset) / self.period) - 1
         if np.any(np.abs(numbers) > MAX_JUMP_NUMBER):
             least, time = float(np.min(self.period)), np.ravel(times)[0]
             raise ValueError(f"period must be longer than the rounding of the time, got {least} at t = {time:.10g}.")
-        while (before := numbers * self.period + self.phase < times).any():
+        while (before := numbers * self.period + self.offset < times).any():
             numbers = numbers + before
         return np.asarray(numbers)
 
     @property
     def _member_axes(self) -> dict[str, int]:
-        return {"period": 0, "phase": 0, "seed": 0}
+        return {"period": 0, "offset": 0, "seed": 0}
 
     def _with_values(self, **values: Any) -> Jump:
         return self._replace(**values)
 
     def falls_on(self, times: ArrayLike) -> NDArray[np.bool_]:
         """Return True for times at which there is a jump."""
-        return np.asarray(self.first(times) * self.period + self.phase == times)
+        return np.asarray(self.first(times) * self.period + self.offset == times)
 
 
 class Part(Block, Force):
@@ -96,11 +96,6 @@ class Part(Block, Force):
     The inertia tensor of the body includes all parts, locked where `inertia` is zero. The argument `own` of the methods
     contains the variables of the part, scalars of any kind in the order of `variables`. Matrices are rows of three
     scalars.
-
-    Parameters
-    ----------
-    name : str
-        Name of the part among the variables of a system. By default it follows from the class.
 
     Examples
     --------

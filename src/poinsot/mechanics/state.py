@@ -380,6 +380,7 @@ def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:
     return {name: change(values) for name, values in phase.items()}
 
 
+@checked
 def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> NDArray[np.float64]:
     """Return momenta tangent to the unit sphere, Q - (q . Q) q / |q|^2, with the same angular momentum.
 
@@ -400,7 +401,7 @@ def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> N
 
     Examples
     --------
-    >>> pt.project_to_tangent((1, 0, 0, 0), (0.25, 1.0, 0, 3.0))
+    >>> pt.mechanics.project_to_tangent((1, 0, 0, 0), (0.25, 1.0, 0, 3.0))
     array([0., 1., 0., 3.])
     """
     q, Q = (

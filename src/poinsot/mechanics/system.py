@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from operator import attrgetter
-from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,7 @@ from typing_extensions import TypeIs, TypeVar
 from poinsot.checked import checked
 from poinsot.display.formulas import SystemSummary, system_html, system_latex
 from poinsot.functions import Vector
-from poinsot.immutable import Immutable, cached_property
+from poinsot.immutable import Immutable, cached_property, read_only
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.body_integrals import integrals_of_body
@@ -40,7 +40,12 @@ if TYPE_CHECKING:
 
 __all__ = ["OfOneBody", "OfTwoBodies", "System", "is_of_two_bodies"]
 
-OF_EVERY_RUN = attrgetter("structure", "alike", "numbers", "orbits", "knots", "span")
+CONTENTS = ("body", "of_bodies", "forces", "parts", "orbits", "members", "span", "calendar")
+"""Attributes of a system that belong to its equations of motion."""
+
+CONTENTS_OF = attrgetter(*CONTENTS)
+
+OF_EVERY_RUN = attrgetter("structure", "alike", "numbers", "knots", "inner_blocks", "jumping")
 """Quantities that every run requires: computed with the system."""
 
 Bodies = TypeVar("Bodies", bound=Body | TwoBodies, default=Body | TwoBodies, covariant=True)
@@ -77,26 +82,56 @@ class System(Immutable, Generic[Bodies]):
     ['H', 'G3']
     """
 
+    dynamics: Dynamics[Bodies, Any]
+    units: Mapping[str, str]
+    body: Bodies
+    """The body, or the two bodies."""
+    of_bodies: Mapping[str, Body]
+    """Rigid bodies by name, "primary" and "secondary"; the name of a single body is empty."""
+    forces: tuple[Force, ...]
+    """Forces and parts in the given order."""
+    parts: tuple[Part, ...]
+    """Moving parts among the forces and within them."""
+    orbits: tuple[Orbit, ...]
+    """Orbits of the forces, in the order of the forces."""
+    members: tuple[int, ...]
+    """Shape of the member axis of the numbers: () for a single system, (members,) for an ensemble."""
+    span: tuple[float, float]
+    """First and last time at which all orbits, fields and tables are known."""
+    calendar: Calendar | None
+    """Calendar of the times; None if no orbit and no rotation model has a calendar."""
+    _seals: ClassVar[bool] = False
+
     def __init__(self, body: Bodies, *forces: Force, units: Mapping[str, str] | None = None) -> None:
-        self.dynamics: Dynamics[Bodies, Any] = _equations_of(body, forces)
-        self.units = checked_units(units, self.dynamics.measures)
+        equations = _equations_of(body)
+        names_of_units = checked_units(units, equations.measures)
         for force in forces:
             if isinstance(force, type):
                 name = force.__name__
                 raise TypeError(f"a force must be an instance, got the class {name}. Write {name}(...).")
-        self.dynamics.check_kinds()
-        self.dynamics.refuse_other_axes()
-        OF_EVERY_RUN(self.dynamics)
-        self.units = dated_units(self.units, units, self.calendar)
-        self.dynamics.check_forces()
-        try_formulas(self.dynamics)
+        equations.check_kinds(body, forces)
+        dynamics = equations(body, forces)
+        dynamics.refuse_other_axes()
+        OF_EVERY_RUN(dynamics)
+        self._contain(dynamics, dated_units(names_of_units, units, dynamics.calendar))
+        dynamics.check_forces()
+        try_formulas(dynamics)
 
     @classmethod
     def _of(cls, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> Self:
         """Return the system of equations of motion that are valid."""
         system = object.__new__(cls)
-        system._complete(dynamics=dynamics, units=units)
+        system._contain(dynamics, units)
         return system
+
+    @property
+    def definition(self) -> tuple[Dynamics[Bodies, Any], Mapping[str, str]]:
+        """The equations of motion and the units, from which the contents follow."""
+        return self.dynamics, self.units
+
+    def _contain(self, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> None:
+        contents = zip(CONTENTS, CONTENTS_OF(dynamics), strict=True)
+        vars(self).update(contents, dynamics=dynamics, units=read_only(units))
 
     def __repr__(self) -> str:
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
@@ -110,54 +145,10 @@ class System(Immutable, Generic[Bodies]):
     def _summary(self) -> SystemSummary:
         return summary_of_system(self.body, self.forces, self.units, self.integrals)
 
-    @property
-    def _member_axes(self) -> dict[str, int]:
-        return {"dynamics": 0} if self.dynamics._member_axes else {}
+    _member_axes: ClassVar[Mapping[str, int]] = {"dynamics": 0}
 
     def _with_values(self, dynamics: Dynamics[Bodies, Any]) -> Self:
         return self._of(dynamics, self.units)
-
-    # ------------------------------------------------------------------ contents
-
-    @property
-    def body(self) -> Bodies:
-        """The body, or the two bodies."""
-        return self.dynamics.body
-
-    @property
-    def of_bodies(self) -> dict[str, Body]:
-        """Rigid bodies by name, "primary" and "secondary"; the name of a single body is empty."""
-        return self.dynamics.of_bodies
-
-    @property
-    def forces(self) -> tuple[Force, ...]:
-        """Forces and parts in the given order."""
-        return self.dynamics.forces
-
-    @property
-    def parts(self) -> tuple[Part, ...]:
-        """Moving parts among the forces and within them."""
-        return self.dynamics.parts
-
-    @property
-    def orbits(self) -> tuple[Orbit, ...]:
-        """Orbits of the forces, in the order of the forces."""
-        return self.dynamics.orbits
-
-    @property
-    def members(self) -> tuple[int, ...]:
-        """Shape of the member axis of the numbers: () for a single system, (members,) for an ensemble."""
-        return self.dynamics.members
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last time at which all orbits, fields and tables are known."""
-        return self.dynamics.span
-
-    @property
-    def calendar(self) -> Calendar | None:
-        """Calendar of the times; None if no orbit and no rotation model has a calendar."""
-        return self.dynamics.calendar
 
     @cached_property
     def integrals(self) -> tuple[Integral, ...]:
@@ -227,7 +218,7 @@ class System(Immutable, Generic[Bodies]):
     @checked
     def kinetic_energy(self, state: AnyState) -> Any:
         """Return the kinetic energy of a state, eq. (9); shape (...)."""
-        twin = self.dynamics.beside(state.shape)
+        twin = self.dynamics.broadcast_to(state.shape)
         with np.errstate(over="ignore"):
             return twin.kinetic_at(twin.at(state))
 
@@ -235,7 +226,7 @@ class System(Immutable, Generic[Bodies]):
     def potential_energy(self, state: AnyState, environment: Environment | None = None) -> Any:
         """Return the sum of the energies of the potentials at a state; shape (...)."""
         shape = state.shape
-        twin = self.dynamics.beside(shape)
+        twin = self.dynamics.broadcast_to(shape)
         return np.broadcast_to(twin.potential_at(twin.at(state, environment)), shape)[()]
 
     @checked
@@ -272,7 +263,7 @@ class System(Immutable, Generic[Bodies]):
         The second of several forces of one class is "RadiationPressure 2", and so on. For two bodies, `body` is
         "primary" or "secondary".
         """
-        twin, name = self.dynamics.beside(state.shape), self.dynamics.name_of_body(body)
+        twin, name = self.dynamics.broadcast_to(state.shape), self.dynamics.name_of_body(body)
         return by_class(twin.each_torque_at(twin.at(state, environment), name), state.shape)
 
     @checked
@@ -291,7 +282,7 @@ class System(Immutable, Generic[Bodies]):
         The forces on the two bodies are opposite. An attractor outside of the pair also accelerates the barycentre;
         its force here is the force relative to the barycentre.
         """
-        twin, name = self.dynamics.beside(state.shape), self.dynamics.name_of_body(body)
+        twin, name = self.dynamics.broadcast_to(state.shape), self.dynamics.name_of_body(body)
         return by_class(twin.each_force_at(twin.at(state, environment), name), state.shape)
 
     # ------------------------------------------------------------------ validity of formulas
@@ -322,7 +313,7 @@ class System(Immutable, Generic[Bodies]):
     ) -> dict[str, NDArray[Any]]:
         """Return values of the forces at a state by name; both of two values with the same name."""
         shape = state.shape
-        twin = self.dynamics.beside(shape)
+        twin = self.dynamics.broadcast_to(shape)
         instant = twin.at(state, environment)
         out = dict[str, NDArray[Any]]()
         for name, value in (item for force in twin.forces for item in formula(force)(instant).items()):
@@ -330,12 +321,12 @@ class System(Immutable, Generic[Bodies]):
         return out
 
 
-def _equations_of(body: Body | TwoBodies, forces: tuple[Force, ...]) -> Any:
-    """Return the equations of motion of one or of two bodies."""
+def _equations_of(body: Body | TwoBodies) -> Any:
+    """Return the class of the equations of motion of one or of two bodies."""
     if isinstance(body, TwoBodies):
-        return PairDynamics(body, forces)
+        return PairDynamics
     if isinstance(body, Body):
-        return BodyDynamics(body, forces)
+        return BodyDynamics
     raise TypeError(f"body must be a Body or TwoBodies, got {described(body)}. The order is System(body, *forces).")
 
 

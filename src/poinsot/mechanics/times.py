@@ -24,6 +24,8 @@ def checked_times(times: ArrayLike, system: System | None = None) -> NDArray[np.
     """Return strictly monotonic times, of a system also from dates and quantities; shape (n,), n > 0."""
     t = reals_or_nan("times", *_in_unit(times, system))
     if t.ndim != 1 or t.size == 0:
+        if t.ndim == 0:
+            raise ValueError(f"times must have shape (n,), got the number {t}. Write [{t}].")
         real_array("times", t, (None,))
         raise ValueError("times must not be empty, got shape (0,).")
     before, after = t[:-1], t[1:]

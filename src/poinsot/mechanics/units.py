@@ -79,6 +79,22 @@ def _product(*units: str) -> str:
     return " ".join(name if n == 1 else f"{name}{n}" for name, n in exponents.items() if n) or "1"
 
 
+TIME_WORDS = {
+    "s": ("sec", "second"),
+    "min": ("minute",),
+    "h": ("hr", "hour"),
+    "d": ("day",),
+    "yr": ("year",),
+}
+"""Words for units of time, by the symbol in which results name the unit; the plural is accepted too."""
+
+
+def _time_unit(name: str) -> str:
+    """Return the symbol of a unit of time that is given as a word; any other name unchanged."""
+    singular = name.strip().lower().removesuffix("s")
+    return next((symbol for symbol, words in TIME_WORDS.items() if singular in words), name)
+
+
 def checked_units(units: Mapping[str, str] | None, measures: tuple[str, ...]) -> dict[str, str]:
     """Return the units of what a system measures, such as time and inertia, "1" where none is given."""
     units = {} if units is None else units
@@ -90,7 +106,8 @@ def checked_units(units: Mapping[str, str] | None, measures: tuple[str, ...]) ->
             raise ValueError(f"units must name {', '.join(others)} and {last}, got {quoted(key)}.")
         if not isinstance(unit, str):
             raise TypeError(f"units must be words, but units[{quoted(key)}] = {quoted(unit)}.")
-    return {measure: units.get(measure, "1") for measure in measures}
+    checked = {measure: units.get(measure, "1") for measure in measures}
+    return {**checked, "time": _time_unit(checked["time"])}
 
 
 def dated_units(checked: dict[str, str], given: Mapping[str, str] | None, calendar: Any) -> dict[str, str]:

@@ -1,7 +1,8 @@
 """The public names of poinsot.orbits, by the module of each, as `make face` writes them."""
 
+from .composite import composite_orbit
 from .elements import OsculatingElements, osculating_elements
-from .ephemeris import Ephemeris, in_metres
+from .ephemeris import Ephemeris, kilometres_to_metres
 from .escape import EscapeOrbit
 from .fixed import FixedPosition
 from .kepler import KeplerOrbit
@@ -10,7 +11,6 @@ from .planets import planet_orbit
 from .precessing import PrecessingOrbit
 from .restricted_three_body import ThreeBodyPath
 from .rotation import NutatingRotation, RotationModel
-from .sums import orbit_sum
 from .two_body import two_body_orbit
 
 __all__ = [
@@ -25,8 +25,8 @@ __all__ = [
     "RotatingPosition",
     "RotationModel",
     "ThreeBodyPath",
-    "in_metres",
-    "orbit_sum",
+    "composite_orbit",
+    "kilometres_to_metres",
     "osculating_elements",
     "planet_orbit",
     "two_body_orbit",

@@ -30,7 +30,7 @@ from poinsot.printable import described, message_of, quoted, shortened
 from poinsot.quantities import Real, Time, Times
 from poinsot.taylor.graph import Graph, number, tangents
 
-__all__ = ["Ephemeris", "EphemerisFrame", "in_metres"]
+__all__ = ["Ephemeris", "EphemerisFrame", "kilometres_to_metres"]
 
 KILOMETRE = 1000.0
 
@@ -395,7 +395,7 @@ class Ephemeris(Orbit):
 
 
 @checked
-def in_metres(orbit: Ephemeris) -> Ephemeris:
+def kilometres_to_metres(orbit: Ephemeris) -> Ephemeris:
     """Convert an ephemeris in kilometres to metres.
 
     Files and analytical theories give kilometres. Radiation, drag and magnetic fields require lengths and moments of
@@ -414,7 +414,7 @@ def in_metres(orbit: Ephemeris) -> Ephemeris:
     Examples
     --------
     >>> mars = pt.orbits.planet_orbit("mars", "sun", "2026-01-01T00:00:00 TDB", "2026-01-02T00:00:00 TDB")
-    >>> float(pt.orbits.in_metres(mars).mu / mars.mu)
+    >>> float(pt.orbits.kilometres_to_metres(mars).mu / mars.mu)
     1000000000.0
     """
     made = orbit.pieces

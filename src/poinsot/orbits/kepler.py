@@ -230,16 +230,15 @@ class KeplerOrbit(ConicOrbit):
         near = None if whole else self._nearby_anomaly.at(time)
         if near is not None:
             return near
-        rate = mean_motion_of(self.mu, self.semimajor_axis)
-        return angle_at(self.mean_anomaly_at_epoch, rate, time, self.epoch, whole)
+        return angle_at(self.mean_anomaly_at_epoch, self._precise_mean_motion, time, self.epoch, whole)
+
+    @cached_property
+    def _precise_mean_motion(self) -> Any:
+        return mean_motion_of(self.mu, self.semimajor_axis)
 
     @cached_property
     def _nearby_anomaly(self) -> NearbyAngle:
-        return NearbyAngle(self.mean_anomaly_at_epoch, self._squared_rate, self.epoch)
-
-    def _squared_rate(self, kind: Any) -> Any:
-        a = np.asarray(self.semimajor_axis, dtype=kind)[()]
-        return np.asarray(self.mu, dtype=kind)[()] / (a * a * a)
+        return NearbyAngle(self.mean_anomaly_at_epoch, self._precise_mean_motion, self.epoch)
 
     @cached_property
     def mean_anomaly_at_epoch(self) -> Scalar:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.checked import checked
 from poinsot.errors import member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
@@ -60,6 +61,7 @@ class PrecessingOrbit(Orbit):
     anomaly_rate: AngularVelocity = 0.0
 
     @classmethod
+    @checked
     def from_mean_motion(
         cls,
         orbit: KeplerOrbit,

@@ -216,18 +216,6 @@ class NutatingRotation(RotationModel):
 
     Parameters
     ----------
-    right_ascension, declination, prime_meridian : float
-        Direction of the pole and prime meridian at the epoch, radians, relative to the space axes.
-    rate, right_ascension_rate, declination_rate : float
-        Rates of the prime meridian and of the pole, radians per unit of time.
-    acceleration : float
-        Second derivative of the prime meridian, radians per unit of time squared.
-    epoch : float
-        Time to which the angles and phases refer.
-    reference_frame : str
-        Name of the space axes.
-    calendar : Calendar, optional
-        Dates of the times.
     terms : int
         Number of periodic terms.
     periodic : array (terms, 5)

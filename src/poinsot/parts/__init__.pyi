@@ -2,8 +2,8 @@
 
 from .dampers import KaneDamper
 from .gyros import ControlMomentGyro, GimballedRotor
-from .moving import MovingMasses, VaryingInertia
 from .pendulums import SloshPendulum
+from .prescribed_motion import MovingMasses, VaryingInertia
 from .rotors import Gyrostat, MomentumWheel, ReactionWheel
 from .springs import SpringMass
 from .tides import CreepingTide

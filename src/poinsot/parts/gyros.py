@@ -73,8 +73,6 @@ class ControlMomentGyro(Gimbal):
         rotor, locked.
     gimbal_rate : float
         Angular velocity of the gimbal relative to the body, in angle per time.
-    name : str
-        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------
@@ -135,8 +133,6 @@ class GimballedRotor(Gimbal):
         Constant torque of the motor on the gimbal.
     stiffness, damping : float
         Torque per angle and per angular velocity of the gimbal relative to the body, not negative.
-    name : str
-        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------

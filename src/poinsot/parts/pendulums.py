@@ -49,8 +49,6 @@ class SloshPendulum(Part):
         Torque per angle at small angles, and per angular velocity; not negative.
     planar : bool
         True if the pendulum swings only in the plane of direction and across, with b = 0.
-    name : str
-        Name of the pendulum among the variables of a system. Several pendulums require different names.
 
     Examples
     --------

@@ -31,8 +31,6 @@ class Gyrostat(Part):
     rotor_momentum : array (3,), body axes
         Momentum h, the sum over rotors of axial moment of inertia times relative speed times unit axis. The body's
         inertia tensor includes the rotors, locked.
-    name : str
-        Name of the part in a system. Default: from the class.
 
     Examples
     --------
@@ -110,8 +108,6 @@ class ReactionWheel(Wheel):
         Viscous friction, torque per speed relative to the body; not negative.
     torque : float
         Constant torque of the motor on the wheel.
-    name : str
-        Name of the wheel among the variables of a system. Several wheels require different names.
 
     Raises
     ------
@@ -158,8 +154,6 @@ class MomentumWheel(Wheel):
         Largest torque of the motor, positive.
     friction : float
         Viscous friction, torque per speed relative to the body; not negative.
-    name : str
-        Name of the wheel among the variables of a system. Several wheels require different names.
 
     Raises
     ------

@@ -44,8 +44,6 @@ class SpringMass(Part):
         Force per displacement, not negative.
     damping : float
         Force per speed, not negative.
-    name : str
-        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------

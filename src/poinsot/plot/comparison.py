@@ -13,9 +13,9 @@ from poinsot.mechanics.attitude import rotation_angle, unit_quaternion
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.state import State
-from poinsot.plot.curves import CurveOptions, SeparateCurveOptions, against_time, reached
+from poinsot.plot.curves import CurveOptions, SeparatePairOptions, against_time, in_one_panel, reached
 from poinsot.plot.labels import angle_unit_of, one_rotation
-from poinsot.plot.panels import Pair, plot
+from poinsot.plot.panels import plot
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -40,9 +40,8 @@ def attitude_error(
     motion: Trajectory,
     other: Trajectory | Frame | ArrayLike | None = None,
     *,
-    axes: Pair = None,
     angle_unit: str | None = None,
-    **options: Unpack[SeparateCurveOptions],
+    **options: Unpack[SeparatePairOptions],
 ) -> NDArray[Any]:
     """Draw the rotation from a reference to the attitude: its angle (left) and its rotation vector, body axes (right).
 
@@ -55,11 +54,6 @@ def attitude_error(
         for each time. Default for an ensemble: its median attitude, which minimises the sum of the angles to the
         members.
     {options}
-
-    Returns
-    -------
-    array (2,) of matplotlib Axes
-        Left and right panel.
 
     Raises
     ------
@@ -87,17 +81,12 @@ def attitude_error(
     }
     past_half_a_turn = np.linalg.norm(np.diff(vector, axis=-2, prepend=vector[..., :1, :]), axis=-1) > np.pi
     [_, vectors] = curves.values()
-    return against_time(drawn, curves, axes, breaks=dict.fromkeys(vectors, past_half_a_turn), **options)
+    return against_time(drawn, curves, breaks=dict.fromkeys(vectors, past_half_a_turn), **options)
 
 
 @plot
 def difference(
-    motion: Trajectory,
-    other: Trajectory,
-    *,
-    ax: Axes | None = None,
-    angle_unit: str | None = None,
-    **options: Unpack[CurveOptions],
+    motion: Trajectory, other: Trajectory, *, angle_unit: str | None = None, **options: Unpack[CurveOptions]
 ) -> Axes:
     """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
 
@@ -125,15 +114,15 @@ def difference(
     'difference of attitude [arcsec]'
     """
     reached(motion), reached(other, "other")
-    alike = _at_same_times(motion, other)
-    first, second = (motion if alike else motion(other.times)).of_bodies, other.of_bodies
+    same_times = _at_same_times(motion, other)
+    first, second = (motion if same_times else motion(other.times)).of_bodies, other.of_bodies
     if first.keys() != second.keys():
         one_rotation(motion), one_rotation(other, "other")
     angles = {body: _angle_between(first[body], each) for body, each in second.items()}
     unit = angle_unit_of(angle_unit, np.stack(list(angles.values())))
-    curves = {f"difference of attitude{unit.label}": {body: unit.factor * each for body, each in angles.items()}}
-    panel: Axes = against_time(motion if alike else other, curves, ax, log=True, **options)[0]
-    return panel
+    curves = {body: unit.factor * each for body, each in angles.items()}
+    label = f"difference of attitude{unit.label}"
+    return in_one_panel(motion if same_times else other, label, curves, log=True, **options)
 
 
 def median_attitude(q: Array) -> Array:
@@ -153,7 +142,7 @@ def median_attitude(q: Array) -> Array:
 
 
 def _against_reference(motion: Trajectory, other: Any) -> tuple[Trajectory, Array, Array]:
-    """Return the motion whose times are drawn, its attitudes, and the attitudes of the reference."""
+    """Return the motion that gives the times, its attitudes, and the attitudes of the reference."""
     if isinstance(other, Trajectory):
         reached(one_rotation(other, "other"), "other")
         if _at_same_times(motion, other):

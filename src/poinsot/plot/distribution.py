@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Unpack
 
 from poinsot.plot.labels import BLACK, BLUE, VERMILION, angle_unit_of, momentum_label, one_rotation, rate_unit_of
-from poinsot.plot.panels import dress, one_panel, plot
+from poinsot.plot.panels import PanelOptions, dress, one_panel, plot
 from poinsot.printable import quoted
 from poinsot.propagation.trajectory import Trajectory
 
@@ -35,10 +36,9 @@ def histogram(
     ensemble: Trajectory,
     quantity: str = "effective_rate",
     *,
-    ax: Axes | None = None,
     angle_unit: str | None = None,
     rate_unit: str | None = None,
-    title: str = "",
+    **options: Unpack[PanelOptions],
 ) -> Axes:
     """Draw a histogram of a quantity of the members at the last time, with its 5th and 95th percentile.
 
@@ -53,11 +53,6 @@ def histogram(
         of the angular velocity. "angular_momentum": G. "turn": angle between the angular momenta at the first and the
         last time.
     {options}
-
-    Returns
-    -------
-    matplotlib Axes
-        The panel.
 
     Examples
     --------
@@ -82,7 +77,7 @@ def histogram(
         unit = angle_unit_of(angle_unit, after) if quantity == "turn" else None
         unit = unit or rate_unit_of(motion.system.units, rate_unit, after)
         factor, written = unit.factor, unit.label
-    panel = one_panel(ax, (6.4, 3.6), title)
+    panel = one_panel((6.4, 3.6), **options)
     panel.hist(factor * after, bins=BINS, color=BLUE, alpha=0.8)
     for level in (5, 95):
         panel.axvline(factor * float(np.percentile(after, level)), color=BLACK, lw=0.8, ls=":")
@@ -95,7 +90,7 @@ def histogram(
 
 
 def _values(quantity: str, motion: Trajectory, first: Trajectory) -> Array:
-    """Return a quantity of each member at the one time of a motion."""
+    """Return a quantity of each member at the single time of a motion."""
     if quantity == "rate":
         return np.asarray(np.linalg.norm(motion.omega_body, axis=-1)[:, 0])
     if quantity == "turn":

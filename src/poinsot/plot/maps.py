@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Unpack
 
 from poinsot.analysis.chaos import ChaosIndicators
 from poinsot.errors import array_of, real_array
 from poinsot.plot.labels import BLUE, COLOURS, GREY, time_unit_of
-from poinsot.plot.panels import Pair, count_degrees, dress, one_panel, panels, plot
+from poinsot.plot.panels import Pair, PanelOptions, count_degrees, dress, one_panel, panels, plot
 from poinsot.printable import described
 
 if TYPE_CHECKING:
@@ -39,8 +40,7 @@ def map(  # noqa: A001
     *,
     center: float | None = None,
     limits: tuple[float, float] | None = None,
-    ax: Axes | None = None,
-    title: str = "",
+    **options: Unpack[PanelOptions],
 ) -> Axes:
     """Draw a map of an indicator on a grid.
 
@@ -59,11 +59,6 @@ def map(  # noqa: A001
         Values at the ends of the colour scale. Default: limits that contain 98 % of the values, and the center.
     {options}
 
-    Returns
-    -------
-    matplotlib Axes
-        The panel.
-
     Examples
     --------
     >>> x, y = np.linspace(0, 2, 5), np.linspace(0, 1, 4)
@@ -76,7 +71,7 @@ def map(  # noqa: A001
     grid = _grid(values, (rows.size, columns.size))
     center = None if center is None else float(real_array("center", center, ()))
     low, high = _limits(grid, center) if limits is None else _checked_limits(limits, center)
-    panel = one_panel(ax, (7, 5), title)
+    panel = one_panel((7, 5), **options)
     colours = ONE_SIDED if center is None else _around(center, low, high)
     norm = Normalize(low, high)
     mesh = panel.pcolormesh(columns, rows, grid, norm=norm, cmap=colours, shading="nearest", rasterized=True)
@@ -108,11 +103,6 @@ def chaos(
     labels : sequence of str
         Names of the members.
     {options}
-
-    Returns
-    -------
-    array (2,) of matplotlib Axes
-        Left and right panel.
 
     Examples
     --------

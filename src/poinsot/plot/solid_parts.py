@@ -1,4 +1,4 @@
-"""Drawn surfaces of a body: the parts of its shape, or the homogeneous ellipsoid with its moments."""
+"""Surfaces of a drawn body: the parts of its shape, or the homogeneous ellipsoid with its moments."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MAX_BALLS = 300
 
 
 def parts_of(shape: Shape | None) -> list[Any] | None:
-    """Return the parts of a shape; None where there is none, or one of another kind."""
+    """Return the parts of a shape; None without a shape, or if a part is of another kind."""
     parts = [] if shape is None else list(_parts(shape))
     drawable = all(isinstance(part, Cylinder | Ellipsoid | Mascons | Mesh) for part in parts)
     return parts if parts and drawable else None
@@ -45,9 +45,9 @@ def _parts(shape: Shape) -> Iterator[Shape]:
 
 
 def gyration_radii(body: Body) -> tuple[Array, Array]:
-    """Return the root of the mean squares along the principal axes times the mass and two, and these axes as columns.
+    """Return the root of twice the mass times the mean squares along the principal axes, and these axes as columns.
 
-    Sides of the homogeneous ellipsoid and box with the moments of the body are in proportion to them.
+    The sides of the homogeneous ellipsoid and box with the moments of the body are proportional to the radii.
     """
     moments, axes = principal(body)
     return np.sqrt(np.maximum(np.sum(moments) - 2 * moments, 0)), axes

@@ -12,9 +12,9 @@ from poinsot.analysis.transition_matrix import StateTransition
 from poinsot.errors import real_array
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.mechanics.units import DerivedUnits
-from poinsot.plot.curves import CurveOptions, against_time
+from poinsot.plot.curves import PairOptions, against_time
 from poinsot.plot.labels import angle_unit_of, bracketed, momentum_label, one_member
-from poinsot.plot.panels import Pair, plot
+from poinsot.plot.panels import plot
 
 __all__ = ["uncertainty"]
 
@@ -27,9 +27,8 @@ def uncertainty(
     initial: ArrayLike,
     of_parameters: ArrayLike | None = None,
     *,
-    axes: Pair = None,
     angle_unit: str | None = None,
-    **options: Unpack[CurveOptions],
+    **options: Unpack[PairOptions],
 ) -> NDArray[Any]:
     """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
 
@@ -82,7 +81,7 @@ def uncertainty(
             rf"$1\sigma$ of the position{lengths[0]}": _of("position", deviations, "r"),
             rf"$1\sigma$ of the momentum{lengths[1]}": _of("momentum", deviations, "p"),
         }
-    return against_time(motion, curves, axes, log=True, **options)
+    return against_time(motion, curves, log=True, **options)
 
 
 def _of(kind: str, deviations: dict[str, Array], symbol: str, factor: float = 1.0) -> dict[str, Array]:

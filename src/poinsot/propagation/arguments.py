@@ -17,7 +17,8 @@ from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState, Bodies, changed
 from poinsot.mechanics.system import System
-from poinsot.printable import nearest, quoted, shortened
+from poinsot.printable import quoted, shortened
+from poinsot.suggestions import nearest
 
 __all__ = [
     "broadcast_members",
@@ -43,7 +44,7 @@ def check_starts(problem: Problem, state: AnyState) -> None:
     """Let each part and each event refuse a start."""
     records: tuple[Part | Event, ...] = (*problem.dynamics.parts, *problem.events)
     if [record for record in records if record.checks_start]:
-        twin = problem.beside(state.shape)
+        twin = problem.broadcast_to(state.shape)
         instant = twin.dynamics.at(state)
         for part in twin.dynamics.parts:
             part.check_start(instant)

@@ -17,7 +17,7 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.propagation.column_reader import ColumnReader
-from poinsot.propagation.columns import RENAMED, Column, columns_of_states
+from poinsot.propagation.columns import RENAMED, columns_of_states
 from poinsot.propagation.recorded import RecordedPart
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.storage.run_record import RunRecord
@@ -61,7 +61,11 @@ def dataset_of_motion(
 
     system, units, table, arrays = motion.system, DerivedUnits(motion.system.units), motion.table, motion.read(names)
     leading = ("member", "time") if motion.is_ensemble else ("time",)
-    along = {name: _along(leading, table[name], arrays[name], units) for name in table if name in arrays}
+    along = {
+        name: ((*leading, column.axis) if column.axis else leading, arrays[name], column.attributes_in(units))
+        for name, column in table.items()
+        if name in arrays
+    }
     return xarray.Dataset(
         along | dict(_initial(motion.initial, system, units)) | dict(_bodies(motion.initial, system, units)),
         coords={
@@ -162,10 +166,10 @@ def text_of_parts(parts: Iterable[Part | RecordedPart]) -> str:
 
 
 def text_of_jumps(parts: Iterable[Part | RecordedPart]) -> str:
-    """Return the text of a file about the times of jumps: the period and the phase of each part, also of members."""
+    """Return the text of a file about the times of jumps: the period and the offset of each part, also of members."""
     each = {part.name: part.jump for part in parts if part.jump is not None}
     return json.dumps(
-        {name: [np.asarray(x).tolist() for x in (jump.period, jump.phase)] for name, jump in each.items()}
+        {name: [np.asarray(x).tolist() for x in (jump.period, jump.offset)] for name, jump in each.items()}
     )
 
 
@@ -182,9 +186,9 @@ def read_parts(text: str, jumps: str = "{}") -> tuple[RecordedPart, ...]:
     return parts
 
 
-def _read_jump(period: ArrayLike, phase: ArrayLike) -> Jump:
-    jump = Jump(np.asarray(period, dtype=float), np.asarray(phase, dtype=float))
-    if not (np.all(np.isfinite([*np.ravel(jump.period), *np.ravel(jump.phase)])) and np.all(jump.period > 0)):
+def _read_jump(period: ArrayLike, offset: ArrayLike) -> Jump:
+    jump = Jump(np.asarray(period, dtype=float), np.asarray(offset, dtype=float))
+    if not (np.all(np.isfinite([*np.ravel(jump.period), *np.ravel(jump.offset)])) and np.all(jump.period > 0)):
         raise ValueError(f"jumps must have finite times and positive periods, got {jump}.")
     return jump
 
@@ -212,19 +216,13 @@ Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 """Variable of a dataset: its dimensions, values and attributes."""
 
 
-def _along(leading: tuple[str, ...], column: Column, values: Array, units: DerivedUnits) -> Variable:
-    dims = (*leading, column.axis) if column.axis else leading
-    return dims, values, {**_named(column.unit_in(units), column.meaning), **column.attributes}
-
-
 def _initial(state: AnyState, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
     """Yield the variables of the initial state."""
     columns = columns_of_states(system)
     variables = {**state.rigid, **{f"own_{part.name}": state.own[part.name] for part in system.parts if part.size}}
     for name, values in variables.items():
         column = columns[name]
-        attributes = {**_named(column.unit_in(units), f"{column.meaning}, at the start"), **column.attributes}
-        yield f"initial_{name}", _fixed(values, attributes, column.axis)
+        yield f"initial_{name}", _fixed(values, column.attributes_in(units, ", at the start"), column.axis)
     for name, done in state.jumped.items():
         yield f"initial_jumped_{name}", _fixed(done, _named("1", f"1 if {name} has jumped at the start"))
     yield "initial_time", _fixed(state.time, _named(units.time, "time of the start"))

@@ -26,12 +26,13 @@ from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
-from poinsot.printable import nearest, quoted
+from poinsot.printable import quoted
 from poinsot.scenarios.errors import MISSING, Errors, has, maker_at
 from poinsot.scenarios.folder import Folder
-from poinsot.scenarios.registry import RENAMED, Group, Key, default_of, makers
+from poinsot.scenarios.registry import RENAMED, RENAMED_TYPES, Group, Key, default_of, makers
 from poinsot.scenarios.schema import MAX_TIMES, STARTS, STATE, converted, scenario_model, short
 from poinsot.scenarios.toml_text import Path, parsed_toml
+from poinsot.suggestions import nearest
 
 __all__ = ["Parts"]
 
@@ -81,7 +82,7 @@ class Parts:
         data: Mapping[str, Any] | None = None,
     ) -> None:
         self._errors, self._folder = Errors(name, text), folder or Folder(None)
-        read = parsed_toml(text, name)
+        read = _with_present_types(parsed_toml(text, name))
         for table in ("body", "state", "times"):
             if isinstance(read.get(table), list):
                 raise self._errors.at((table,), f"must be one table, got a list. A scenario has one: [{table}].")
@@ -502,6 +503,17 @@ def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:
     except ValueError:
         raise ValueError(f"zero must be a date that exists, got {quoted(zero)}.") from None
     return calendar
+
+
+def _with_present_types(node: Any) -> Any:
+    """Return the tables of a text with present types in place of former ones."""
+    if isinstance(node, list):
+        return [_with_present_types(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    table = {key: _with_present_types(value) for key, value in node.items()}
+    former = table.get("type")
+    return table | {"type": RENAMED_TYPES[former]} if isinstance(former, str) and former in RENAMED_TYPES else table
 
 
 def _places(node: Any, path: str = "") -> Iterator[str]:

@@ -9,10 +9,11 @@ from typing import Any, get_args
 import numpy as np
 from pydantic import ValidationError
 
-from poinsot.printable import message_of, nearest, quoted
+from poinsot.printable import message_of, quoted
 from poinsot.scenarios.registry import Group, Maker, default_of, makers
 from poinsot.scenarios.schema import scenario_model, short
 from poinsot.scenarios.toml_text import Path, lines_of
+from poinsot.suggestions import nearest
 
 __all__ = ["MISSING", "Errors", "has", "maker_at"]
 

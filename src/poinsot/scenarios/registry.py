@@ -11,7 +11,6 @@ import functools
 import importlib
 import inspect
 import pkgutil
-import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from itertools import filterfalse
@@ -24,6 +23,7 @@ from numpy.typing import ArrayLike
 
 import poinsot
 from poinsot.checked import hint_of, names_beside
+from poinsot.docstrings import parameter_entries
 from poinsot.errors import real_array
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
@@ -42,7 +42,7 @@ from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses
 
-__all__ = ["RENAMED", "Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
+__all__ = ["RENAMED", "RENAMED_TYPES", "Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
 
 Group = str | type
 """What a table makes: one of `BASES`, or a record of a class that another one has among its fields."""
@@ -64,6 +64,9 @@ PACKAGES = ("control", "forces", "orbits", "parts", "shapes", "files.bodies", "f
 RENAMED = {("Sampled", "phase"): "offset"}
 """Present names of keys, by the type of their table and the former name. Scenario files and results of earlier versions
 contain the former names; only the present ones are written."""
+
+RENAMED_TYPES = {"in_metres": "kilometres_to_metres", "orbit_sum": "composite_orbit"}
+"""Present types of tables, by the former name in files of earlier versions."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -210,7 +213,7 @@ def _function(call: Any) -> Any:
 
 def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) -> Maker | None:
     """Return what makes something by the arguments of a call; None if a file cannot have one that it needs."""
-    hints, said = _hints(call), _described(call.__doc__)
+    hints, entries = _hints(call), parameter_entries(call.__doc__)
     keys, takes_calendar = [], False
     for parameter in inspect.signature(call).parameters.values():
         hint, required = hints.get(parameter.name, Any), parameter.default is parameter.empty
@@ -225,7 +228,8 @@ def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) 
         if kind:
             default = parameter.default if isinstance(parameter.default, float | int | str) else None
             axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
-            words = " ".join([said.get(parameter.name, ""), *axes]).strip()
+            words = " ".join([*entries.get(parameter.name, "").split("\n")[1:], *axes])
+            words = " ".join(words.split())
             former = next((old for (kind, old), new in RENAMED.items() if (kind, new) == (name, parameter.name)), "")
             more: Any = {"group": group, "spread": spread, "or_number": OR_NUMBER in extras_of(hint), "former": former}
             keys.append(Key(parameter.name, kind, words, rank, required, default, **more))
@@ -347,15 +351,3 @@ def _on_one_of_two(maker: Maker) -> Maker:
 
     call.__module__ = maker.call.__module__  # whose it is
     return dataclasses.replace(maker, call=call, keys=(*maker.keys, ON))
-
-
-def _described(doc: str | None) -> dict[str, str]:
-    """Return what a docstring says of its parameters, by name."""
-    _, _, section = inspect.cleandoc(doc or "").partition("Parameters\n----------\n")
-    section = re.split(r"\n\n[A-Z]\w+\n---", section)[0]
-    said: dict[str, str] = {}
-    for entry in re.split(r"\n(?=\S)", section):
-        heading, _, body = entry.partition("\n")
-        names = heading.partition(" : ")[0]
-        said |= {name.strip("* "): " ".join(body.split()) for name in names.split(",")}
-    return said

@@ -1,7 +1,7 @@
 """The public names of poinsot.shapes, by the module of each, as `make face` writes them."""
 
 from .assembly import Assembly
-from .illumination import lit_areas, lit_faces
+from .illumination import illuminated_areas, illuminated_faces
 from .mascons import Mascons
 from .mesh import Mesh
 from .shape import Shape
@@ -14,6 +14,6 @@ __all__ = [
     "Mascons",
     "Mesh",
     "Shape",
-    "lit_areas",
-    "lit_faces",
+    "illuminated_areas",
+    "illuminated_faces",
 ]

@@ -12,7 +12,7 @@ from poinsot.checked import checked
 from poinsot.errors import real_numbers, refuse_zero
 from poinsot.shapes.mesh import Mesh
 
-__all__ = ["Lighting", "lit_areas", "lit_faces", "ray_hits"]
+__all__ = ["Lighting", "illuminated_areas", "illuminated_faces", "ray_hits"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -40,7 +40,7 @@ class Lighting:
         self.centers = mesh.face_centers - mesh.center_of_mass
         self._low = HEIGHT_ROUNDING * mesh.circumscribing_radius
 
-    def lit(self, directions: Array, shadows: bool = True) -> Flags:
+    def illuminated(self, directions: Array, shadows: bool = True) -> Flags:
         """Return True where light from unit vectors (n, 3) reaches the centroids of the faces; shape (n, faces)."""
         facing = directions @ self.normals.T > 0
         if shadows:
@@ -51,7 +51,7 @@ class Lighting:
                 self._shade(facing, directions, face, other)
         return facing
 
-    def lit_parts(self, direction: Array) -> tuple[Array, Array]:
+    def illuminated_parts(self, direction: Array) -> tuple[Array, Array]:
         """Return the areas of the parts that the light reaches, (faces,), and their centroids, (faces, 3)."""
         areas, centers = np.zeros(len(self.areas)), self.centers.copy()
         facing = np.flatnonzero(self.normals @ direction > 0)
@@ -105,7 +105,7 @@ class Lighting:
 
 
 @checked
-def lit_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -> Flags:
+def illuminated_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -> Flags:
     """Return True for each face of a mesh whose centroid receives light from a direction.
 
     Edges and corners of other faces also block the light.
@@ -131,15 +131,17 @@ def lit_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -> Flags:
 
     Examples
     --------
-    >>> pt.shapes.lit_faces(pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0), (0, 0, 1)).sum()
+    >>> pt.shapes.illuminated_faces(pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0), (0, 0, 1)).sum()
     np.int64(2)
     """
     units = _unit_directions(directions)
-    return np.asarray(Lighting(mesh).lit(units.reshape(-1, 3), shadows).reshape(*units.shape[:-1], len(mesh.faces)))
+    return np.asarray(
+        Lighting(mesh).illuminated(units.reshape(-1, 3), shadows).reshape(*units.shape[:-1], len(mesh.faces))
+    )
 
 
 @checked
-def lit_areas(mesh: Mesh, directions: ArrayLike) -> Array:
+def illuminated_areas(mesh: Mesh, directions: ArrayLike) -> Array:
     """Return the exact areas of the parts of faces that a distant light reaches.
 
     The function subtracts the shadows of all other faces one by one. The time grows as the square of the number of
@@ -164,11 +166,11 @@ def lit_areas(mesh: Mesh, directions: ArrayLike) -> Array:
 
     Examples
     --------
-    >>> pt.shapes.lit_areas(pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0), (0, 3, 4)).sum()
+    >>> pt.shapes.illuminated_areas(pt.shapes.Mesh.from_box((1, 1, 1), mass=1.0), (0, 3, 4)).sum()
     np.float64(2.0)
     """
     units, light = _unit_directions(directions), Lighting(mesh)
-    areas = [light.lit_parts(direction)[0] for direction in units.reshape(-1, 3)]
+    areas = [light.illuminated_parts(direction)[0] for direction in units.reshape(-1, 3)]
     return np.reshape(areas, (*units.shape[:-1], len(mesh.faces)))
 
 

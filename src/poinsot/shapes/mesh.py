@@ -78,6 +78,7 @@ class Mesh(Shape):
         self._mass = mass_of(self.volume, mass, density)
 
     @staticmethod
+    @checked
     def from_box(sides: ArrayLike, *, mass: float | None = None, density: float | None = None) -> Mesh:
         """Return the box about the origin with full side lengths (a, b, c) along the axes."""
         lengths = real_array("sides", sides, (3,))

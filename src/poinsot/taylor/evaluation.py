@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from poinsot.taylor import llvm_functions, wide_functions
 from poinsot.taylor.decomposition import Coefficient
+from poinsot.taylor.elementary import elementary
 from poinsot.taylor.graph import HELD, OPERATORS, GraphScalar, Node, needed
 from poinsot.taylor.llvm_ir import (
     BOOL,
@@ -21,8 +20,8 @@ from poinsot.taylor.llvm_ir import (
     Module,
     Value,
     Wide,
-    machine_code,
 )
+from poinsot.taylor.object_cache import function_of
 
 __all__ = ["WideEvaluator", "written"]
 
@@ -35,11 +34,11 @@ def written(lines: FunctionText, known: Mapping[int, Value], outputs: Sequence[G
         return values[operand.place] if isinstance(operand, Node) else lines.constant(kind, operand)
 
     for node in needed([x for x in outputs if isinstance(x, Node)], known):
-        values[node.place] = _result(node, [value(x) for x in node.arguments], isinstance(kind, Wide))
+        values[node.place] = _result(node, [value(x) for x in node.arguments])
     return [value(output) for output in outputs]
 
 
-def _result(node: Node, operands: list[Value], wide: bool) -> Value:
+def _result(node: Node, operands: list[Value]) -> Value:
     """Write an operation of scalars; conditions are masks, those that are parameters 0 or 1."""
     match node.name:
         case "less":
@@ -56,8 +55,7 @@ def _result(node: Node, operands: list[Value], wide: bool) -> Value:
             return result
         case name:
             given = tuple(0 if isinstance(x, Node) else Coefficient(float(x)) for x in node.operands)
-            write = wide_functions.elementary if wide else llvm_functions.elementary
-            return write(name, given, operands)
+            return elementary(name, given, operands)
 
 
 class WideEvaluator:
@@ -97,9 +95,7 @@ class WideEvaluator:
 
         module = Module()
         module.function("evaluate", "void", [POINTER, POINTER, INTEGER], body)
-        self._code = machine_code(str(module), llvm_functions.LIBRARY)
-        types = ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64
-        self._evaluate = ctypes.CFUNCTYPE(None, *types)(self._code.get_function_address("evaluate"))
+        self._evaluate = function_of(module, "evaluate")
 
     def __call__(self, given: Sequence[Any]) -> Sequence[Any]:
         """Return the high parts of all outputs, then their low parts: a list of floats, or a tuple of arrays."""

@@ -6,23 +6,17 @@ unless it says so (`fma`). So the same formulas give the same bits in vectors of
 
 from __future__ import annotations
 
-import ctypes
 import functools
-import hashlib
 import itertools
 import math
-import platform
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from typing_extensions import override
-
-from poinsot.taylor.decomposition import Number
-from poinsot.taylor.object_cache import ObjectCache, folder
 
 __all__ = [
     "ATTRIBUTES",
@@ -41,25 +35,17 @@ __all__ = [
     "exact_product",
     "exact_sum",
     "host_features",
-    "machine_code",
     "offset_of",
     "vector",
 ]
 
 DOUBLE, INTEGER, BOOL, POINTER = "double", "i64", "i1", "ptr"
 
+Number: TypeAlias = float | Fraction
+"""A constant."""
+
 Argument: TypeAlias = "Value | Number"
 """The second operand of an operator."""
-
-CODE_GENERATION = 1
-"""LLVM's level: code of level 2 is not faster, and of a large system it takes nearly twice as long to make."""
-
-MAX_OPTIMIZED = 20_000_000
-"""Characters of a text above which code is of level 0: of some 35,000 operations level 1 takes 10 s, level 0 a fifth of
-that, and a step of level 0 takes nearly twice as long."""
-
-CODE_FORMAT = 1
-"""A number to change where the same text is compiled or loaded otherwise than before."""
 
 ATTRIBUTES = 'alignstack(64) "prefer-vector-width"="512"'
 """Of all functions. LLVM by itself keeps vectors that find no register at any multiple of 16 bytes of the stack: where
@@ -519,6 +505,11 @@ class Structure:
     def __init__(self, address: Value, kind: np.dtype[np.void]) -> None:
         self.address, self._kind = address, kind
 
+    @staticmethod
+    def of(array: Value, index: Value, kind: np.dtype[np.void]) -> Structure:
+        """Return a structure of an array of structures, from the address of the array."""
+        return Structure(Array(array, f"[{kind.itemsize} x i8]").at(index), kind)
+
     def array(self, name: str, kind: str = DOUBLE) -> Array:
         """Return a field as elements of a type; low parts of double-double numbers fill the second half of a field."""
         address = Array(self.address, "i8").at(offset_of(self._kind, name))
@@ -596,6 +587,13 @@ class FunctionText:
         self.module.called[name] = f"declare {returns} @{name}({', '.join(value.type for value in _parts(arguments))})"
         found = self.new(returns, f"call {returns} @{name}({_listed(arguments)})")
         return WideValue(found.part(0), found.part(1)) if isinstance(kind, Wide) else found
+
+    def call_defined(
+        self, kind: str, name: str, body: Callable[..., Value], *arguments: Value, attributes: str = ATTRIBUTES
+    ) -> Value:
+        """Call a function of the module that returns a value; the first call defines the function."""
+        self.module.function(name, kind, [argument.type for argument in arguments], body, attributes)
+        return self.call(kind, name, *arguments)
 
     def run(self, name: str, *arguments: Value) -> None:
         """Call a function that returns nothing."""
@@ -701,39 +699,3 @@ def host_features() -> dict[str, bool]:
     import llvmlite.binding as llvm
 
     return dict(llvm.get_host_cpu_features())
-
-
-def machine_code(text: str, library: Sequence[str] = ()) -> Any:
-    """Compile a module, or load it from disk; return the owner of the code.
-
-    A module may call some functions of the C library. On a processor that does not multiply and add in one instruction
-    LLVM calls its `fma`, which gives the same bits in a much longer time.
-    """
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    own = ctypes.CDLL("ucrtbase" if platform.system() == "Windows" else None)
-    for name in ("fma", *library):
-        llvm.add_symbol(name, ctypes.cast(getattr(own, name), ctypes.c_void_p).value)
-    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    level = CODE_GENERATION if len(text) <= MAX_OPTIMIZED else 0
-    machine = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=level)
-    cache, key = ObjectCache(folder()), _key(text, machine.triple, cpu, features, level)
-    code = cache.load(key)
-    if code is None:
-        code = machine.emit_object(llvm.parse_assembly(text))
-        cache.store(key, code)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
-    return engine
-
-
-def _key(text: str, *machine: str | int) -> str:
-    """Return the name of all that decides what object code is."""
-    import llvmlite
-    import llvmlite.binding as llvm
-
-    decided = (CODE_FORMAT, llvmlite.__version__, llvm.llvm_version_info, *machine)
-    return hashlib.sha256(repr(decided).encode() + b"\0" + text.encode()).hexdigest()

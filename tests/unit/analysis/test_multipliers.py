@@ -67,7 +67,7 @@ def test_two_slow_pairs_that_grow_together_are_outside(growth, rng):
         assert np.max(np.abs(found.values)) == pytest.approx(np.exp(growth), abs=1e-8)
 
 
-def test_sums_pass_where_the_determinants_do(rng):
+def test_composite_pass_where_the_determinants_do(rng):
     """det(M - 1) is the product of 2 - s, det(M + 1) that of s + 2: of one sign with what is beside 1 and -1."""
     for _ in range(50):
         angles = rng.uniform(0, np.pi, 2)

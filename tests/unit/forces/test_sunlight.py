@@ -20,7 +20,7 @@ def summed(mesh, u, specular=0.0, diffuse=0.0, along=1.0):
     cosines = (n @ u)[:, None]
     push = along * (1 - specular) * u + 2 * (diffuse / 3 + specular * cosines) * n
     force = -areas[:, None] * cosines * push
-    lit = pt.shapes.lit_faces(mesh, u)
+    lit = pt.shapes.illuminated_faces(mesh, u)
     return np.sum(lit[:, None] * np.cross((a + b + c) / 3 - mesh.center_of_mass, force), axis=0)
 
 

@@ -60,7 +60,7 @@ def test_numbers_in_two_words_and_jumps():
     both = members_of(DoubleDouble(np.arange(3.0), np.arange(3.0) / 1e20), 2)
     assert (both.hi, both.lo) == (2.0, 2e-20)
     jump = members_of(Jump(np.array([1.0, 2.0]), 0.5, draws=3), 1)
-    assert (jump.period, jump.phase, jump.draws) == (2.0, 0.5, 3)
+    assert (jump.period, jump.offset, jump.draws) == (2.0, 0.5, 3)
 
 
 def test_every_member_has_its_own_number():

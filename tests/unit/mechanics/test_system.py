@@ -16,7 +16,7 @@ class Spring(pt.Potential):
     """stiffness / 2 * (a . s3 in body axes)^2"""
 
     stiffness: float
-    axis: pt.Vector
+    axis: pt.mechanics.Vector
 
     def energy(self, instant):
         return 0.5 * self.stiffness * functions.dot(self.axis, instant.attitude.to_body((0, 0, 1))) ** 2
@@ -256,15 +256,47 @@ def test_torques_of_each_force_add_up_to_that_of_all():
     assert np.array_equal(motion.torques_body["UniformGravity"][0], found["UniformGravity"])
 
 
-def test_a_question_about_a_structure_is_asked_once():
-    asked = []
-
-    def question(system):
-        asked.append(system)  # no pickle has a function within a function
-        return len(asked)
-
+def test_systems_of_one_structure_share_results():
     systems = [pt.System(pt.Body(moments), Push(2.0)) for moments in ((1.0, 1.6, 2.5), (1.0, 1.2, 1.4))]
-    assert [system.dynamics.known(question) for system in systems] == [1, 1]
-    assert pickle.loads(pickle.dumps(systems[0])).dynamics.known(question) == 1
-    assert pt.System(systems[0].body, Push(2.0), Push(3.0)).dynamics.known(question) == 2
-    assert len(asked) == 2
+    first, second = (system.dynamics for system in systems)
+    assert first.alike is second.alike
+    assert pickle.loads(pickle.dumps(systems[0])).dynamics.alike is first.alike
+    assert pt.System(systems[0].body, Push(2.0), Push(3.0)).dynamics.alike is not first.alike
+
+
+def test_results_with_numbers_belong_to_one_system_and_no_pickle_contains_them():
+    first, second = (pt.System(pt.Body((1.0, 1.6, 2.5)), Push(push)).dynamics for push in (2.0, 3.0))
+    first.results["sum"] = lambda: 2.0  # no pickle can contain a function within a function
+    assert "sum" not in second.results
+    assert "sum" not in pickle.loads(pickle.dumps(first)).results
+
+
+@pytest.mark.parametrize(
+    ("word", "symbol"),
+    [("seconds", "s"), ("sec", "s"), ("Minutes", "min"), ("hours", "h"), ("days", "d"), ("years", "yr"), ("TU", "TU")],
+)
+def test_words_for_units_of_time(word, symbol):
+    assert pt.System(pt.Body((1.0, 1.0, 1.0)), units={"time": word}).units["time"] == symbol
+
+
+def test_span_and_calendar_of_several_orbits():
+    calendar = pt.Calendar("2026-01-01T00:00:00", "TDB")
+    circle = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+
+    def table(first, last, calendar=None):
+        def position(times):
+            return np.transpose(circle.position_at(times))
+
+        return pt.orbits.Ephemeris.from_function(1.0, position=position, start=first, stop=last, calendar=calendar)
+
+    body = pt.Body((1.0, 2.0, 3.0))
+    several = pt.System(
+        body,
+        pt.GravityGradient(circle),
+        pt.GravityGradient(table(0.0, 3.0, calendar)),
+        pt.GravityGradient(table(1.0, 4.0)),
+    )
+    assert several.span == (1.0, 3.0)
+    assert several.calendar == calendar
+    assert pt.System(body, pt.GravityGradient(circle)).span == (-np.inf, np.inf)
+    assert pt.System(body).calendar is None

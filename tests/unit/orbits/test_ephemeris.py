@@ -465,13 +465,13 @@ def test_teme_goes_with_no_axes_without_a_name():
     with pytest.raises(ValueError, match=r"one reference frame, got TEME and space axes\. Give reference_frame="):
         pt.System(body, pt.GravityGradient(teme), pt.GravityGradient(KEPLER))
     with pytest.raises(ValueError, match=r"one reference frame to be added, got TEME and space axes"):
-        pt.orbits.orbit_sum(teme, KEPLER)
+        pt.orbits.composite_orbit(teme, KEPLER)
 
 
 def test_metres_are_a_thousandth_of_kilometres():
     day = ("2026-01-01T00:00:00 TDB", "2026-01-02T00:00:00 TDB")
     mars = pt.orbits.planet_orbit("mars", "sun", *day)
-    long, times = pt.orbits.in_metres(mars), np.linspace(*mars.span, 7)
+    long, times = pt.orbits.kilometres_to_metres(mars), np.linspace(*mars.span, 7)
     for there, here in zip(long.position_at(times), mars.position_at(times), strict=True):
         assert np.allclose(there, 1000 * np.asarray(here), rtol=3e-15, atol=0)
     assert np.allclose(long.velocity_at(times), 1000 * np.asarray(list(mars.velocity_at(times))), rtol=3e-15, atol=0)

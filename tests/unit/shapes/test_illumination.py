@@ -49,10 +49,10 @@ def test_faces_are_lit_where_no_other_face_is_met():
     mesh = bumpy(60, 0.8)
     normals, count = Lighting(mesh).normals, np.intp(0)
     for direction in random_directions(12):
-        lit = pt.shapes.lit_faces(mesh, direction)
+        lit = pt.shapes.illuminated_faces(mesh, direction)
         facing = normals @ direction > 0
         assert list(lit) == [bool(facing[f]) and not blocked(mesh, f, direction) for f in range(len(lit))]
-        assert np.array_equal(pt.shapes.lit_faces(mesh, direction, shadows=False), facing)
+        assert np.array_equal(pt.shapes.illuminated_faces(mesh, direction, shadows=False), facing)
         count += np.count_nonzero(facing & ~lit)
     assert count > 10
 
@@ -73,7 +73,7 @@ def test_lit_areas_cover_the_silhouette_once():
             turns = [(places - p) @ ((q - p) @ left) >= 0 for p, q in ((a, b), (b, c), (c, a))]
             met |= np.all(turns, axis=0)
         silhouette = met.sum() * (grid[1] - grid[0]) ** 2
-        areas = pt.shapes.lit_areas(mesh, direction)
+        areas = pt.shapes.illuminated_areas(mesh, direction)
         cosines = light.normals @ direction
         # The outline is near 8 long and crosses 500 cells; each is off by up to half, at random.
         assert abs(areas @ cosines - silhouette) < 5 * np.sqrt(500) / 2 * (grid[1] - grid[0]) ** 2
@@ -85,9 +85,9 @@ def test_lit_areas_cover_the_silhouette_once():
 def test_a_convex_body_has_no_shadows():
     points, faces = sphere_points(100)
     mesh, directions = pt.shapes.Mesh(points * (1.3, 1.0, 0.7), faces, mass=1.0), random_directions(20)
-    lit = pt.shapes.lit_faces(mesh, directions)
-    assert np.array_equal(lit, pt.shapes.lit_faces(mesh, directions, shadows=False))
-    areas = pt.shapes.lit_areas(mesh, directions[0])
+    lit = pt.shapes.illuminated_faces(mesh, directions)
+    assert np.array_equal(lit, pt.shapes.illuminated_faces(mesh, directions, shadows=False))
+    areas = pt.shapes.illuminated_areas(mesh, directions[0])
     np.testing.assert_allclose(areas, Lighting(mesh).areas * lit[0], rtol=0, atol=1e-15)
 
 
@@ -113,8 +113,8 @@ def test_faces_inside_another_surface_are_dark():
     vertices = np.concatenate([outside.vertices, inside.vertices])
     both = pt.shapes.Mesh(vertices, np.concatenate([outside.faces, inside.faces + 8]), density=1.0)
     direction = (0.3, 0.5, 0.8)
-    assert list(np.flatnonzero(pt.shapes.lit_faces(both, direction)) >= 12) == [False] * 6
-    np.testing.assert_allclose(pt.shapes.lit_areas(both, direction)[12:], 0, rtol=0, atol=1e-15)
+    assert list(np.flatnonzero(pt.shapes.illuminated_faces(both, direction)) >= 12) == [False] * 6
+    np.testing.assert_allclose(pt.shapes.illuminated_areas(both, direction)[12:], 0, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -125,18 +125,18 @@ def test_faces_inside_another_surface_are_dark():
     ],
 )
 def test_directions_that_are_none_are_refused(directions, sentence):
-    for call in (pt.shapes.lit_faces, pt.shapes.lit_areas):
+    for call in (pt.shapes.illuminated_faces, pt.shapes.illuminated_areas):
         with pytest.raises(ValueError, match=f"^{sentence}"):
             call(pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0), directions)
 
 
 def test_directions_of_any_length_and_number_are_the_same():
     mesh, directions = bumpy(30), random_directions(6)
-    together = pt.shapes.lit_faces(mesh, 7 * directions.reshape(2, 3, 3))
+    together = pt.shapes.illuminated_faces(mesh, 7 * directions.reshape(2, 3, 3))
     assert together.shape == (2, 3, len(mesh.faces))
-    assert np.array_equal(together[1, 2], pt.shapes.lit_faces(mesh, directions[5]))
-    areas = pt.shapes.lit_areas(mesh, 7 * directions.reshape(2, 3, 3))
-    np.testing.assert_allclose(areas[0, 1], pt.shapes.lit_areas(mesh, directions[1]), rtol=1e-12)
+    assert np.array_equal(together[1, 2], pt.shapes.illuminated_faces(mesh, directions[5]))
+    areas = pt.shapes.illuminated_areas(mesh, 7 * directions.reshape(2, 3, 3))
+    np.testing.assert_allclose(areas[0, 1], pt.shapes.illuminated_areas(mesh, directions[1]), rtol=1e-12)
 
 
 def test_shadows_of_too_many_faces_are_refused(monkeypatch):
@@ -146,5 +146,5 @@ def test_shadows_of_too_many_faces_are_refused(monkeypatch):
         r"^mesh must have at most 11 faces where shadows are computed, got 12\. Take a coarser one, or shadows=False\.$"
     )
     with pytest.raises(ValueError, match=sentence):
-        pt.shapes.lit_faces(box, (1, 0, 0))
-    assert pt.shapes.lit_faces(box, (1, 0, 0), shadows=False).sum() == 2
+        pt.shapes.illuminated_faces(box, (1, 0, 0))
+    assert pt.shapes.illuminated_faces(box, (1, 0, 0), shadows=False).sum() == 2

@@ -1,7 +1,6 @@
 """Ensembles as chunks see them."""
 
 import numpy as np
-import xarray
 
 import poinsot as pt
 from poinsot.storage.ensemble import ChunkResult, digests
@@ -13,7 +12,7 @@ FALLING = BODY.state((0.5**0.5, 0.5**0.5, 0, 0), omega_body=[(0, 0, 1), (-1, 0, 
 
 def test_failures_have_the_numbers_of_the_ensemble():
     motion = pt.propagate(pt.System(BODY), FALLING, [5.0], formulation="euler_angles", threads=1)
-    result = ChunkResult.of(motion, 10, xarray.Dataset(), {}, False)
+    result = ChunkResult.of(motion, 10, {}, {}, False)
     assert result.about["failures"] == {"11": motion.failures[1]}
     assert result.about["run"]["steps"] == motion.run.steps
 

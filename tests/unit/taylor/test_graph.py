@@ -255,7 +255,7 @@ def test_the_same_formula_twice_gives_no_new_node(name):
     assert {node.place for node in ordered([again, graph.symbol(0)])} <= before | {symbols[0].place}
 
 
-def test_sums_and_products_are_the_same_in_either_order():
+def test_composite_and_products_are_the_same_in_either_order():
     _, (x, y), _ = traced(smooth)
     assert x + y is y + x
     assert x * y is y * x

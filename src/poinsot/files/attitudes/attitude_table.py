@@ -22,7 +22,7 @@ from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.run_record import Method, RunRecord, versions
 
@@ -137,14 +137,13 @@ class AttitudeTable(Summarized):
         phase = {"quaternion": q, "angular_momentum_body": system.of_bodies[""].angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
         run = RunRecord(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
-        motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, MemoryRows(phase), run)
         known: dict[str, Any] = {}
         if self.calendar is not None and system.calendar is None and system.units["time"] in SECONDS:
             known["calendar"] = dataclasses.replace(self.calendar, unit=system.units["time"])
         if self.reference_frame != SPACE_AXES_UNNAMED:
             known["reference_frame"] = self.reference_frame
-        motion._complete(provenance=known)
-        return motion
+        initial = state_of(changed(phase, lambda x: x[0]), times[0])
+        return Trajectory(system, initial, times, MotionRows(phase), run, provenance=known)
 
     @checked
     def angle_to(self, motion: Trajectory) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import optional, real_array, refuse_nonpositive
 from poinsot.files.untrusted import read_bytes
 from poinsot.printable import shortened
 from poinsot.shapes.mesh import Mesh
@@ -80,6 +80,8 @@ def read_mesh(
     OSError, ValueError
         If the file cannot be read, is too large or not in its format, or contains no closed surface around a volume;
         see `Mesh`.
+    ImportError
+        If trimesh, which parses OBJ, PLY and STL, is not installed.
 
     Examples
     --------
@@ -164,8 +166,7 @@ def _plates(content: bytes) -> tuple[Any, Any]:
 
 def _parsed(kind: str, content: bytes) -> tuple[Any, Any]:
     """Return vertices and faces as trimesh reads them from memory, without any other file."""
-    from trimesh.exchange import obj, ply, stl
-
+    obj, ply, stl = (optional(f"trimesh.exchange.{each}", f"{kind} files", "meshes") for each in ("obj", "ply", "stl"))
     stream = io.BytesIO(_bare(kind, content))
     logging.getLogger("trimesh").addHandler(SILENT)
     try:

@@ -1,4 +1,4 @@
-"""The orbit about a distant attractor, as the sum of two orbits."""
+"""Composite orbits: the orbit about a distant attractor as the sum of several orbits."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.printable import described
 from poinsot.quantities import Date
 
-__all__ = ["orbit_sum"]
+__all__ = ["composite_orbit"]
 
 POLYNOMIAL_TOLERANCE = 1e-12
 
 
-def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeris:
+def composite_orbit(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeris:
     """Return the orbit of the first body about the last attractor, as the sum of the positions.
 
-    Each orbit after the first is the orbit of the preceding attractor. For example, `orbit_sum(satellite, earth)` of a
-    satellite about the Earth and the Earth about the Sun is the orbit of the satellite about the Sun. The function does
-    not check that the attractors match.
+    Each orbit after the first is the orbit of the preceding attractor. For example, `composite_orbit(satellite, earth)`
+    of a satellite about the Earth and the Earth about the Sun is the orbit of the satellite about the Sun. The function
+    does not check that the attractors match.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeri
     --------
     >>> earth = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
     >>> moon = pt.KeplerOrbit(3e-6, semimajor_axis=2.57e-3, eccentricity=0.055)
-    >>> float(pt.orbits.orbit_sum(moon, earth, start=0.0, stop=1.0).mu)
+    >>> float(pt.orbits.composite_orbit(moon, earth, start=0.0, stop=1.0).mu)
     1.0
     """
     for orbit in orbits:
@@ -57,10 +57,8 @@ def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeri
             raise TypeError(f"orbits must be Orbits, got {described(orbit)}.")
     if len(orbits) < 2:
         raise ValueError(f"orbits must be two or more, got {len(orbits)}.")
-    frame = _common(
-        "reference frame", frames_of(orbit.reference_frame for orbit in orbits) or [SPACE_AXES_UNNAMED], None
-    )
-    calendar = _common("calendar", (orbit.calendar for orbit in orbits), None)
+    frame = _common("reference frame", frames_of(orbit.reference_frame for orbit in orbits)) or SPACE_AXES_UNNAMED
+    calendar = _common("calendar", (orbit.calendar for orbit in orbits if orbit.calendar is not None))
     first, last = _span(orbits, calendar, start, stop)
 
     def position(times: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -78,16 +76,16 @@ def orbit_sum(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ephemeri
     )
 
 
-def _common(what: str, values: Iterable[Any], unsaid: Any) -> Any:
-    """Return the one thing that those orbits that say it say."""
-    said = list(dict.fromkeys(value for value in values if value != unsaid))
-    if len(said) > 1:
-        raise ValueError(f"orbits must have one {what} to be added, got {' and '.join(map(_told, said))}.")
-    return said[0] if said else unsaid
+def _common(name: str, values: Iterable[Any]) -> Any:
+    """Return the single value of a property of the orbits; None without any value."""
+    known = list(dict.fromkeys(values))
+    if len(known) > 1:
+        raise ValueError(f"orbits must have one {name} to be added, got {' and '.join(map(_named, known))}.")
+    return known[0] if known else None
 
 
-def _told(value: Any) -> str:
-    """Return a calendar by the date of its zero, anything else as it is."""
+def _named(value: Any) -> str:
+    """Return the date of the zero of a calendar, or the name of a frame."""
     return f"the one from {value.zero} {value.scale}" if isinstance(value, Calendar) else str(value)
 
 

@@ -45,7 +45,7 @@ class Transition(Part):
         return x * x * x * (10 - x * (15 - 6 * x))
 
     @of_scalars
-    def pace(self, time: Scalar) -> Scalar:
+    def progress_rate(self, time: Scalar) -> Scalar:
         """Return the rate of the progress, its derivative."""
         graph = Graph()
         now = graph.variable(time)
@@ -99,8 +99,6 @@ class VaryingInertia(Transition):
         Start time of the transition.
     duration : float
         Duration of the transition, positive.
-    name : str
-        Name of the part in a system. Default: from the class.
 
     Raises
     ------
@@ -154,8 +152,6 @@ class MovingMasses(Transition):
         Final positions, relative to the same point of the body.
     begin, duration : float
         Start time and duration of the motion; the duration is positive.
-    name : str
-        Name of the part in a system. Default: from the class.
 
     Examples
     --------
@@ -215,7 +211,7 @@ class MovingMasses(Transition):
     @override
     def momentum(self, own: Vector, time: Scalar) -> Vector:
         swing = sum((functions.cross(arm, step) * mass for mass, arm, step in self._arms()), start=NOTHING[0])
-        return Vector(self.pace(time) * x for x in swing)
+        return Vector(self.progress_rate(time) * x for x in swing)
 
     @override
     def check(self, body: Any) -> None:

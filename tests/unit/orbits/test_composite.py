@@ -25,7 +25,7 @@ def tabulated(orbit, **labels):
 
 
 def test_positions_and_velocities_add():
-    total = pt.orbits.orbit_sum(SATELLITE, EARTH, start=-3000.0, stop=9000.0)
+    total = pt.orbits.composite_orbit(SATELLITE, EARTH, start=-3000.0, stop=9000.0)
     times = np.linspace(-3000, 9000, 777)
     np.testing.assert_allclose(place(total, times), place(SATELLITE, times) + place(EARTH, times), rtol=0, atol=5e-4)
     speeds = (np.stack(orbit.velocity_at(times), axis=-1) for orbit in (total, SATELLITE, EARTH))
@@ -38,12 +38,12 @@ def test_positions_and_velocities_add():
 def test_labels_and_the_common_span():
     near = tabulated(SATELLITE, reference_frame="ICRF", origin="EARTH", calendar=ZERO)
     far = tabulated(EARTH, reference_frame="ICRF", origin="SUN", calendar=ZERO)
-    total = pt.orbits.orbit_sum(near, far)
+    total = pt.orbits.composite_orbit(near, far)
     assert (total.reference_frame, total.origin, total.calendar) == ("ICRF", "SUN", ZERO)
     assert total.span == (0.0, 6000.0)
-    from_elements = pt.orbits.orbit_sum(SATELLITE, far)
+    from_elements = pt.orbits.composite_orbit(SATELLITE, far)
     assert (from_elements.reference_frame, from_elements.calendar) == ("ICRF", ZERO)
-    assert pt.orbits.orbit_sum(near, far, stop="2026-01-01T00:01:00 TDB").span == (0.0, 60.0)
+    assert pt.orbits.composite_orbit(near, far, stop="2026-01-01T00:01:00 TDB").span == (0.0, 60.0)
 
 
 @pytest.mark.parametrize(
@@ -75,4 +75,4 @@ def test_labels_and_the_common_span():
 )
 def test_bad_input(orbits, options, error, sentence):
     with pytest.raises(error, match=f"^{sentence}"):
-        pt.orbits.orbit_sum(*orbits, **options)
+        pt.orbits.composite_orbit(*orbits, **options)

@@ -1,0 +1,140 @@
+"""Suggestions for names that do not exist: attributes of namespaces and objects, and keywords of calls."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+import sys
+from collections.abc import Callable, Iterable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NoReturn
+
+import lazy_loader
+
+from poinsot.habits import HABITS
+from poinsot.printable import quoted, shortened
+
+__all__ = ["attached", "nearest", "refuse_attribute", "refuse_call", "refuse_name", "suggestion"]
+
+PACKAGE = __name__.partition(".")[0]
+
+
+def nearest(name: Any, known: Iterable[str]) -> str:
+    """Return the suggestion of the nearest known name, or an empty string."""
+    found = _nearest(str(name)[:60], list(known))
+    return f" Did you mean {quoted(found)}?" if found else ""
+
+
+def _nearest(name: str, known: list[str]) -> str:
+    """Return the known name that differs in case, underscores or a plural alone, or else the closest one."""
+    import difflib  # 10 ms at the start of a process
+
+    plain = {_plain(each): each for each in known}
+    return plain.get(_plain(name)) or next(iter(difflib.get_close_matches(name, known, n=1)), "")
+
+
+def _plain(name: str) -> str:
+    return name.lower().replace("_", "").removesuffix("s")
+
+
+def suggestion(places: Iterable[str], name: str, known: Iterable[str]) -> str:
+    """Return what to write instead of a name, or an empty string.
+
+    Parameters
+    ----------
+    places : iterable of str
+        Namespaces, classes or functions in whose table of habits the name is searched.
+    name : str
+        The name that does not exist.
+    known : iterable of str
+        The names that exist.
+    """
+    answer = next((HABITS[place][name] for place in places if name in HABITS.get(place, ())), "")
+    return f" Write {answer}." if answer else nearest(name, known)
+
+
+def refuse_attribute(holder: object, name: str) -> NoReturn:
+    """Raise the AttributeError of an object without an attribute of this name."""
+    kind = type(holder)
+    public = [] if name.startswith("_") else [each for each in dir(kind) if not each.startswith("_")]
+    advice = suggestion([cls.__name__ for cls in kind.__mro__], name, public) if public else ""
+    raise AttributeError(f"{shortened(kind.__name__)} has no attribute {quoted(name)}.{advice}", name=name, obj=holder)
+
+
+def refuse_call(call: str, function: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
+    """Raise a TypeError that says which arguments of a call its signature does not have, or which are missing.
+
+    Parameters
+    ----------
+    call : str
+        How the user writes the function: the name of a function or a class.
+    function : callable
+        The function; `self`, if it has one, is among the arguments.
+    arguments, named : tuple and dict
+        Arguments of the call. If they fit the signature, nothing is raised.
+    """
+    signature = inspect.signature(function)
+    try:
+        signature.bind(*arguments, **named)
+        return
+    except TypeError as error:
+        reason = str(error)
+    parameters = [each for each in signature.parameters.values() if each.name not in ("self", "cls")]
+    if not any(each.kind is each.VAR_KEYWORD for each in parameters):
+        for name in named.keys() - {each.name for each in parameters if each.kind is not each.POSITIONAL_ONLY}:
+            refuse_keyword(call, name, [each.name for each in parameters])
+    missing = re.fullmatch(r"missing a required .*argument: '(.*)'", reason)
+    got = f"no {missing[1]}" if missing else reason
+    raise TypeError(f"{call}() must be called as {call}({_written(parameters)}), got {got}.") from None
+
+
+def refuse_keyword(call: str, name: str, known: Iterable[str]) -> NoReturn:
+    """Raise the TypeError of a keyword that a function does not have."""
+    advice = suggestion([f"{call}()", f"{call.rpartition('.')[2]}()"], name, known)
+    raise TypeError(f"{call}() got an unexpected keyword argument {quoted(name)}.{advice}") from None
+
+
+def _written(parameters: Iterable[inspect.Parameter]) -> str:
+    """Return the arguments that a call needs, as a user writes them."""
+    shown = []
+    for each in parameters:
+        if each.kind is each.VAR_POSITIONAL:
+            shown.append(f"*{each.name}")
+        elif each.kind is each.POSITIONAL_OR_KEYWORD and each.default is each.empty:
+            shown.append(each.name)
+        elif each.kind is each.KEYWORD_ONLY and each.default is each.empty:
+            shown.append(f"{each.name}=...")
+    return ", ".join(shown)
+
+
+def attached(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return `__getattr__`, `__dir__` and `__all__` of a namespace, whose names are in the stub next to its file.
+
+    The first use of a name imports its module. A name that does not exist raises an AttributeError with a suggestion.
+    """
+    get, names, listed = lazy_loader.attach_stub(package, file)
+
+    def get_or_suggest(name: str) -> Any:
+        if name in listed or name.startswith("_") or find_spec(f"{package}.{name}"):
+            return get(name)  # for a module, `from package import module` asks for the attribute first
+        refuse_name(package, name, listed)
+
+    return get_or_suggest, names, listed
+
+
+def refuse_name(module: str, name: str, known: Iterable[str]) -> NoReturn:
+    """Raise the AttributeError of a module without this name."""
+    advice = suggestion([module], name, ()) or _place_of(name) or nearest(name, known)
+    raise AttributeError(f"{module} has no attribute {quoted(name)}.{advice}", name=name, obj=sys.modules[module])
+
+
+def _place_of(name: str) -> str:
+    """Return the suggestion of the namespace that has a name, in any case."""
+    package = sys.modules[PACKAGE]
+    stubs = sorted(Path(package.__path__[0]).glob("*/__init__.pyi"))
+    spaces = [package, *(importlib.import_module(f"{PACKAGE}.{stub.parent.name}") for stub in stubs)]
+    found = {each: f"{space.__name__}.{each}" for space in reversed(spaces) for each in space.__all__}
+    alike = found.get(name) or next((path for each, path in found.items() if _plain(each) == _plain(name)), "")
+    return f" Write {alike}." if alike else ""
