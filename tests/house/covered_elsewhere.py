@@ -48,7 +48,6 @@ COVERED_BY = {
     "integration/rows.py": "laws/test_every_system.py",
     "integration/settings.py": "unit/propagation/test_propagate.py",
     "integration/starts.py": "laws/test_every_system.py",
-    "integration/variational.py": "oracles/test_state_transition_of_motions.py",
     "mechanics/block.py": "laws/test_restarts.py",
     "mechanics/body_dynamics.py": "unit/mechanics/test_system.py",
     "mechanics/body_integrals.py": "unit/mechanics/test_integrals.py",
