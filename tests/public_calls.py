@@ -615,7 +615,7 @@ def public_calls(folder):
         ),
         "KeplerOrbit.from_elements eccentric": (
             pt.KeplerOrbit.from_elements,
-            {"mu": 2.0, "semimajor_axis": 1.5, "eccentricity": 0.3, **elements, "eccentric_anomaly": 0.5},
+            {"mu": 2.0, "periapsis_distance": 1.5, "eccentricity": 0.3, **elements, "eccentric_anomaly": 0.5},
         ),
         "KeplerOrbit.from_vectors": (pt.KeplerOrbit.from_vectors, passage),
         "LagrangePointPath": (

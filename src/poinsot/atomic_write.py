@@ -90,7 +90,7 @@ def write_text(path: str | Path, text: str, overwrite: bool) -> Path:
 
 
 def synced(path: Path) -> None:
-    """Let a file, or the names in a folder, survive a power cut, where the file system can."""
+    """Flush a file, or the names in a folder, to the disk, where the file system supports it."""
     with contextlib.suppress(OSError):  # Windows opens no folder
         number = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
         try:
@@ -113,13 +113,13 @@ def _target(path: Path, overwrite: bool) -> Path:
 
 
 def _check_free(path: Path) -> None:
-    """Refuse a name that leads to something, be it a link to nothing."""
+    """Raise a FileExistsError for a name that exists, also as a broken link."""
     if os.path.lexists(path):
         raise FileExistsError(f"{shortened(path)} already exists; overwrite=True replaces it.")
 
 
 def _check_mark(path: Path, mark: str) -> None:
-    """Refuse to replace a file or another folder by a store."""
+    """Raise an OSError if a store would replace a file or another folder."""
     if os.path.lexists(path) and not (path / mark).is_file():
         raise FileExistsError(f"{shortened(path)} must be a Zarr store to be replaced, got something else.")
 

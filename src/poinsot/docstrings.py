@@ -1,4 +1,4 @@
-"""Parameters in numpydoc docstrings: their entries, and the entries that a class inherits."""
+"""Parameters in numpydoc docstrings: their entries, and the entries that classes and constructors inherit."""
 
 from __future__ import annotations
 
@@ -23,22 +23,33 @@ def parameter_entries(docstring: str | None) -> Mapping[str, str]:
     return {name.strip("* "): entry for entry in entries for name in entry.partition(" : ")[0].split(",")}
 
 
-def inherit_parameters(cls: type, inherited: Iterable[str]) -> None:
-    """Complete the docstring of a class with the entries of inherited parameters from its base classes."""
-    if not (inherited := set(inherited)) or cls.__doc__ is None:
+def inherit_parameters(cls: type, names: Iterable[str]) -> None:
+    """Complete the docstrings of a class and its constructors with entries of parameters that are documented above.
+
+    The class lacks entries that a base class has. A class method lacks entries of parameters with the names of fields.
+    """
+    if cls.__doc__ is None:
         return
-    missing = inherited - parameter_entries(cls.__doc__).keys()
     known = {
-        name: entry
-        for base in cls.__mro__[:0:-1]
-        for name, entry in parameter_entries(vars(base)["__doc__"]).items()
-        if name in missing
+        name: entry for base in cls.__mro__[:0:-1] for name, entry in parameter_entries(vars(base)["__doc__"]).items()
     }
-    if not known:
-        return
-    head, heading, rest = inspect.cleandoc(cls.__doc__).partition(HEADING)
-    if not heading:
-        head, rest = "", head
-    end = found.start() if (found := SECTION.search(rest)) else len(rest)
-    before = rest[:end] if heading else f"{rest[:end]}\n\n{HEADING}".removesuffix("\n")
-    cls.__doc__ = "\n".join([head + heading + before, *dict.fromkeys(known.values())]) + rest[end:]
+    cls.__doc__ = _completed(cls.__doc__, names, known)
+    methods = [each.__func__ for name, each in vars(cls).items() if isinstance(each, classmethod) and name[0] != "_"]
+    if methods:
+        known |= parameter_entries(cls.__doc__) | parameter_entries(cls.__doc__.replace("Attributes\n", "Parameters\n"))
+    for method in methods:
+        code = inspect.unwrap(method).__code__
+        arguments = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
+        method.__doc__ = _completed(method.__doc__ or "", arguments, known)
+
+
+def _completed(docstring: str, names: Iterable[str], known: Mapping[str, str]) -> str:
+    """Return a docstring with known entries of the parameters that it lacks, in the order of the names."""
+    own = parameter_entries(docstring)
+    if not any(name in known and name not in own for name in names):
+        return docstring
+    head, heading, rest = inspect.cleandoc(docstring).partition(HEADING)
+    end = found.start() if (found := SECTION.search(rest if heading else head)) else len(rest or head)
+    before, after = (head, rest[end:]) if heading else (f"{head[:end]}\n\n", head[end:])
+    entries = {name: own.get(name) or known.get(name) for name in dict.fromkeys([*names, *own])}
+    return before + HEADING + "\n".join(filter(None, dict.fromkeys(entries.values()))) + after

@@ -208,6 +208,23 @@ def test_the_command_line_names_them(told):
     assert ".jsonl" in said["other"][1]
 
 
+@pytest.mark.parametrize("module", ["mine", "mine.py"])
+def test_the_command_line_imports_the_module(told, tmp_path, module):
+    folder, _ = told
+    command = [sys.executable, "-m", "poinsot", "run", "it.toml", "--import", module, "--out", str(tmp_path / "own.nc")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=True)
+    assert done.stdout == f"{tmp_path / 'own.nc'}\n"
+    assert [each.name for each in tmp_path.iterdir()] == ["own.nc"]
+
+
+def test_the_command_line_names_a_module_that_does_not_exist(told):
+    folder, _ = told
+    command = [sys.executable, "-m", "poinsot", "--import", "yours", "run", "it.toml"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "poinsot: --import must name a module, got 'yours': No module named 'yours'.\n"
+
+
 def test_a_result_is_read_where_they_are_not_known(told):
     folder, _ = told
     back: Any = pt.load(folder / "it.nc")

@@ -1,4 +1,4 @@
-"""The events that people ask for: axes, rates, momenta, orbits and the time pass a value."""
+"""Standard events: crossings of directions, angular velocities, angular momenta, apsides and times."""
 
 from __future__ import annotations
 

@@ -243,7 +243,7 @@ def _recorded(data: xarray.Dataset, motion: Trajectory) -> xarray.Dataset:
 
 def _happened(motion: Trajectory) -> dict[str, Any]:
     """Return the events along a motion as variables; empty ones have no place in NetCDF, which extends them."""
-    return {name: variable for name, variable in told_crossings(motion).items() if len(variable[1])}
+    return {name: variable for name, variable in told_crossings(motion.events).items() if len(variable[1])}
 
 
 def _in_store(path: Path) -> Trajectory:

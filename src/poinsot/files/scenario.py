@@ -169,7 +169,7 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
 
 
 def repetition(motion: Trajectory, name: str) -> Scenario:
-    """Return what makes a motion again that a file has: by its scenario, or from its system, start and times."""
+    """Return the scenario that repeats the motion in a file: its own, or one of its system, initial state and times."""
     if not isinstance(motion.system, System):
         raise ValueError(f"{name} cannot be run again: {motion.system.not_rerunnable}")
     known = motion.provenance

@@ -29,11 +29,10 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState
-from poinsot.taylor.decomposition import Crossing
 from poinsot.taylor.draws import normals
 from poinsot.taylor.graph import Graph, GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
-from poinsot.taylor.lowering import TIME, Events, conditions_of
+from poinsot.taylor.lowering import TIME, conditions_of
 from poinsot.taylor.rescaling import MOMENTUM_SCALE
 from poinsot.taylor.sampling import Update
 
@@ -118,10 +117,9 @@ class Equations:
         The variables, then the time.
     rates : list of scalars
         The time derivatives of the variables.
-    events : Events
-        The events; the last one is the approach of variables to their singularity, if they have one.
-    counting : list of scalars
-        Conditions of the events that are positive where their zeros count.
+    events, counting : lists of scalars
+        The values of the events, and conditions that are positive where their zeros count. Another value is the
+        distance of the variables from their singularity, if they have one.
     updates : list of Update
         New values of variables at samples.
     saltation : Saltation or None
@@ -130,7 +128,7 @@ class Equations:
 
     own: list[Node]
     rates: list[GraphScalar]
-    events: Events
+    events: list[GraphScalar]
     counting: list[GraphScalar]
     updates: list[Update]
     saltation: Saltation | None = None
@@ -138,7 +136,7 @@ class Equations:
     @property
     def conditions(self) -> dict[Node, GraphScalar]:
         """The conditions on which formulas branch, and the functions that are negative where they hold."""
-        return conditions_of([*self.rates, *self.events.values, *self.counting])
+        return conditions_of([*self.rates, *self.events, *self.counting])
 
 
 def traced_equations(problem: Problem, variables: StateVector) -> Equations:
@@ -168,13 +166,12 @@ def traced_equations(problem: Problem, variables: StateVector) -> Equations:
             for rate in chart.rates(motion, each.omega, each.momentum_rate, each.torque, turning)
         ]
         rates = [*of_charts, *of_blocks]
-        values = [event.value(instant) for event in symbolic.events]
-        crossings = [Crossing(event.direction, event.terminal or event.acts) for event in problem.events]
-        if (distance := chart.nearness(own)) is not None:
-            values, crossings = [*values, distance], [*crossings, Crossing(0, True)]
+        events = [event.value(instant) for event in symbolic.events]
         updates = [_update(graph, part, instant, variables, scale) for part in system.jumping]
         conditions = [event.condition(instant) for event in symbolic.events]
-        traced = Equations([*own, time], rates, Events(values, tuple(crossings)), conditions, updates)
+        distance = chart.nearness([*own, time])
+        events += [] if distance is None else [distance]
+        traced = Equations([*own, time], rates, events, conditions, updates)
         if variations is None:
             return traced
         parts = own[variables.charts[-1].stop : variables.along_orbits.start]

@@ -18,9 +18,9 @@ from poinsot.integration.saltation import Saltation
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.event import Event
 from poinsot.printable import quoted
-from poinsot.taylor.decomposition import Momenta
+from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.evaluation import WideEvaluator
-from poinsot.taylor.graph import Evaluator, GraphScalar, Node, wide
+from poinsot.taylor.graph import Evaluator, GraphScalar, Node, Number, wide
 from poinsot.taylor.lowering import Constants, Program, StartRoots, simplified
 from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel
@@ -43,7 +43,6 @@ QUIET.run(np.seterr, all="ignore")
 
 Array = NDArray[np.float64]
 Members = NDArray[np.int_]
-Number = float | Array
 Values = Sequence[Number]
 """Values of formulas: a list of floats if all inputs are scalars, otherwise a tuple that contains arrays (members,)."""
 
@@ -98,8 +97,8 @@ def formulas_of(problem: Problem, variables: StateVector) -> KernelFormulas:
     stored, key = problem.alike.by_variables, ("formulas", variables.structure)
     if key not in stored:
         traced = equations.traced_equations(problem, variables)
-        _refuse_constant_events(problem.events, traced.events.values[: len(problem.events)], variables.formulation.name)
-        constants = Constants([*traced.rates, *traced.events.values])
+        _refuse_constant_events(problem.events, traced.events, variables.formulation.name)
+        constants = Constants([*traced.rates, *traced.events])
         counting = Evaluator(traced.counting, np.float64, traced.own)
         stored[key] = KernelFormulas(constants, counting, traced.saltation, traced)
     found: KernelFormulas = stored[key]
@@ -111,10 +110,13 @@ def program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ())
     formulas = formulas_of(problem, variables)
     traced, formulas.traced = formulas.traced or equations.traced_equations(problem, variables), None
     made = simplified(traced.rates, zeros, traced.events).with_jumps(traced.own, traced.updates)
+    crossings = [Crossing(event.direction, event.terminal or event.acts) for event in problem.events]
+    singular = [Crossing(0, True)] * (len(traced.events) - len(crossings))
     places = np.arange(variables.size)[variables.momenta].tolist()
     conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
     decomposition = replace(
         made.decomposition,
+        events=(*crossings, *singular),
         stops=tuple(traced.saltation.stops if traced.saltation else ()),
         attitude=tuple(variables.attitude),
         momenta=Momenta(tuple(places), tuple(variables.scaled), powers_of(made.parameters), conjugates),
@@ -184,8 +186,9 @@ class KernelParameters:
 
     def _made(self, zeros: tuple[int, ...]) -> PreparedKernel:
         made = program(self._smooth, self.variables, zeros)
-        values = made.wide_values() if self._kind.wide else made.values(wide)
-        return PreparedKernel(self._kind.compiler(made, self._kind), values, StartRoots(made, self.variables.size))
+        formulas, code = made.formulas, self._kind.compiler(made, self._kind)
+        values = WideEvaluator(formulas) if self._kind.wide else Evaluator(formulas, wide)
+        return PreparedKernel(code, values, StartRoots(made, self.variables.size))
 
     def _table(self, kernel: PreparedKernel, values: Values, inputs: Values, members: Members | slice = EVERY) -> Array:
         """Return the parameters of members, shape (n, parameters): the values behind the constants."""
@@ -230,7 +233,7 @@ def _inputs(problem: Problem, variables: StateVector) -> tuple[Number, ...]:
 
 def _refuse_constant_events(events: Sequence[Event], values: Sequence[GraphScalar], formulation: str) -> None:
     """Raise a ValueError if the value of an event, a scalar of a kernel, is constant along the motion."""
-    for event, value in zip(events, values, strict=True):
+    for event, value in zip(events, values, strict=False):
         if not (isinstance(value, Node) and value.varies):
             raise ValueError(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "

@@ -139,7 +139,8 @@ class Parametric(Immutable):
                 setattr(cls, name, mark(vars(cls)[name]))
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
         if is_own(cls):
-            inherit_parameters(cls, vars(cls)["__dataclass_fields__"].keys() - cls.__annotations__.keys())
+            fields = sorted(vars(cls)["__dataclass_fields__"].values(), key=lambda field: bool(field.kw_only))
+            inherit_parameters(cls, [field.name for field in fields])
         cls.__setattr__ = _stays  # type: ignore[assignment]
         explain_formulas(cls)
 

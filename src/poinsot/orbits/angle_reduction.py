@@ -14,7 +14,7 @@ from poinsot.taylor.graph import number
 __all__ = ["NearbyAngle", "angle_at", "elapsed", "mean_motion_of"]
 
 FULL = PI.scaled(4.0)
-"""Two turns, which leave the half angles of a quaternion, and so its sign, as they are."""
+"""Two turns. They change neither the half angles of a quaternion nor its sign."""
 
 MAX_TURN_PAIRS = 80
 """Largest number of pairs of turns that `NearbyAngle` reduces: beyond it the omitted products exceed rounding."""
@@ -31,8 +31,8 @@ def mean_motion_of(mu: Scalar, semimajor_axis: Scalar, beyond: Scalar = 0.0) -> 
 def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool = False) -> Scalar:
     """Return start + rate (time - epoch), radians.
 
-    Of floats it is reduced to [-2 pi, 2 pi] unless it is asked for as a whole, from a sum of some 32 digits:
-    its error is the rounding of the result and of `start`, at any time.
+    For floats, a sum of 32 digits is reduced to [-2 pi, 2 pi], unless `whole` is True. At any time, the error is the
+    rounding of the result and of `start`.
     """
     here = number(time)
     if not _plain(start, here, epoch) or not (isinstance(rate, DoubleDouble) or _plain(rate)):
@@ -46,7 +46,7 @@ def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool 
 
 
 class NearbyAngle:
-    """The angle start + rate (time - epoch) of doubles, faster than `angle_at` within some pairs of turns of zero.
+    """Angle start + rate (time - epoch) of doubles, faster than `angle_at` within some pairs of turns of zero.
 
     The constants of the reduction are computed once, with 32 digits.
 
@@ -73,7 +73,7 @@ class NearbyAngle:
         turns = np.rint(since / self._period)
         if not np.maximum.reduce(np.abs(turns), axis=None, initial=0.0) < MAX_TURN_PAIRS:
             return None
-        # The product modulo two turns is that of the time modulo two periods.
+        # The time modulo two periods gives the product modulo two turns.
         rest = since - turns * self._short  # exact, as a few turns have few bits too
         late, most = (below - self._zero.lo) - turns * self._rest, _few_bits(rest)
         return self._few * most + (self._fast * ((rest - most) + late) + self._slow * most)

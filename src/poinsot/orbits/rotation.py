@@ -180,9 +180,9 @@ class RotationModel(PlanetAxes):
         return Vector(rising * (c * x - s * y) + ahead * (s * x + c * y) + pole * z)
 
     def _turn(self, time: Scalar) -> tuple[tuple[Vector, Vector, Vector], tuple[Scalar, Scalar]]:
-        """Return axes that do not turn with the planet, and cosine and sine of its angle about the third.
+        """Return axes that do not rotate with the planet, and cosine and sine of the rotation angle about the third.
 
-        The first one is where the equator rises through that of space.
+        The first axis is the ascending node of the planet's equator on the plane of the first two space axes.
         """
         (ca, sa), (cd, sd), turned = ((functions.cos(x), functions.sin(x)) for x in self.angles_at(time))
         still = Vector((-sa, ca, 0.0)), Vector((-sd * ca, -sd * sa, cd)), Vector((cd * ca, cd * sa, sd))

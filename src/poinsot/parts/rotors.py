@@ -1,4 +1,4 @@
-"""Rotors: at a constant speed, driven by a motor, or brought to a speed by one."""
+"""Rotors at a constant speed, driven by a motor, or controlled to a commanded speed."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Gyrostat(Part):
 
 
 class Wheel(Part):
-    """A balanced wheel on an axis fixed in the body."""
+    """Balanced wheel on an axis fixed in the body."""
 
     axis: BodyUnitVector
     moment: Positive

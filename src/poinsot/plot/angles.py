@@ -18,8 +18,7 @@ from poinsot.mechanics.frame import LEVEL, Frame
 from poinsot.plot.curves import SeparateCurveOptions, in_one_panel, jumps, reached
 from poinsot.plot.labels import angle_unit_of, different_orbits, one_rotation
 from poinsot.plot.panels import count_degrees, plot
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import OfTwoBodies, Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,8 +22,9 @@ from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.stored_motion import result_in
 from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
-from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
+from poinsot.storage.ensemble import ChunkResult, Ensemble
 from poinsot.storage.ensemble_store import plain_variables
+from poinsot.storage.fingerprint import digests
 from poinsot.storage.zarr_group import Attributes, Described
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ def _computed(compute: Compute, members: slice, names: tuple[str, ...], progress
     run_of, data = getattr(result, "motion", result), result.dataset
     points = {} if POINTS not in data.dims else _points(data, members.start)
     rows = {name: data[name].values for name in names}
-    return ChunkResult.of(run_of, members.start, rows, points, interrupted)
+    return ChunkResult.of(run_of.failures, run_of.run, members.start, rows, points, interrupted)
 
 
 class Analysis(NamedTuple):

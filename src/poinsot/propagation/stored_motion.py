@@ -26,13 +26,14 @@ from poinsot.propagation.event_record import EventRecord, EventRecords
 from poinsot.propagation.recorded import RecordedEvent
 from poinsot.propagation.scenario_of_motion import with_texts
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
+from poinsot.storage.ensemble import ChunkResult, Ensemble
 from poinsot.storage.ensemble_store import EnsembleStore
 from poinsot.storage.run_record import RunRecord
-from poinsot.storage.zarr_group import Described
+from poinsot.storage.zarr_group import Described, Variables
 
 if TYPE_CHECKING:
     import xarray
+from poinsot.storage.fingerprint import digests
 from poinsot.storage.reductions import reduced
 from poinsot.storage.selection import Chosen
 from poinsot.storage.zarr_group import JoinedArrays
@@ -116,10 +117,10 @@ def events_in(attributes: Mapping[str, Any]) -> list[RecordedEvent]:
         raise ValueError(f"events must be a list of names, got {described(text)}.") from None
 
 
-def told_crossings(motion: Trajectory, first: int = 0) -> dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]]:
-    """Return the events of a motion as variables of a file; `first` is the number of its first member."""
+def told_crossings(events: Sequence[EventRecord], first: int = 0) -> Variables:
+    """Return the records of events as variables of a file; `first` is the number of the first member."""
     variables: dict[str, Any] = {}
-    for number, found in enumerate(motion.events):
+    for number, found in enumerate(events):
         name = f"event_{number}"
         variables[f"{name}_time"] = (name,), found.times, {}
         variables[f"{name}_member"] = (name,), found.members + first, {}
@@ -229,7 +230,9 @@ def ensemble_of_motions(
         Returns the motion of some members and the report of their run.
     """
     system, state, times, run, table = whole.system, whole.initial, whole.times, whole.run, whole._reader.table
-    described = with_texts(whole.variables(()), system, run, whole.provenance)
+    phase, fixed = whole._rows.phase, whole.variables(())
+    names = state_variables(system, phase)
+    described = with_texts(fixed, system, run, whole.provenance)
     method = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
     problem = {
         "function": "propagate",
@@ -244,11 +247,11 @@ def ensemble_of_motions(
         needed |= {Requirement.FORCES, *([Requirement.PARTS] if system.parts else [])}
     required = (name for name, column in table.items() if column.requires & needed)
     return Ensemble(
-        members=len(whole),
+        members=state.time.size,
         last=float(times[-1]),
         problem=digests(problem),
         variables=_described(table, whole),
-        stored=(*state_variables(system, whole.phase), *required),
+        stored=(*names, *required),
         member_bytes=8 * times.size * (variables.size + sum(variables.sizes.values())),
         fixed=described.assign_attrs(
             {**method, "tolerance": run.tolerance, "order": 0, "steps": 0, **told_events(events)}
@@ -260,7 +263,7 @@ def ensemble_of_motions(
 
 def _described(columns: Mapping[str, Column], whole: Trajectory) -> dict[str, Described]:
     """Return the description of each column of all members, by name."""
-    units, shape, found = DerivedUnits(whole.system.units), (len(whole), whole.times.size), {}
+    units, shape, found = DerivedUnits(whole.system.units), (whole.initial.time.size, whole.times.size), {}
     for name, column in columns.items():
         length = column.length or (whole._rows.columns[name].shape[-1] if column.axis else 0)
         dims = ("member", "time", *([column.axis] if length else []))
@@ -276,8 +279,8 @@ def _integrated(
 ) -> ChunkResult:
     """Integrate some members."""
     motion, report = integrate(members, progress)
-    rows, extra = motion._reader.read(names), told_crossings(motion, members.start)
-    return ChunkResult.of(motion, members.start, rows, extra, report.interrupted)
+    rows, extra = motion._reader.read(names), told_crossings(motion._rows.events.records, members.start)
+    return ChunkResult.of(motion.failures, motion.run, members.start, rows, extra, report.interrupted)
 
 
 def _opened(whole: Trajectory, events: Sequence[Event], store: EnsembleStore) -> Trajectory | xarray.Dataset:
@@ -287,7 +290,7 @@ def _opened(whole: Trajectory, events: Sequence[Event], store: EnsembleStore) ->
         return store.dataset()
     arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)], dtype=float)
     columns = {ORBIT_VARIABLES: arrays[ORBIT_VARIABLES]} if ORBIT_VARIABLES in arrays else {}
-    found = stored_events(events, whole.system, sizes_of(whole.phase), functools.partial(crossings_in, store))
+    found = stored_events(events, whole.system, sizes_of(whole._rows.phase), functools.partial(crossings_in, store))
     rows = MotionRows(phase, columns, found, store.summary, store)
     run, failures = run_in(store, whole.run), failures_in(store)
     return Trajectory(whole.system, whole.initial, times, rows, run, failures=failures, provenance=whole.provenance)

@@ -10,28 +10,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
 
 from poinsot.display.progress import Progress
-from poinsot.storage.fingerprint import fingerprint
 from poinsot.storage.run_record import RunRecord
-from poinsot.storage.zarr_group import Described, Numbers
+from poinsot.storage.zarr_group import Described, Numbers, Variables
 
 if TYPE_CHECKING:
     import xarray
 
-    from poinsot.storage.ensemble_store import EnsembleStore, Variables
+    from poinsot.storage.ensemble_store import EnsembleStore
 
-__all__ = ["ChunkResult", "Ensemble", "digests"]
+__all__ = ["ChunkResult", "Ensemble"]
 
 Result = TypeVar("Result")
-
-
-class Computed(Protocol):
-    """Motion or result of an analysis: reasons why members failed, and how it was computed."""
-
-    @property
-    def failures(self) -> Mapping[int, str]: ...
-
-    @property
-    def run(self) -> RunRecord: ...
 
 
 class ChunkResult(NamedTuple):
@@ -56,11 +45,17 @@ class ChunkResult(NamedTuple):
 
     @classmethod
     def of(
-        cls, computed: Computed, first: int, rows: Mapping[str, Numbers], extra: Variables, interrupted: bool
+        cls,
+        failures: Mapping[int, str],
+        run: RunRecord,
+        first: int,
+        rows: Mapping[str, Numbers],
+        extra: Variables,
+        interrupted: bool,
     ) -> ChunkResult:
         """Return the result of members whose first one has a number in the ensemble."""
-        failures = {str(first + member): why for member, why in computed.failures.items()}
-        return cls(rows, extra, {"failures": failures, "run": computed.run.of_chunk}, interrupted)
+        own = {str(first + member): why for member, why in failures.items()}
+        return cls(rows, extra, {"failures": own, "run": run.of_chunk}, interrupted)
 
 
 class Compute(Protocol):
@@ -104,8 +99,3 @@ class Ensemble(Generic[Result]):
     fixed: xarray.Dataset
     compute: Compute
     open: Callable[[EnsembleStore], Result]
-
-
-def digests(problem: Mapping[str, Any]) -> dict[str, str]:
-    """Return the digest of each argument of a problem."""
-    return {name: fingerprint(value) for name, value in problem.items()}

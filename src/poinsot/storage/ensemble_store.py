@@ -29,6 +29,7 @@ from poinsot.storage.zarr_group import (
     Numbers,
     StoredArray,
     StoreError,
+    Variables,
     check_descriptions,
     check_lengths,
     own_folder,
@@ -46,7 +47,6 @@ __all__ = [
     "MAX_CHUNK_BYTES",
     "EnsembleStore",
     "StoreHeader",
-    "Variables",
     "block_of",
     "coordinates_of",
     "dataset_of_arrays",
@@ -65,9 +65,6 @@ MAX_CHUNK_BYTES = 128 * 1024**2
 
 MAX_CHUNKS = 2**24
 """In one store: each is at least a file."""
-
-Variables = Mapping[str, tuple[tuple[str, ...], Numbers, Attributes]]
-"""Name -> dimensions, numbers and attributes."""
 
 WORDS, COORDINATES = "words", "coordinates"
 """The attribute of an array that has words in the place of its numbers, and that of a group which names coordinates."""

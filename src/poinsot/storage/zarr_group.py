@@ -36,6 +36,7 @@ __all__ = [
     "Numbers",
     "StoreError",
     "StoredArray",
+    "Variables",
     "check_descriptions",
     "check_lengths",
     "own_folder",
@@ -61,6 +62,11 @@ Json = bool | int | float | str | None | Sequence["Json"] | Mapping[str, "Json"]
 Attributes = Mapping[str, Json]
 """Attributes of a group or an array, in values of JSON."""
 
+Numbers = NDArray[np.generic]
+
+Variables = Mapping[str, tuple[tuple[str, ...], Numbers, Attributes]]
+"""Dimensions, numbers and attributes of variables by name."""
+
 BYTES: Json = {"name": "bytes", "configuration": {"endian": "little"}}
 CHECKSUM: Json = {"name": "crc32c"}
 SIZE_OF_CHECKSUM = 4
@@ -69,7 +75,6 @@ WRITER_THREADS = 4
 """Number of threads that write the files of a group."""
 
 
-Numbers = NDArray[np.generic]
 Places = int | slice | NDArray[np.int_] | NDArray[np.bool_]
 
 

@@ -117,10 +117,9 @@ class Detection(KernelPart):
         near = [("simultaneity", "f8", ())]
         self.of_tasks_and_lanes = [*((name, "f8", (size,)) for name, size in sizes.items()), *near]
         self.of_tasks = [("next_branches", "f8", (len(self._conditions),))]
-        self.of_lanes = [("shift", "f8", ()), ("switched", "i8", ())]
-        self.polynomials = {"watched": (self.count, self._orders)}
-        if context.wide:
-            self.polynomials["watched_numbers"] = (2 * self.count, self._orders)
+        polynomials = {"watched": self.count, "watched_numbers": context.wide * 2 * self.count}
+        self.of_lanes = [(name, "f8", (size, self._orders)) for name, size in polynomials.items()]
+        self.of_lanes += [("shift", "f8", ()), ("switched", "i8", ())]
         arrays = [(name, "f8", (size,)) for name, size in (("crossed", self._events), ("state", context.variables))]
         self.record = np.dtype([("task", "i8"), ("time", "f8"), *near, *arrays])
         self.functions = {"record_events": self._record_events} if self._events else {}

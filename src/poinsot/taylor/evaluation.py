@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from poinsot.taylor.decomposition import Coefficient
 from poinsot.taylor.elementary import elementary
-from poinsot.taylor.graph import HELD, OPERATORS, GraphScalar, Node, needed
+from poinsot.taylor.graph import HELD, OPERATORS, GraphScalar, Node, Number, needed
 from poinsot.taylor.llvm_ir import (
     BOOL,
     DOUBLE,
@@ -69,7 +68,7 @@ class WideEvaluator:
         Nodes whose values come first in a call; inputs of the run follow.
     """
 
-    def __init__(self, outputs: Sequence[Any], first: Sequence[Node] = ()) -> None:
+    def __init__(self, outputs: Sequence[GraphScalar], first: Sequence[Node] = ()) -> None:
         own = {node.place: place for place, node in enumerate(first)}
         nodes = needed([x for x in outputs if isinstance(x, Node)], own)
         given = own | {node.place: len(first) + node.operands[0] for node in nodes if node.name == "input"}
@@ -97,7 +96,7 @@ class WideEvaluator:
         module.function("evaluate", "void", [POINTER, POINTER, INTEGER], body)
         self._evaluate = function_of(module, "evaluate")
 
-    def __call__(self, given: Sequence[Any]) -> Sequence[Any]:
+    def __call__(self, given: Sequence[Number]) -> Sequence[Number]:
         """Return the high parts of all outputs, then their low parts: a list of floats, or a tuple of arrays."""
         numbers = np.broadcast_arrays(*(given[place] for place in self._places), *self._values, np.float64(0.0))
         shape = numbers[0].shape

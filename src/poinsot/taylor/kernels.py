@@ -115,22 +115,16 @@ class KernelProgram:
     def _work_type(self) -> np.dtype[np.void]:
         """Return the type of the memory of a worker; vectors come first, as they are aligned."""
         context, parts = self.context, (self._detection, self._sampling, self._rescaling, self._tasks)
-        lanes, size = context.lanes, (context.words + 1) * context.variables
-        polynomials = {
-            "following": (size,),
-            "row": (size,),
-            "zeros": (context.words * len(self._schedule.zeros),),
-            "reciprocals": (context.words * len(self._schedule.reciprocals),),
-            **self._detection.polynomials,
-        }
-        of_lanes = [*self._tasks.fields, *(field for part in parts for field in part.of_lanes)]
+        size = (context.words + 1) * context.variables
+        sizes = {"following": size, "row": size, "zeros": context.words * len(self._schedule.zeros)}
+        sizes["reciprocals"] = context.words * len(self._schedule.reciprocals)
+        vectors = [(name, "f8", (size,)) for name, size in sizes.items()]
+        of_lanes = [*vectors, *self._tasks.fields, *(field for part in parts for field in part.of_lanes)]
         return np.dtype(
             [
                 ("coefficients", "f8", (-(-context.layout.size // 8) * 8,)),
-                *((name, "f8", (*shape, lanes)) for name, shape in polynomials.items()),
-                *((name, kind, (*shape, lanes)) for name, kind, shape in of_lanes),
-                ("reciprocals_of_orders", "f8", (context.order + 1,)),
-                ("reciprocals_below", "f8", (context.order + 1,)),
+                *((name, kind, (*shape, context.lanes)) for name, kind, shape in of_lanes),
+                *((name, "f8", (context.order + 1,)) for name in ("reciprocals_of_orders", "reciprocals_below")),
                 *(field for part in parts for field in part.of_workers),
             ]
         )

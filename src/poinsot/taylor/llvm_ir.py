@@ -7,16 +7,21 @@ unless it says so (`fma`). So the same formulas give the same bits in vectors of
 from __future__ import annotations
 
 import functools
+import importlib
 import itertools
 import math
+import platform
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
+from types import ModuleType
 from typing import TypeAlias
 
 import numpy as np
 from typing_extensions import override
+
+from poinsot.double_double import exact_sum, sum_of_ordered
 
 __all__ = [
     "ATTRIBUTES",
@@ -33,8 +38,8 @@ __all__ = [
     "Wide",
     "WideValue",
     "exact_product",
-    "exact_sum",
     "host_features",
+    "llvm",
     "offset_of",
     "vector",
 ]
@@ -307,11 +312,11 @@ class WideValue(Value):
     def __add__(self, other: Argument) -> WideValue:
         if isinstance(other, Value) and not isinstance(other, WideValue):
             high, low = exact_sum(self.high, other)
-            return WideValue(*_ordered_sum(high, low + self.low))
+            return WideValue(*sum_of_ordered(high, low + self.low))
         other = self.like(other)
         (high, small), (low, smaller) = exact_sum(self.high, other.high), exact_sum(self.low, other.low)
-        high, low = _ordered_sum(high, small + low)
-        return WideValue(*_ordered_sum(high, low + smaller))
+        high, low = sum_of_ordered(high, small + low)
+        return WideValue(*sum_of_ordered(high, low + smaller))
 
     __radd__ = __add__
 
@@ -329,10 +334,10 @@ class WideValue(Value):
             return self.times_power_of_two(float(other))
         if isinstance(other, Value) and not isinstance(other, WideValue):
             high, low = exact_product(self.high, other)
-            return WideValue(*_ordered_sum(high, self.low.fma(other, low)))
+            return WideValue(*sum_of_ordered(high, self.low.fma(other, low)))
         other = self.like(other)
         high, low = exact_product(self.high, other.high)
-        return WideValue(*_ordered_sum(high, self.high.fma(other.low, self.low.fma(other.high, low))))
+        return WideValue(*sum_of_ordered(high, self.high.fma(other.low, self.low.fma(other.high, low))))
 
     __rmul__ = __mul__
 
@@ -342,7 +347,7 @@ class WideValue(Value):
         first = self.high / other.high
         high, low = exact_product(first, other.high)
         rest = ((self.high - high) - low) + (self.low - first * other.low)
-        return WideValue(*_ordered_sum(first, rest / other.high))
+        return WideValue(*sum_of_ordered(first, rest / other.high))
 
     @override
     def __rtruediv__(self, other: Argument) -> WideValue:
@@ -370,14 +375,14 @@ class WideValue(Value):
 
     @override
     def normalized(self) -> WideValue:
-        return WideValue(*_ordered_sum(self.high, self.low))
+        return WideValue(*sum_of_ordered(self.high, self.low))
 
     @override
     def sqrt(self) -> WideValue:
         root = self.high.sqrt()
         high, low = exact_product(root, root)
         more = (((self.high - high) - low) + self.low) / (2.0 * root)
-        return WideValue(*_ordered_sum(root, root.is_("gt", 0.0).choose(more, 0.0)))
+        return WideValue(*sum_of_ordered(root, root.is_("gt", 0.0).choose(more, 0.0)))
 
     @override
     def rint(self) -> WideValue:
@@ -385,7 +390,7 @@ class WideValue(Value):
         rest = self.high - whole  # low decides halves
         beyond = (abs(rest).is_("eq", 0.5) & (rest * self.low).is_("gt", 0.0)).choose(2.0 * rest, 0.0)
         low = rest.is_("eq", 0.0).choose(self.low.rint(), beyond)
-        return WideValue(*_ordered_sum(whole, low))
+        return WideValue(*sum_of_ordered(whole, low))
 
     @override
     def times_power_of_two(self, power: Argument) -> WideValue:
@@ -396,19 +401,6 @@ class WideValue(Value):
         if isinstance(other, float | int) and other == 0:
             return self.high.is_(relation, 0.0)
         return (self - other).high.is_(relation, 0.0)
-
-
-def exact_sum(a: Value, b: Value) -> tuple[Value, Value]:
-    """Return the sum of doubles and its rounding error (Knuth)."""
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
-
-
-def _ordered_sum(a: Value, b: Value) -> tuple[Value, Value]:
-    """Return the same where |a| >= |b|."""
-    total = a + b
-    return total, b - (total - a)
 
 
 def exact_product(a: Value, b: Value) -> tuple[Value, Value]:
@@ -694,8 +686,25 @@ def _listed(values: Sequence[Value]) -> str:
 
 
 @functools.cache
+def llvm() -> ModuleType:
+    """Return llvmlite's module of functions of LLVM.
+
+    Raises
+    ------
+    ImportError
+        If llvmlite is missing: pip has no wheel of it for every platform.
+    """
+    try:
+        return importlib.import_module("llvmlite.binding")
+    except (ImportError, OSError) as error:
+        found = f"{platform.system()} {platform.machine()} with Python {platform.python_version()}"
+        raise ImportError(
+            f"llvmlite must be installed, which compiles the equations of motion, got on {found}: {error}. PyPI has "
+            "wheels for Linux, macOS and Windows on common processors, and conda-forge for others."
+        ) from error
+
+
+@functools.cache
 def host_features() -> dict[str, bool]:
     """Return the instructions of this processor by LLVM's names."""
-    import llvmlite.binding as llvm
-
-    return dict(llvm.get_host_cpu_features())
+    return dict(llvm().get_host_cpu_features())

@@ -59,29 +59,30 @@ class CoefficientMemory:
 
     Attributes
     ----------
+    lanes : int
+        Members in a vector.
     size : int
-        Count of doubles.
+        Number of doubles.
     """
 
-    def __init__(self, size: int, wide: bool) -> None:
-        self._distance = -(-size // 8) * 8  # a multiple of the longest vector
-        self._wide, self.size = wide, self._distance * (1 + wide)
+    def __init__(self, numbers: int, lanes: int, wide: bool) -> None:
+        self._distance = -(-numbers // 8) * 8  # a multiple of the longest vector
+        self.lanes, self._wide, self.size = lanes, wide, self._distance * (1 + wide)
 
-    def kind(self, lanes: int) -> str:
+    def _kind(self, lanes: int) -> str:
         """Return the type of vectors."""
         return Wide(vector(DOUBLE, lanes)) if self._wide else vector(DOUBLE, lanes)
 
-    def array(self, address: Value, lanes: int) -> Array:
+    def _array(self, address: Value, lanes: int) -> Array:
         """Return memory as numbers or vectors of numbers."""
-        kind = vector(DOUBLE, lanes)
-        return Array(address, Wide(kind), self._distance // lanes) if self._wide else Array(address, kind)
+        return Array(address, self._kind(lanes), self._distance // lanes)
 
-    def at_once(self, lanes: int) -> int:
-        """Return how many vectors may be summed up at a time."""
+    def _together(self, lanes: int) -> int:
+        """Return the number of vectors whose sums stay in registers together."""
         return max(_registers(lanes) // (6 if self._wide else 1), 1)
 
 
-class Batch:
+class Batch(CoefficientMemory):
     """Vectors hold members: coefficients of the states and of what inner sums read, order by order."""
 
     def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int, wide: bool) -> None:
@@ -90,13 +91,12 @@ class Batch:
         self._stored = {row: variables + i for i, row in enumerate(stored)}
         self._places = self._stored | {row: place for row, place in states.items() if place is not None}
         self._stride = variables + len(stored)
-        self.lanes, self._memory = lanes, CoefficientMemory((order + 1) * self._stride * lanes, wide)
-        self.size = self._memory.size
-        self._groups = _parts(schedule.groups, self._memory.at_once(lanes))
+        super().__init__((order + 1) * self._stride * lanes, lanes, wide)
+        self._groups = _parts(schedule.groups, self._together(lanes))
 
     def states(self, memory: Value, n: Value | int) -> Array:
         """Return the coefficients of the states of some order."""
-        whole = self._memory.array(memory, self.lanes)
+        whole = self._array(memory, self.lanes)
         return whole.from_(whole.at(n * self._stride))
 
     def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
@@ -114,10 +114,8 @@ class Batch:
         return sums.__getitem__
 
 
-class Single:
+class Single(CoefficientMemory):
     """Vectors hold inner sums of one member: each coefficient is stored once for each place where it is read."""
-
-    lanes = 1
 
     def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool, unit: int = SUMS_PER_VECTOR) -> None:
         inner = [inner for group in schedule.groups for inner in group]
@@ -136,12 +134,11 @@ class Single:
         self._sums = (order + 1) * self._stride
         self._ahead = (order + (len(schedule.outputs) > variables)) & 1
         self._states = self._sums + 2 * self._count
-        self._memory = CoefficientMemory(self._states + (order + 1) * variables, wide)
-        self.size, self._most = self._memory.size, self._memory.at_once(SUMS_PER_VECTOR)
+        super().__init__(self._states + (order + 1) * variables, 1, wide)
 
     def _at(self, memory: Value, place: Value | int, lanes: int = 1) -> Array:
         """Return memory from a place on, counted in numbers."""
-        return self._memory.array(self._memory.array(memory, 1).at(place), lanes)
+        return self._array(self._array(memory, 1).at(place), lanes)
 
     def states(self, memory: Value, n: Value | int) -> Array:
         """Return the coefficients of the states of some order."""
@@ -151,7 +148,7 @@ class Single:
         """Store what inner sums of higher orders read, vectors as soon as they are complete."""
         for place in self._places.get(row, ()):
             block = place // SUMS_PER_VECTOR
-            vector_of = self._open.setdefault(block, n.function.constant(self._memory.kind(SUMS_PER_VECTOR), 0.0))
+            vector_of = self._open.setdefault(block, n.function.constant(self._kind(SUMS_PER_VECTOR), 0.0))
             self._open[block] = vector_of.with_lane(place % SUMS_PER_VECTOR, value)
             self._left[block] = self._left.get(block, self._filled[block]) - 1
             if not self._left[block]:
@@ -191,7 +188,7 @@ class Single:
 
     def _each_part(self, memory: Value, write: Callable[[Value, Sequence[int]], None]) -> None:
         """Write the inner sums of parts: vectors by their numbers, in the memory from an address on."""
-        for part in _parts([range(self._count // SUMS_PER_VECTOR)], max(self._most // 3, 1)):
+        for part in _parts([range(self._count // SUMS_PER_VECTOR)], max(self._together(SUMS_PER_VECTOR) // 3, 1)):
             write(memory, part)
 
 
@@ -284,7 +281,8 @@ def _parts(groups: Sequence[Sequence[Element]], most: int) -> list[Sequence[Elem
 
 def _registers(lanes: int) -> int:
     """Return how many vectors may be summed up at a time."""
-    own, count = (8, 24) if host_features().get("avx512f") else (4, 12)
+    features = host_features()
+    own, count = (8, 24) if features.get("avx512f") else (2, 24) if features.get("neon") else (4, 12)
     return max(count // -(-lanes // own), 1)
 
 
@@ -436,8 +434,6 @@ class KernelPart:
 
     Attributes
     ----------
-    polynomials : dict
-        Vectors of doubles in the memory of a worker that stand in front, and their shapes without lanes.
     of_tasks_and_lanes : sequence of Field
         Fields of a task that a lane copies when it takes the task, and copies back when it leaves the task.
     of_tasks, of_lanes, of_workers : sequence of Field
@@ -446,7 +442,6 @@ class KernelPart:
         Functions of one lane by their names: those of steps, and those that run once a task or less.
     """
 
-    polynomials: Mapping[str, tuple[int, ...]] = {}
     of_tasks_and_lanes: Sequence[Field] = ()
     of_tasks: Sequence[Field] = ()
     of_lanes: Sequence[Field] = ()

@@ -34,7 +34,7 @@ __all__ = ["AttitudeTable", "calendar_of", "dated_calendar", "rates_per_second",
 Array = NDArray[np.float64]
 
 MIN_ROWS = 4
-"""Of a table without rates, which a spline must replace."""
+"""Smallest number of rows from which a spline computes the rates."""
 
 SAME_TIME = 2e-9
 """Seconds: files of dates have nine digits of a second."""
@@ -198,7 +198,7 @@ def table_of(
     *,
     dated: bool = True,
 ) -> AttitudeTable:
-    """Return what a writer writes of a motion or a table, with rising times; dated, it has a calendar and a frame."""
+    """Return the table that a writer writes, with increasing times. A dated table has a calendar and a frame."""
     own: AttitudeTable = motion
     if isinstance(motion, Trajectory):
         _refuse_several(motion)
