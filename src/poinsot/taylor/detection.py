@@ -2,7 +2,7 @@
 
 A step ends at the first sign change of a watched function. A function whose sign changes at the same time is found when
 the next step begins: its coefficients there have another sign than the one that is stored. Then a step of length zero
-follows ("waits"), so that the coefficients of the next step are those of the new branches.
+follows ("waits"), so that the next step has the coefficients of the new branches.
 
 The stored sign of a function, in the field `signs` for events and as parameter 1 (negative) or 0 for conditions, is its
 sign on the side of the last zero where the motion is:
@@ -44,9 +44,9 @@ AT_TARGET = 0.125
 """The part of the time of coincident events within which an event is at an output time, a sample or the end."""
 
 NEARBY = 0.25
-"""The part of a step within which a zero has 32 digits. Coefficients of a watched function may fall more slowly than
-those of the variables; the rest of its series is smaller by this to the power of the order. A step to a zero farther
-away ends half-way."""
+"""The part of a step within which a zero has 32 digits. Coefficients of a watched function may decrease more slowly
+than coefficients of the variables; the rest of its series is smaller by this to the power of the order. A step to a
+zero farther away ends half-way."""
 
 LINEAR_PART = 2.0**-26
 """The part of a step in which variables are linear."""
@@ -92,11 +92,11 @@ class _Watched(NamedTuple):
 class Detection(KernelPart):
     """The part of a kernel that detects sign changes of conditions and events.
 
-    Fields: `span`, the time of the run; `branches`, the conditions of the last step, and `next_branches`, those at the
-    end of a task; `signs` and `sign_uncertainty` of the values of events; `crossed`, for each event 1 or -1 where it
-    happens and its value rises or falls with time, otherwise 0; `simultaneity`, the time within which events coincide;
-    `shift`, the time from the start of a step to its events; `switched`, the count of successive steps of length zero;
-    and the block of recorded events.
+    Fields: `span`, the time of the run; `branches`, the conditions of the last step, and `next_branches`, the
+    conditions at the end of a task; `signs` and `sign_uncertainty` of the values of events; `crossed`, for each event 1
+    or -1 where it happens and its value rises or falls with time, otherwise 0; `simultaneity`, the time within which
+    events coincide; `shift`, the time from the start of a step to its events; `switched`, the count of successive steps
+    of length zero; and the block of recorded events.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class Detection(KernelPart):
             work.array("branches")[lane + i * self.context.lanes] = np.nan
 
     def has_room(self, work: Work, room: Value) -> Value:
-        """Return whether there is room for the records of one more step."""
+        """Return the mask where there is also room for the records of another step."""
         if not self._events:
             return room
         return room & work.array("record_count", INTEGER)[0].is_("le", work.array("records_limit", INTEGER)[0])

@@ -130,7 +130,7 @@ class KernelProgram:
         )
 
     def _moved(self, address: Value) -> tuple[Array, Array]:
-        """Return the states in the memory that `evaluate` has written, and the rounding errors of their sums."""
+        """Return the states that `evaluate` has written to memory, and the rounding errors of their sums."""
         kind, size = self.context.kind, self.context.variables
         rounded = Array(Array(address, kind).at(self.context.words * size), kind)
         return Array(address, self.context.number, size), rounded
@@ -303,7 +303,7 @@ class KernelProgram:
         lines.repeat(due(), lambda _, which: which.any(), write)
 
     def _advance(self, address: Value, budget: Value) -> Value:
-        """Take steps until all is done, the budget is used or no room is left; return whether something is to do."""
+        """Take steps until all tasks are done, the budget is used or no room is left; return 1 if tasks are left."""
         work, lines = Work(address, self.context), address.function
         lines.count(self.context.lanes, functools.partial(self._tasks.fill, work))
 

@@ -91,14 +91,14 @@ class CommonSubexpressions:
 
 
 def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:
-    """Return for each monomial the two that it is the product of: pairs of factors that most have in common first."""
+    """Return for each monomial the two factors that it is the product of: the most common pairs come first."""
     return _Factoring(monomials).ways
 
 
 class _Factoring:
-    """Monomials as products of parts; the pair of parts that most of them have becomes one part, again and again.
+    """Monomials as products of parts; the pair of parts that most monomials contain becomes one part, repeatedly.
 
-    The monomials that have a pair are stored: to count all pairs anew each time takes the square of their number.
+    The monomials of each pair are stored, since counting all pairs each time takes the square of their number.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class _Factoring:
                 self._join(pair)
 
     def _order(self, pair: Pair) -> tuple[bool, int, Pair]:
-        """Return what is least of the best pair: its product is there anyway, and most have it."""
+        """Return a key, least for the best pair: a pair of a known product, then of the most monomials."""
         return _joined(pair) not in self.ways, -len(self._having[pair]), pair
 
     def _join(self, pair: Pair) -> None:
@@ -152,7 +152,7 @@ class _Factoring:
             self._rank(self._splits[product])
 
     def _rank(self, pairs: Iterable[Pair]) -> None:
-        """Put pairs where they belong now in the order in which they are taken."""
+        """Put pairs into the queue at their present ranks."""
         for pair in pairs:
             if self._having[pair]:
                 heapq.heappush(self._queue, self._order(pair))
