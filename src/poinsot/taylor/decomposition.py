@@ -50,6 +50,7 @@ __all__ = [
     "Variable",
     "magnitude",
     "operands_of",
+    "products_of",
     "varying",
 ]
 
@@ -200,6 +201,11 @@ def operands_of(draft: Draft) -> tuple[DraftOperand, ...]:
         case Function(_, arguments):
             return arguments
     return ()
+
+
+def products_of(operands: Iterable[Sequence[DraftOperand]]) -> set[Monomial]:
+    """Return the monomials with several factors among operands."""
+    return {x for x in itertools.chain(*operands) if not isinstance(x, Coefficient) and len(x) > 1}
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,10 @@ from poinsot.taylor.decomposition import (
     Select,
     Sum,
     operands_of,
+    products_of,
 )
 
-__all__ = ["CommonSubexpressions", "common_factors"]
+__all__ = ["CommonSubexpressions", "Factoring"]
 
 Pair: TypeAlias = tuple[Monomial, Monomial]
 """Two factors of a product, in order."""
@@ -39,8 +40,7 @@ class CommonSubexpressions:
         self._operations: list[Operation] = []
         self._placed: dict[int, int] = {}
         self._known: dict[tuple[type, Operation], int] = {}
-        operands = itertools.chain(*map(operands_of, drafts), *form.slopes.values())
-        self._ways = common_factors({x for x in operands if not isinstance(x, Coefficient) and len(x) > 1})
+        self._ways = Factoring(products_of([*map(operands_of, drafts), *form.slopes.values()])).ways
 
     def operations(self) -> tuple[Operation, ...]:
         """Return the operations, with slopes behind their functions."""
@@ -90,12 +90,7 @@ class CommonSubexpressions:
         return self._known[key]
 
 
-def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:
-    """Return for each monomial the two factors that it is the product of: the most common pairs come first."""
-    return _Factoring(monomials).ways
-
-
-class _Factoring:
+class Factoring:
     """Monomials as products of parts; the pair of parts that most monomials contain becomes one part, repeatedly.
 
     The monomials of each pair are stored, since counting all pairs each time takes the square of their number.
@@ -103,7 +98,7 @@ class _Factoring:
     Attributes
     ----------
     ways : dict
-        The two parts of each product so far.
+        For each product the two parts that it is the product of.
     """
 
     def __init__(self, monomials: Iterable[Monomial]) -> None:
