@@ -16,7 +16,7 @@ from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.members import expanded
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.printable import quoted
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.quantities import Array
 

@@ -13,7 +13,7 @@ from poinsot.analysis.line_spectrum import lines_of
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import level_of_user
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.quantities import Array
 

@@ -307,7 +307,7 @@ def _orbit(motion: Any, number: int | None) -> Any:
 
 def _chosen(motion: Any, body: str | None, whole: bool = True) -> Any:
     """Return the motion of the named body; without a name the whole motion, if the plot can draw it."""
-    from poinsot.propagation.bodies_of_motion import of_one_body
+    from poinsot.propagation.trajectory import of_one_body
 
     return motion if whole and body is None else of_one_body(motion, body)
 

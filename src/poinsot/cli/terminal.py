@@ -290,7 +290,10 @@ def _open_streams() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _terminated() -> Iterator[list[int]]:
-    """Treat SIGTERM like Ctrl-C, even if the shell ignores Ctrl-C; yield the list of received signals."""
+    """Treat SIGTERM like Ctrl-C, even if the shell ignores Ctrl-C; yield the list of received signals.
+
+    An ignored Ctrl-C stays without effect: it has the usual handler, to which SIGTERM leads, and is blocked.
+    """
     heard = list[int]()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -300,6 +303,9 @@ def _terminated() -> Iterator[list[int]]:
             raise KeyboardInterrupt
         as_interrupt(number, frame)
 
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     before = signal.signal(signal.SIGTERM, interrupt)
     try:
         yield heard

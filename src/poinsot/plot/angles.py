@@ -18,8 +18,7 @@ from poinsot.mechanics.frame import LEVEL, Frame
 from poinsot.plot.curves import SeparateCurveOptions, in_one_panel, jumps, reached
 from poinsot.plot.labels import angle_unit_of, different_orbits, one_rotation
 from poinsot.plot.panels import Axes, count_degrees, plot
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import OfTwoBodies, Trajectory
 from poinsot.quantities import Array
 
 __all__ = ["euler_angles", "librations", "roll_pitch_yaw"]

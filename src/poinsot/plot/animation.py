@@ -23,8 +23,7 @@ from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_membe
 from poinsot.plot.solid_parts import triangles
 from poinsot.plot.solids import right_and_up, view_direction
 from poinsot.printable import quoted
-from poinsot.propagation.bodies_of_motion import is_of_two_bodies
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.quantities import Array
 

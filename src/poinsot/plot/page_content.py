@@ -30,8 +30,7 @@ from poinsot.plot.labels import (
 from poinsot.plot.page_arrays import base64_of, packed, rows_of
 from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
-from poinsot.propagation.bodies_of_motion import is_of_two_bodies
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.quantities import Array
 from poinsot.shapes.mascons import Mascons

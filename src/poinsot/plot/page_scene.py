@@ -24,8 +24,7 @@ from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
 from poinsot.plot.labels import different_orbits, in_words, momentum_label, torque_unit_of
 from poinsot.plot.page_arrays import packed
-from poinsot.propagation.bodies_of_motion import is_of_two_bodies
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.quantities import Array
 
 __all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]

@@ -10,7 +10,7 @@ from poinsot.plot.panels import Axes, PanelOptions, dress, one_panel, plot
 from poinsot.plot.solid_parts import surfaces
 from poinsot.plot.solids import draw_path
 from poinsot.plot.time_axis import instant
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.quantities import Array
 

@@ -21,10 +21,9 @@ from poinsot.plot.curves import (
 from poinsot.plot.labels import bracketed, column_label, in_words, one_rotation, rate_unit_of, torque_unit_of, unit_of
 from poinsot.plot.panels import Axes, plot
 from poinsot.printable import quoted
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
 from poinsot.propagation.columns import unit_of_column
 from poinsot.propagation.dataset import components
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import OfTwoBodies, Trajectory
 from poinsot.quantities import Array
 
 __all__ = [
