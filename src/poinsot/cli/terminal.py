@@ -280,11 +280,15 @@ class _ClosedOutput(io.TextIOBase):
 def _open_streams() -> Iterator[None]:
     """Replace standard streams that were closed before the process started, for which Python has None.
 
-    Messages to a closed standard error are lost; output to a closed standard output is an error.
+    Messages to a closed standard error are lost; output to a closed standard output is an error. Characters that the
+    encoding of a stream lacks are written as escapes.
     """
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
         before = sys.stdout, sys.stderr
         sys.stdout, sys.stderr = sys.stdout or _ClosedOutput(), sys.stderr or nowhere
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper) and stream.errors in ("strict", "surrogateescape"):
+                stream.reconfigure(errors="backslashreplace")
         try:
             yield
         finally:

@@ -215,8 +215,11 @@ def symbols_of(system: str) -> dict[str, str | None]:
 
     None is the program itself. On Windows a function with more than 4 KB on the stack calls `__chkstk`.
     """
-    names, windows = ("fma", *LIBRARY), system == "Windows"
-    return dict.fromkeys(names, "ucrtbase" if windows else None) | ({"__chkstk": "ntdll"} if windows else {})
+    library = "ucrtbase" if system == "Windows" else None
+    found: dict[str, str | None] = dict.fromkeys(("fma", *LIBRARY), library)
+    if system == "Windows":
+        found["__chkstk"] = "ntdll"
+    return found
 
 
 def machine_code(text: str) -> ExecutionEngine:
