@@ -26,7 +26,7 @@ SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
     "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* polynomial_search.* "
-    "*.CROSSING_TOLERANCE *.bifurcations *.grows_with_time *.motion_at",
+    "*.CROSSING_TOLERANCE *.HALF_TURNS *.bifurcations *.grows_with_time *.motion_at",
     "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
@@ -39,7 +39,7 @@ SHARED = {
     "fixed.HeldPosition",
     "parts": "",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
-    "time_axis.* distribution.Q* *.is_constant *.median_attitude",
+    "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
     "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""

@@ -18,7 +18,7 @@ import poinsot as pt
 from poinsot.cli import app, plots
 from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
 from poinsot.files import scenario as scenarios
-from poinsot.plot.distribution import QUANTITIES
+from poinsot.plot.ensembles import QUANTITIES
 from poinsot.propagation.column_reader import MotionRows
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

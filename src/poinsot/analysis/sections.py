@@ -225,7 +225,7 @@ def spin_orbit_section(
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
     omega = spin[..., None] * (0.0, 0.0, 1.0)
     start = system.body.state(quaternion_from_angles(np.stack(plane, axis=-1), "313"), omega_body=omega, time=passage)
-    times = passage + np.arange(revolutions + 1) * float(orbit.period)
+    times: Array = passage + np.arange(revolutions + 1) * float(orbit.period)
     if plan:
         progress = options.pop("progress", None)
         analysis = Analysis(_spin_orbit_section_at, system, start, times, options)

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.analysis.polhodes import principal
 from poinsot.mechanics.body import Body
+from poinsot.quantities import Array
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
@@ -17,8 +17,6 @@ from poinsot.shapes.shape import Shape
 from poinsot.shapes.solids import Cylinder, Ellipsoid
 
 __all__ = ["extents", "gyration_radii", "parts_of", "surfaces", "triangles"]
-
-Array = NDArray[np.float64]
 
 AROUND = np.linspace(0, 2 * np.pi, 121)
 UP = np.linspace(0, np.pi, 61)[:, None]
@@ -63,7 +61,8 @@ def surfaces(body: Body, mass: float) -> list[Array]:
     parts = parts_of(body.shape)
     if parts is None:
         return [(SPHERE * extents(body, mass)).reshape(-1, 3) @ gyration_radii(body)[1].T]
-    return [_surface(part) - body.shape.center_of_mass for part in parts]
+    points = (part.positions if isinstance(part, Mascons) else _triangles(part, 1, 1).reshape(-1, 3) for part in parts)
+    return [each - body.shape.center_of_mass for each in points]
 
 
 def triangles(body: Body, mass: float = 1.0) -> Array:
@@ -74,7 +73,8 @@ def triangles(body: Body, mass: float = 1.0) -> Array:
     return np.asarray(np.concatenate([_triangles(part) for part in parts]) - body.shape.center_of_mass)
 
 
-def _triangles(part: Any) -> Array:
+def _triangles(part: Any, down: int = 3, around: int = 5) -> Array:
+    """Return the triangles of a part, with every so many of the points of a sphere and of a circle; (m, 3, 3)."""
     if isinstance(part, Mesh):
         return np.asarray(part.vertices[part.faces])
     if isinstance(part, Mascons):
@@ -82,29 +82,16 @@ def _triangles(part: Any) -> Array:
         radii = 0.6 * part.circumscribing_radius * np.cbrt(part.masses[heaviest] / np.sum(part.masses))
         ball = _grid(SPHERE[::10, ::15])
         return np.concatenate([place + r * ball for place, r in zip(part.positions[heaviest], radii, strict=True)])
-    own = _grid(SPHERE[::3, ::5] * part.semiaxes) if isinstance(part, Ellipsoid) else _tube(part.radius, part.height)
+    if isinstance(part, Ellipsoid):
+        own = _grid(SPHERE[::down, ::around] * part.semiaxes)
+    else:
+        rim = TUBE[::around] * (part.radius, part.radius, 0)
+        ends = np.array([1, 1, -1, -1])[:, None, None] * (0, 0, part.height / 2)
+        own = _grid(np.stack([0 * rim, rim, rim, 0 * rim]) + ends)
     return np.asarray(part.center_of_mass + own @ part._axes.T)
-
-
-def _tube(radius: float, height: float) -> Array:
-    rim = TUBE[::5] * (radius, radius, 0)
-    rings = np.stack([0 * rim, rim, rim, 0 * rim])
-    return _grid(rings + np.array([1, 1, -1, -1])[:, None, None] * (0, 0, height / 2))
 
 
 def _grid(points: Array) -> Array:
     """Return the triangles of a grid of points, rows from above down, columns about the third axis; (m, 3, 3)."""
     a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
     return np.concatenate([np.stack(each, axis=-2).reshape(-1, 3, 3) for each in ((a, b, c), (a, c, d))])
-
-
-def _surface(part: Any) -> Array:
-    if isinstance(part, Mesh):
-        return np.asarray(part.vertices)
-    if isinstance(part, Mascons):
-        return np.asarray(part.positions)
-    if isinstance(part, Ellipsoid):
-        own = (SPHERE * part.semiaxes).reshape(-1, 3)
-    else:
-        own = np.concatenate([TUBE * (part.radius, part.radius, side * part.height / 2) for side in (-1, 1)])
-    return np.asarray(part.center_of_mass + own @ part._axes.T)

@@ -27,9 +27,9 @@ from poinsot.propagation.recorded import RecordedEvent
 from poinsot.propagation.scenario_of_motion import with_texts
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.ensemble import ChunkResult, Ensemble
-from poinsot.storage.ensemble_store import EnsembleStore, Variables
+from poinsot.storage.ensemble_store import EnsembleStore
 from poinsot.storage.run_record import RunRecord
-from poinsot.storage.zarr_group import Described
+from poinsot.storage.zarr_group import Described, Variables
 
 if TYPE_CHECKING:
     import xarray

@@ -6,14 +6,10 @@ The package google-crc32c computes it with instructions of the processor, some 1
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-
-try:
-    import google_crc32c
-except ImportError:  # the extra `stores`
-    google_crc32c = None  # type: ignore[assignment]
 
 __all__ = ["crc32c"]
 
@@ -30,11 +26,23 @@ MAX_PIECES = 2**12
 
 def crc32c(content: NDArray[np.uint8]) -> int:
     """Return the CRC-32C of bytes."""
-    if google_crc32c is not None:
+    return _fastest()(content)
+
+
+@functools.cache
+def _fastest() -> Callable[[NDArray[np.uint8]], int]:
+    """Return the function of google-crc32c, of the extra `stores`, or the one below."""
+    try:
+        import google_crc32c
+    except ImportError:
+        return _by_pieces
+
+    def of_package(content: NDArray[np.uint8]) -> int:
         whole = content.view()
         whole.flags.writeable = False  # google_crc32c accepts no other
         return int(google_crc32c.value(whole))
-    return _by_pieces(content)
+
+    return of_package
 
 
 def _by_pieces(content: NDArray[np.uint8]) -> int:
@@ -69,7 +77,8 @@ def _table() -> Registers:
     """Return the register after each byte."""
     registers: Registers = np.arange(256, dtype=np.uint32)
     for _ in range(8):
-        registers = (registers >> 1) ^ np.where(registers & 1, np.uint32(POLYNOMIAL), np.uint32(0))
+        lowest = registers & np.uint32(1)
+        registers = (registers >> np.uint32(1)) ^ lowest * np.uint32(POLYNOMIAL)
     return registers
 
 

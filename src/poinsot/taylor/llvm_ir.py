@@ -7,12 +7,15 @@ unless it says so (`fma`). So the same formulas give the same bits in vectors of
 from __future__ import annotations
 
 import functools
+import importlib
 import itertools
 import math
+import platform
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
+from types import ModuleType
 from typing import TypeAlias
 
 import numpy as np
@@ -36,6 +39,7 @@ __all__ = [
     "WideValue",
     "exact_product",
     "host_features",
+    "llvm",
     "offset_of",
     "vector",
 ]
@@ -683,8 +687,25 @@ def _listed(values: Sequence[Value]) -> str:
 
 
 @functools.cache
+def llvm() -> ModuleType:
+    """Return llvmlite's module of functions of LLVM.
+
+    Raises
+    ------
+    ImportError
+        If llvmlite is missing: pip has no wheel of it for every platform.
+    """
+    try:
+        return importlib.import_module("llvmlite.binding")
+    except (ImportError, OSError) as error:
+        found = f"{platform.system()} {platform.machine()} with Python {platform.python_version()}"
+        raise ImportError(
+            f"llvmlite must be installed, which compiles the equations of motion, got on {found}: {error}. PyPI has "
+            "wheels for Linux, macOS and Windows on common processors, and conda-forge for others."
+        ) from error
+
+
+@functools.cache
 def host_features() -> dict[str, bool]:
     """Return the instructions of this processor by LLVM's names."""
-    import llvmlite.binding as llvm
-
-    return dict(llvm.get_host_cpu_features())
+    return dict(llvm().get_host_cpu_features())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +63,6 @@ class Constants:
     ----------
     formulas : sequence of scalars
         Rates and watched functions.
-    jumps : bool
-        True if tangent vectors may jump at switches.
 
     Attributes
     ----------
@@ -73,12 +71,9 @@ class Constants:
     values : Evaluator
     switches : bool
         True if a formula branches along the motion.
-    latest : dict
-        Kind of a kernel -> weak reference to the kernel of the last run, and the constants that were zero in it.
     """
 
-    def __init__(self, formulas: Sequence[GraphScalar], jumps: bool) -> None:
-        self.jumps, self.latest = jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
+    def __init__(self, formulas: Sequence[GraphScalar]) -> None:
         nodes = ordered(formulas)
         conditions = {node.operands[0] for node in nodes if node.name == "where"}
         met = _constants_met(formulas)

@@ -281,7 +281,8 @@ def _parts(groups: Sequence[Sequence[Element]], most: int) -> list[Sequence[Elem
 
 def _registers(lanes: int) -> int:
     """Return the number of vectors whose sums fit into the registers."""
-    own, count = (8, 24) if host_features().get("avx512f") else (4, 12)
+    features = host_features()
+    own, count = (8, 24) if features.get("avx512f") else (2, 24) if features.get("neon") else (4, 12)
     return max(count // -(-lanes // own), 1)
 
 

@@ -23,12 +23,12 @@ from typing import TYPE_CHECKING
 from poinsot.errors import level_of_user
 from poinsot.operating_system import BINARY, REGULAR_FILE
 from poinsot.printable import shortened
-from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, llvm
 
 if TYPE_CHECKING:
     from llvmlite.binding import ExecutionEngine
 
-__all__ = ["ObjectCache", "folder", "function_of", "machine_code"]
+__all__ = ["ObjectCache", "folder", "function_of", "machine_code", "symbols_of"]
 
 CODE_GENERATION = 1
 """Optimization level of LLVM: code of level 2 is not faster, and large systems take nearly twice as long to compile."""
@@ -42,6 +42,9 @@ CODE_FORMAT = 1
 
 LIBRARY = ("acos", "asin", "asinh", "atan", "atan2", "cos", "exp", "log", "log2", "pow", "sin", "tan", "tanh")
 """The functions of the C library that kernels may call."""
+
+USES_FLOATS = ctypes.c_int(1)
+"""The symbol `_fltused`, which code with floating-point numbers names on Windows and nothing reads."""
 
 NATIVE: Mapping[str, type[ctypes.c_double | ctypes.c_int64 | ctypes.c_void_p]] = {
     DOUBLE: ctypes.c_double,
@@ -207,29 +210,41 @@ def function_of(module: Module, name: str) -> Callable[..., int]:
     return function
 
 
+def symbols_of(system: str) -> dict[str, str | None]:
+    """Return the functions that machine code may call on a system, by name the library that contains them.
+
+    None is the program itself. On Windows a function with more than 4 KB on the stack calls `__chkstk`.
+    """
+    library = "ucrtbase" if system == "Windows" else None
+    found: dict[str, str | None] = dict.fromkeys(("fma", *LIBRARY), library)
+    if system == "Windows":
+        found["__chkstk"] = "ntdll"
+    return found
+
+
 def machine_code(text: str) -> ExecutionEngine:
     """Compile a module, or load it from disk; return the owner of the code.
 
     A module may call some functions of the C library. On a processor that does not multiply and add in one instruction
     LLVM calls its `fma`, which gives the same bits in a much longer time.
     """
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    own = ctypes.CDLL("ucrtbase" if platform.system() == "Windows" else None)
-    for name in ("fma", *LIBRARY):
-        llvm.add_symbol(name, ctypes.cast(getattr(own, name), ctypes.c_void_p).value)
-    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    binding = llvm()
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    for name, library in symbols_of(platform.system()).items():
+        binding.add_symbol(name, ctypes.cast(getattr(ctypes.CDLL(library), name), ctypes.c_void_p).value)
+    if platform.system() == "Windows":
+        binding.add_symbol("_fltused", ctypes.addressof(USES_FLOATS))
+    cpu, features = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
     level = CODE_GENERATION if len(text) <= MAX_OPTIMIZED else 0
-    machine = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=level)
+    machine = binding.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=level)
     cache, key = ObjectCache(folder()), _key(text, machine.triple, cpu, features, level)
     code = cache.load(key)
     if code is None:
-        code = machine.emit_object(llvm.parse_assembly(text))
+        code = machine.emit_object(binding.parse_assembly(text))
         cache.store(key, code)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+    engine.add_object_file(binding.ObjectFileRef.from_data(code))
     engine.finalize_object()
     return engine
 
@@ -237,7 +252,6 @@ def machine_code(text: str) -> ExecutionEngine:
 def _key(text: str, *machine: str | int) -> str:
     """Return a hash of all data that determine the object code."""
     import llvmlite
-    import llvmlite.binding as llvm
 
-    decided = (CODE_FORMAT, llvmlite.__version__, llvm.llvm_version_info, *machine)
+    decided = (CODE_FORMAT, llvmlite.__version__, llvm().llvm_version_info, *machine)
     return hashlib.sha256(repr(decided).encode() + b"\0" + text.encode()).hexdigest()

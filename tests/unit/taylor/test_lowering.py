@@ -12,6 +12,7 @@ from kinds.forces import FORCES, label
 from poinsot import functions as fn
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.kernel_parameters import program
 from poinsot.integration.problem import Problem
 from poinsot.taylor.decomposition import Function, Product, Quotient
 from poinsot.taylor.graph import Evaluator, Graph
@@ -140,7 +141,7 @@ BY_HAND = {
 
 def operations_of(system):
     variables = equations.state_vector(Problem(system), START, FORMULATIONS["lie_poisson"], "double")
-    return equations.program(Problem(system), variables).decomposition.operations
+    return program(Problem(system), variables).decomposition.operations
 
 
 @pytest.mark.parametrize("name", BY_HAND)
