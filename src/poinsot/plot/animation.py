@@ -25,13 +25,12 @@ from poinsot.plot.solids import right_and_up, view_direction
 from poinsot.printable import quoted
 from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.quantities import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["animate"]
-
-Array = NDArray[np.float64]
 
 FRAMES_PER_SECOND = 20
 """Frames in a second; the delays in a GIF are whole hundredths of a second."""

@@ -1,4 +1,4 @@
-"""An ensemble as chunks and stores see it: descriptions of variables, and what computes members.
+"""Ensemble of members that is computed in chunks: descriptions of variables, and the function of some members.
 
 Motions and results of analyses are ensembles of the same kind. Nothing here contains a system or a state.
 """
