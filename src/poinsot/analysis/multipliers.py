@@ -14,13 +14,11 @@ import itertools
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.immutable import cached_property
+from poinsot.quantities import Array
 
 __all__ = ["MULTIPLIER_TOLERANCE", "Multipliers"]
-
-Array = NDArray[Any]
 
 MULTIPLIER_TOLERANCE = 1e-6
 """Angle and growth per period below which a multiplier counts as 1, for multipliers that may meet."""
