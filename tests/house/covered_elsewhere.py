@@ -119,7 +119,6 @@ COVERED_BY = {
     "taylor/rescaling.py": "laws/test_growing_momenta.py",
     "taylor/sampling.py": "laws/test_samples.py",
     "taylor/shared_products.py": "unit/taylor/test_lowering.py",
-    "taylor/sign_changes.py": "unit/taylor/test_detection.py",
     "taylor/tasks.py": "unit/taylor/test_detection.py",
     "validation/cases.py": "house/test_verify_command.py",
     "validation/paper.py": "house/test_paper_command.py",

@@ -19,7 +19,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -27,6 +27,9 @@ from typing_extensions import override
 
 from poinsot.display.progress import later
 from poinsot.printable import printable
+
+if TYPE_CHECKING:
+    from poinsot.propagation.trajectory import Trajectory
 
 __all__ = [
     "DIFFERS",
@@ -277,11 +280,15 @@ class _ClosedOutput(io.TextIOBase):
 def _open_streams() -> Iterator[None]:
     """Replace standard streams that were closed before the process started, for which Python has None.
 
-    Messages to a closed standard error are lost; output to a closed standard output is an error.
+    Messages to a closed standard error are lost; output to a closed standard output is an error. Characters that the
+    encoding of a stream lacks are written as escapes.
     """
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
         before = sys.stdout, sys.stderr
         sys.stdout, sys.stderr = sys.stdout or _ClosedOutput(), sys.stderr or nowhere
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper) and stream.errors in ("strict", "surrogateescape"):
+                stream.reconfigure(errors="backslashreplace")
         try:
             yield
         finally:
@@ -376,7 +383,7 @@ def check_there(path: Path) -> None:
         raise FileNotFoundError(f"No such file: {path}")
 
 
-def loaded_motion(file: Path) -> Any:
+def loaded_motion(file: Path) -> Trajectory:
     """Return the motion in a result; a store may have other things."""
     from poinsot.files.netcdf import load
 
