@@ -7,19 +7,17 @@ import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.line_spectrum import lines_of
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import level_of_user
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.quantities import Array
 
 __all__ = ["Revolutions", "apsidal_precession", "revolutions"]
-
-Array = NDArray[np.float64]
 
 MAX_STEP = 2 * np.pi / 8
 """Largest step between two times, radians of longitude."""
@@ -159,8 +157,10 @@ def apsidal_precession(motion: OfTwoBodies) -> Any:
     turning = (np.conj(across) * speed).imag
     vector = -1j * speed * turning / np.asarray(two_bodies(motion.system).mu) - across / motion.distance
     lines = lines_of(vector, motion.times, ECCENTRICITY_LINES)
-    pace = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
-    slow = np.flatnonzero((np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > MIN_ECCENTRICITY))[:1]
+    mean_motion = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
+    slow = np.flatnonzero(
+        (np.abs(lines.frequencies) < mean_motion / 2) & (np.abs(lines.amplitudes) > MIN_ECCENTRICITY)
+    )[:1]
     if not slow.size:
         return np.float64(np.nan)
     rate, error = lines.frequencies[slow[0]], lines.errors[slow[0]]

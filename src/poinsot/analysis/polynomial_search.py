@@ -11,23 +11,20 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
+from poinsot.quantities import Array
 
 __all__ = ["zeros_of_quartics"]
-
-Array = NDArray[Any]
 
 POLYNOMIAL_TOLERANCE = 1e-9
 """Largest difference of torques from polynomials, relative to their size."""
 FIRST_CELLS = 4
 """Number of cells along each edge of the four cubes that cover RP^3."""
 MAX_CELLS = 20000
-"""At once; isolated zeros need fewer."""
+"""Largest number of cells at one level; isolated zeros require fewer."""
 MIN_CELL = 2.0**-16
 CORNERS = np.array(list(itertools.product((-1, 1), repeat=3)))
 MONOMIALS = list(itertools.combinations_with_replacement(range(4), 4))

@@ -33,15 +33,13 @@ from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, Derivatives, VariationalRun
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
 
 if TYPE_CHECKING:
     import xarray
 
 __all__ = ["StateTransition", "state_transition"]
-
-Array = NDArray[np.float64]
 
 Share = tuple[Sequence[int], Sequence[Sequence[int]]]
 """Parameters, and groups of columns, each group the directions of one integration."""
@@ -290,9 +288,9 @@ class _Share:
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
         """Store the motions and columns of some members and groups."""
         out, (whom, which) = self._out, np.divmod(members, len(self._groups))
-        once = np.flatnonzero(which == 0)
+        with_motion = np.flatnonzero(which == 0)
         for name, stored in out.phase.items():
-            stored[whom[once]] = rows[name][once]
+            stored[whom[with_motion]] = rows[name][with_motion]
         vectors, bent, bits = rows["vectors"], rows["pairs"], rows["exponents"]
         columns = self._groups[which]
         unit, by = out.unit[whom, None, : self._k], out.unit[whom[:, None], columns][:, None]

@@ -1,8 +1,8 @@
-"""Arguments of ensembles in chunks: how members are divided, and which variables are stored, reduced and where."""
+"""Arguments of ensembles in chunks: number of members in a chunk, stored variables, reduction and store."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from poinsot.printable import quoted, shortened
-from poinsot.storage.ensemble import Ensemble, Result
 from poinsot.storage.ensemble_store import MAX_CHUNK_BYTES
 from poinsot.storage.memory import available_memory
 from poinsot.storage.selection import refuse_other_names
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Chunking", "Plan", "Selection", "StoredVariable", "plan_of", "with_thinned_times"]
 
 MEMORY_SHARE = 16
-"""The rows of a chunk take at most the available memory divided by this."""
+"""Available memory divided by the largest size of the rows of a chunk."""
 
 COPIES_IN_MEMORY = 4
 """Memory of a chunk while it is computed and written, divided by the size of its rows."""
@@ -62,7 +61,7 @@ class Chunking(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class StoredVariable:
-    """Options of a stored variable: its type, and that of every so many times one is stored."""
+    """Options of a stored variable: its type, and the number of times of which one is stored."""
 
     dtype: str = "float64"
     every: int = 1
@@ -112,20 +111,20 @@ class Plan:
         """Return the number of threads of a chunk: a dask worker computes as many chunks at a time as it has."""
         return 1 if self.client is not None and given is None else given
 
-    def selection(self, ensemble: Ensemble[Result]) -> Selection:
-        """Return the variables of an ensemble that are computed: given ones, or all for a reduction, or the default."""
-        refuse_other_names("variables", self.variables, ensemble.variables)
-        default = ensemble.stored if self.reduce is None else ensemble.variables
+    def selection(self, variables: Collection[str], stored: Collection[str]) -> Selection:
+        """Return the variables that are computed: given ones, or all for a reduction, or `stored` by default."""
+        refuse_other_names("variables", self.variables, variables)
+        default = stored if self.reduce is None else variables
         return self.variables or dict.fromkeys(default, StoredVariable())
 
-    def members_of_chunk(self, ensemble: Ensemble[Result]) -> int:
-        """Return the number of members in a chunk, for which memory is available."""
-        free, each = available_memory(), max(ensemble.member_bytes, 1)
+    def members_of_chunk(self, members: int, member_bytes: int) -> int:
+        """Return the number of members in a chunk, for which memory is available, from the bytes of one member."""
+        free, each = available_memory(), max(member_bytes, 1)
         if self.chunk is None:
-            most = min(max(min(free // MEMORY_SHARE, MAX_CHUNK_BYTES) // each, 1), ensemble.members)
-            chunk = 1 << (most.bit_length() - 1) if most < ensemble.members else most
+            most = min(max(min(free // MEMORY_SHARE, MAX_CHUNK_BYTES) // each, 1), members)
+            chunk = 1 << (most.bit_length() - 1) if most < members else most
         else:
-            chunk = min(self.chunk, ensemble.members)
+            chunk = min(self.chunk, members)
         if COPIES_IN_MEMORY * chunk * each > free:
             remedy = "Leave chunk out." if self.chunk is not None and chunk > 1 else "Give fewer times."
             raise ValueError(
@@ -179,6 +178,6 @@ def _selection(variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
 
 
 def with_thinned_times(data: xarray.Dataset, selection: Selection) -> xarray.Dataset:
-    """Return a dataset together with the times of variables of which not every time is stored."""
+    """Return a dataset with the times of the variables that are not stored at every time."""
     thinned = {each.times: each.every for each in selection.values() if each.every > 1 and "time" in data.coords}
     return data.assign_coords({name: (name, data.time.values[::n], data.time.attrs) for name, n in thinned.items()})

@@ -1,4 +1,4 @@
-"""The run of an ensemble chunk by chunk, in this process or on workers, into a store or through a reduction."""
+"""Run of an ensemble in chunks, in this process or on workers, for a store or a reduction."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from poinsot.errors import PropagationInterrupted
 from poinsot.printable import shortened
 from poinsot.storage.chunk_plan import Plan, Selection, with_thinned_times
 from poinsot.storage.ensemble import ChunkResult, Compute, Ensemble, Result
-from poinsot.storage.ensemble_store import EnsembleStore, Variables, coordinates_of, dataset_of_arrays, plain_variables
+from poinsot.storage.ensemble_store import EnsembleStore, coordinates_of, dataset_of_arrays, plain_variables
 from poinsot.storage.lease import lease
 from poinsot.storage.reductions import concatenated, reduced, reduction
 from poinsot.storage.store_opening import StoreDescription, UnwritableError, is_there, writing
 from poinsot.storage.workers import on_workers
-from poinsot.storage.zarr_group import Attributes, Described, Numbers, StoreError
+from poinsot.storage.zarr_group import Attributes, Described, Numbers, StoreError, Variables
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -34,7 +34,7 @@ __all__ = ["run_in_chunks"]
 
 
 class Finished(NamedTuple):
-    """Report of a chunk: its number, how many members are done, and its reduced dataset if there is no store."""
+    """Report of a chunk: its number, the number of finished members, and its reduced dataset if there is no store."""
 
     number: int
     members: int
@@ -135,9 +135,9 @@ class ChunkTask:
 
 def run_in_chunks(ensemble: Ensemble[Result], plan: Plan, shown: bool) -> Result | xarray.Dataset:
     """Compute an ensemble chunk by chunk; return the result in the store, or the dataset of all reductions."""
-    selection = plan.selection(ensemble)
+    selection = plan.selection(ensemble.variables, ensemble.stored)
     if plan.out is None:
-        chunk = plan.members_of_chunk(ensemble)
+        chunk = plan.members_of_chunk(ensemble.members, ensemble.member_bytes)
         return _reduced_in_memory(ensemble, plan, ChunkTask.of(ensemble, plan, selection, chunk), shown)
     try:
         return _in_store(ensemble, plan, plan.out, selection, shown)
@@ -177,7 +177,7 @@ def _in_store(
     open_result: Callable[[EnsembleStore], Result | xarray.Dataset] = ensemble.open if plan.reduce is None else reduced
     description = StoreDescription.of(ensemble, plan, selection)
     if not is_there(out):
-        description.make(out, plan.members_of_chunk(ensemble))
+        description.make(out, plan.members_of_chunk(ensemble.members, ensemble.member_bytes))
     store = description.open(out, plan.chunk)
     if store.whole.all() and not os.access(out, os.W_OK):  # nothing to write, and nowhere
         store.check_files()
@@ -185,12 +185,12 @@ def _in_store(
     try:
         with contextlib.ExitStack() as until_then:
             with writing(out):
-                held = until_then.enter_context(lease(out))
+                right = until_then.enter_context(lease(out))
                 store = EnsembleStore(out)
                 store.mend(description.header(store.chunk))
             store = EnsembleStore(out)
             task, left = ChunkTask.of(ensemble, plan, selection, store.chunk), np.flatnonzero(~store.whole).tolist()
-            _run(task, plan.client, left, store.finished, shown, lambda _: held.check())
+            _run(task, plan.client, left, store.finished, shown, lambda _: right.check())
     except KeyboardInterrupt:
         store = EnsembleStore(out)
         raise _interrupted(ensemble, store.finished, open_result(store)) from None
@@ -255,7 +255,7 @@ def _written_behind(task: ChunkTask, numbers: Sequence[int], progress: Progress)
 def _on_workers(
     task: ChunkTask, client: Client | None, numbers: Sequence[int], progress: Progress
 ) -> Generator[Finished]:
-    """Run chunks on workers, whose folders may be other ones."""
+    """Run chunks on workers, which may have another working folder."""
     for each in on_workers(client, replace(task, out=task.out and task.out.absolute()), numbers):
         if callable(progress):
             progress(each.members)

@@ -1,4 +1,4 @@
-"""One writer of a folder at a time: a lock on one machine, and elsewhere a lease that is renewed while it lasts."""
+"""Lease of a folder for one writer: a lock on one machine, and a renewed file between machines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["LEASE_SECONDS", "Lease", "lease"]
 NAME = "lock"
 
 LEASE_SECONDS = 60.0
-"""Seconds after which a lease that nobody renews has ended: its owner was killed on another machine."""
+"""Duration of a lease in seconds. A lease that is not renewed ends: its owner was killed on another machine."""
 
 RENEWALS_PER_LEASE = 4
 """Number of renewals of a lease in its duration."""
@@ -27,7 +27,7 @@ RENEWALS_PER_LEASE = 4
 
 @contextlib.contextmanager
 def lease(folder: Path) -> Iterator[Lease]:
-    """Hold the lease of a folder; a ValueError says who has it."""
+    """Hold the lease of a folder; raise a ValueError that names another owner."""
     held = Lease(folder / NAME)
     try:
         held.take()
@@ -37,7 +37,7 @@ def lease(folder: Path) -> Iterator[Lease]:
 
 
 class Lease:
-    """The right to write into a folder.
+    """Exclusive right to write into a folder.
 
     On one machine the kernel keeps it, which ends it with its process. On a file system that others share it is the
     text in the file and the time of its last change.
@@ -53,7 +53,7 @@ class Lease:
         return os.open(self._path, os.O_RDWR | os.O_CREAT | REGULAR_FILE, 0o666)
 
     def take(self) -> None:
-        """Take the lease, or refuse."""
+        """Take the lease; raise a ValueError if another run has it."""
         while not self._lock():
             os.close(self._number)
             self._number = self._opened()
@@ -67,7 +67,7 @@ class Lease:
         self._renewing.start()
 
     def _lock(self) -> bool:
-        """Lock the file; return whether it still has its name, which its last owner may have taken away."""
+        """Lock the file; return True if it still has its name, which the last owner may have removed."""
         try:
             lock(self._number)
         except BlockingIOError:
@@ -80,20 +80,20 @@ class Lease:
             return False
 
     def check(self) -> None:
-        """Refuse to go on if another run has taken the lease: this one did not renew it for too long."""
+        """Raise a ValueError if another run has taken the lease, which this run did not renew in time."""
         owner = self._named()
         if owner.get("token") != self._token["token"]:
             self._refuse(owner)
 
     def _named(self) -> dict[str, str | int]:
-        """Return what the file of this name says of who has it."""
+        """Return the owner in the file with the name of the lease."""
         try:
-            return _said(self._path.read_bytes())
+            return _owner_in(self._path.read_bytes())
         except OSError:
             return {}
 
     def close(self) -> None:
-        """End the lease; its file goes with it."""
+        """End the lease and remove its file."""
         self._ended.set()
         if self._mine:
             self._renewing.join()
@@ -116,9 +116,9 @@ class Lease:
                 os.utime(self._number if os.utime in os.supports_fd else self._path)
 
     def _owner(self) -> dict[str, str | int]:
-        """Return what the file that is open says of who has it."""
+        """Return the owner in the open file."""
         os.lseek(self._number, 0, os.SEEK_SET)
-        return _said(os.read(self._number, 1000))
+        return _owner_in(os.read(self._number, 1000))
 
     def _age(self) -> float:
         """Return the seconds since the lease was renewed, by the clock of the file system."""
@@ -135,9 +135,9 @@ class Lease:
         )
 
 
-def _said(content: bytes) -> dict[str, str | int]:
+def _owner_in(content: bytes) -> dict[str, str | int]:
     with contextlib.suppress(ValueError):
-        said = json.loads(content)
-        if isinstance(said, dict):
-            return said
+        owner = json.loads(content)
+        if isinstance(owner, dict):
+            return owner
     return {}

@@ -1,5 +1,5 @@
 "use strict";
-// The stage of a scene: camera, light, stars, labels, size, and how fine the picture is.
+// The stage of a scene: camera, light, stars, labels, size and resolution.
 
 const SHARPEST = 2;
 const STARS = 1400;
@@ -11,7 +11,7 @@ const LIGHTS = { sun: [2.9, 0], camera: [0.6, 2.2], ambient: [0.9, 1.6] };
 const [GAP, FARTHEST_LABEL] = [2, 90];
 const FROM = new THREE.Vector3(3.7, -6.2, 2.9);
 
-/** Whether the processor draws, to which smoothed edges cost more than more dots. */
+/** True if the processor draws, for which smoothed edges cost more than more dots. */
 function drawsWithoutGraphics() {
   const gl = document.createElement("canvas").getContext("webgl2");
   const named = gl?.getExtension("WEBGL_debug_renderer_info");
@@ -21,8 +21,8 @@ function drawsWithoutGraphics() {
 }
 
 /**
- * Return an empty scene with a camera; `render` draws it. What is in it is in the world, which a view turns and moves
- * under the camera, so that a body or an orbit stays where it is.
+ * Return an empty scene with a camera; `render` draws it. All objects are in the world, which a view turns and moves
+ * under the camera, so that a body or an orbit is fixed in the picture.
  */
 function stageOf(canvas) {
   const software = drawsWithoutGraphics();
@@ -58,12 +58,12 @@ function stageOf(canvas) {
 
   let sharpness = 1;
 
-  /** Draw with a part of the dots that the screen has, or without a graphics card with more when at rest. */
+  /** Draw with a fraction of the dots of the screen; at rest, without a graphics card, with more. */
   function sharpen(part) {
     sharpness = part;
     const dots = Math.min(window.devicePixelRatio, SHARPEST);
     const ratio = part === 1 && software ? SHARPEST : dots * part;
-    if (ratio !== renderer.getPixelRatio()) renderer.setPixelRatio(ratio); // which makes all dots anew
+    if (ratio !== renderer.getPixelRatio()) renderer.setPixelRatio(ratio); // allocates all dots anew
   }
 
   function resize() {
@@ -127,7 +127,7 @@ function stageOf(canvas) {
 
   const print = document.createElement("canvas");
 
-  /** Draw with a part of the dots, with the labels, and do something with that. */
+  /** Draw with a fraction of the dots and with the labels, and use the picture. */
   function picture(part, take) {
     sharpen(part);
     render();
