@@ -12,7 +12,8 @@ from poinsot.algebra import quaternion as quat
 from poinsot.analysis.polhodes import principal
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.frame import roll_pitch_yaw
+from poinsot.mechanics.euler import sine_of_attitudes
+from poinsot.mechanics.frame import LEVEL, roll_pitch_yaw
 from poinsot.plot.geometry import is_constant
 from poinsot.plot.labels import (
     BLACK,
@@ -81,6 +82,9 @@ MIN_MOTION_SECONDS = 10.0
 
 DURATIONS = {"min": "minutes", "h": "hours", "d": "days", "yr": "years", "1": "units of time"}
 """Words for units of time in titles."""
+
+NUDGE = 1e-5
+"""Half the angle, radians, by which a body at a pitch of 90 degrees is turned before its roll and yaw are computed."""
 
 OMEGA_SYMBOLS = ("ω₁", "ω₂", "ω₃")
 
@@ -192,7 +196,14 @@ def _roll_pitch_yaw(motion: Trajectory, position: Array, velocity: Array) -> Arr
     normal = np.cross(position, velocity)
     axes = [position, np.cross(normal, position), normal]
     frame = quaternion_from_matrix(np.stack([each / np.linalg.norm(each, axis=-1)[:, None] for each in axes], axis=-1))
-    return roll_pitch_yaw(quat.product(quat.conjugate(frame), motion.quaternion))
+    relative = quat.product(quat.conjugate(frame), motion.quaternion)
+    # Roll and yaw are undefined at a pitch of 90 degrees: there the body is turned by what no plot shows.
+    turned = [quat.product(relative, np.array([1.0, *(NUDGE * np.eye(3)[axis])])) for axis in (1, 2)]
+    regular, second, third = (
+        sine_of_attitudes(quat.product(quat.conjugate(LEVEL), q), "321") for q in (relative, *turned)
+    )
+    aside = np.where((second > third)[:, None], *turned)
+    return roll_pitch_yaw(np.where((regular < NUDGE)[:, None], aside, relative))
 
 
 def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:

@@ -35,7 +35,7 @@ def test_members_are_spread_over_an_ensemble():
 @pytest.mark.parametrize("moments", [(0.01, 0.02, 0.025), (0.025, 0.01, 0.02)], ids=["abc", "cab"])
 @pytest.mark.parametrize(("turn", "tilt"), [(0.2, 0.0), (-1.2, 0.0), (2.9, 0.0), (0.0, 0.3)])
 def test_libration_of_the_secondary(moments, turn, tilt):
-    """The axis of the least moment is turned about that of the largest one, away from the line of centres, or tilted."""
+    """The axis of the least moment is turned away from the line of centres, in the plane of the orbit or out of it."""
     pair = pt.TwoBodies(pt.Body((0.3, 0.5, 0.6), mass=3.0), pt.Body(moments, mass=0.5), G=1.0)
     system = pt.System(pair, pt.forces.MutualGravity())
     long, short = np.eye(3)[np.argmin(moments)], np.eye(3)[np.argmax(moments)]
