@@ -94,7 +94,7 @@ class Orbit(Dated, ABC):
     if TYPE_CHECKING:
 
         @property
-        def mu(self) -> Any:
+        def mu(self) -> Scalar:
             """Gravitational parameter of the attractor."""
 
     @abstractmethod
@@ -297,9 +297,11 @@ class Environment(Immutable):
     0.5
     """
 
+    time: Scalar
+
     def __init__(
         self,
-        time: Any,
+        time: Scalar,
         blocks: Sequence[tuple[OrbitBlock, Vector]] = (),
         views: Mapping[int, int | None] | None = None,
         comoving: bool = False,

@@ -83,10 +83,10 @@ class System(Immutable, Generic[Bodies]):
     """
 
     dynamics: Dynamics[Bodies, Any]
-    units: Mapping[str, str]
+    units: dict[str, str]
     body: Bodies
     """The body, or the two bodies."""
-    of_bodies: Mapping[str, Body]
+    of_bodies: dict[str, Body]
     """Rigid bodies by name, "primary" and "secondary"; the name of a single body is empty."""
     forces: tuple[Force, ...]
     """Forces and parts in the given order."""
@@ -222,7 +222,7 @@ class System(Immutable, Generic[Bodies]):
         """Return the sum of the energies of the potentials at a state; shape (...)."""
         shape = state.shape
         twin = self.dynamics.broadcast_to(shape)
-        return np.broadcast_to(twin.potential_at(twin.at(state, environment)), shape)[()]
+        return np.broadcast_to(np.asarray(twin.potential_at(twin.at(state, environment))), shape)[()]
 
     @checked
     def energy(self, state: AnyState) -> Any:

@@ -40,13 +40,15 @@ def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool 
     """
     here = number(time)
     if not _plain(start, here, epoch) or not (isinstance(rate, DoubleDouble) or _plain(rate)):
-        return start + getattr(rate, "hi", rate) * (time - epoch)
+        plain: Scalar = start + getattr(rate, "hi", rate) * (time - epoch)
+        return plain
     rate = rate if isinstance(rate, DoubleDouble) else _wide(rate)
     total = rate * (_wide(here) - _wide(epoch)) + _wide(start)
     if not whole:
         total = total - FULL * np.floor(total.hi / FULL.hi + 0.5)
     angle = _narrow(total, start, here)
-    return angle if here is time else angle + rate.hi * (time - here)
+    value: Scalar = angle if here is time else angle + rate.hi * (time - here)
+    return value
 
 
 class NearbyAngle:
@@ -65,7 +67,7 @@ class NearbyAngle:
         self._start, self._epoch = start, epoch
         self._is_known = np.finfo(LONG).eps <= LONG_ENOUGH and _plain(start, epoch)
         if self._is_known:
-            self._is_long = np.result_type(np.float64, start) == LONG
+            self._is_long = np.result_type(np.float64, np.asarray(start)) == LONG
             self._rate = np.sqrt(squared_rate(LONG))
             period, fast, ahead = LONG_FULL / self._rate, _wide(self._rate), _wide(start / self._rate)
             self._period, self._fast, self._few = _rounded(period), fast.hi, _few_bits(fast.hi)

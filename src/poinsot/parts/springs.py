@@ -101,7 +101,8 @@ class SpringMass(Part):
             functions.Vector((2 * functions.dot(arm, line) if i == j else 0.0) - between[i][j] for j in range(3))
             for i in range(3)
         )
-        return linear * self.reduced_mass * rho + spread(line) * self.reduced_mass * (rho * rho)
+        change: Matrix = linear * self.reduced_mass * rho + spread(line) * self.reduced_mass * (rho * rho)
+        return change
 
     @override
     def spinning_inertia(self, own: functions.Vector) -> Matrix:
@@ -110,7 +111,8 @@ class SpringMass(Part):
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
         rho, p = own
-        return p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
+        value: Scalar = p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:

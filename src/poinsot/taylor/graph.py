@@ -13,7 +13,7 @@ import math
 import operator
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeGuard, cast
 
 import numpy as np
 
@@ -134,10 +134,10 @@ class Graph:
             found = self._known[key] = Node(self, len(self._known), name, operands, varies)
         return found
 
-    def leaf(self, scalar: Scalar) -> Scalar:
+    def leaf(self, scalar: Scalar) -> GraphScalar:
         """Return a scalar as an operand: a node, a number, or a node that holds an array or a scalar of other kinds."""
         if isinstance(scalar, NUMBERS):
-            return float(scalar) if isinstance(scalar, float) else scalar
+            return float(scalar) if isinstance(scalar, float) else cast("GraphScalar", scalar)
         if _is_operand(scalar, self):
             return scalar
         self._foreign.append(scalar)  # so that no other one has its identity
@@ -206,17 +206,16 @@ class Node(Comparable):
     def __neg__(self) -> GraphScalar:
         return self.graph.applied("neg", self)
 
-    def __sub__(self, other: Scalar) -> GraphScalar:
+    def __sub__(self, other: GraphScalar) -> GraphScalar:
         result: GraphScalar = self + (-other)
         return result
 
-    def __rsub__(self, other: Scalar) -> GraphScalar:
+    def __rsub__(self, other: GraphScalar) -> GraphScalar:
         result: GraphScalar = other + (-self)
         return result
 
     def __abs__(self) -> GraphScalar:
-        result: GraphScalar = functions.abs(self)
-        return result
+        return cast("GraphScalar", functions.abs(self))
 
     def __bool__(self) -> bool:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
@@ -235,7 +234,7 @@ COMMUTING = ("add", "mul")
 HOLDING = ("variable", "value")
 
 
-def _is_operand(scalar: Any, graph: Graph) -> bool:
+def _is_operand(scalar: Any, graph: Graph) -> TypeGuard[GraphScalar]:
     return scalar.graph is graph if scalar.__class__ is Node else scalar.__class__ in PLAIN
 
 
@@ -436,7 +435,7 @@ def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
             continue
         factors = [_known(found, x) for x in node.operands]
         if node.name == "where":
-            change = functions.where(node.operands[0], *factors[1:])
+            change: Any = functions.where(node.operands[0], *factors[1:])
         else:
             change = sum([share for share in _shares(node, factors) if not _is_zero(share)], start=0.0)
         if not _is_zero(change):
@@ -444,7 +443,7 @@ def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
     return [_known(found, x) for x in own]
 
 
-def _shares(node: Node, factors: Sequence[GraphScalar]) -> Sequence[GraphScalar]:
+def _shares(node: Node, factors: Sequence[GraphScalar]) -> Sequence[Any]:
     """Return the derivatives of a node by its operands, each times a factor."""
     if node.name == "add":
         return factors
