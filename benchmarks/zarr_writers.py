@@ -20,7 +20,7 @@ from zarr.codecs import BytesCodec, Crc32cCodec
 
 from benchmarks.measure import pin
 from poinsot.atomic_write import synced
-from poinsot.storage.ensemble_store import EnsembleStore, frame_of, plain_variables
+from poinsot.storage.ensemble_store import EnsembleStore, header_of, plain_variables
 
 CHUNKS, TIMES = 4, 100
 CHECKED = [BytesCodec(), Crc32cCodec()]
@@ -36,23 +36,23 @@ def arrays(members):
     return xarray.Dataset(data)
 
 
-def frame_in(folder, data, chunk):
-    """Write the frame of a store: arrays without chunks, and their descriptions."""
+def header_in(folder, data, chunk):
+    """Write the header of a store: arrays without chunks, and their descriptions."""
     folder.mkdir()
     empty = data.isel(member=slice(0, 1))
-    frame_of(xarray.Dataset({"time": np.arange(float(TIMES))}), empty, data.sizes["member"], chunk, {}).write(folder)
+    header_of(xarray.Dataset({"time": np.arange(float(TIMES))}), empty, data.sizes["member"], chunk, {}).write(folder)
 
 
 def by_package(folder, data, chunk):
     """Return the function that writes one chunk by the writer of the package."""
-    frame_in(folder, data, chunk)
+    header_in(folder, data, chunk)
     store = EnsembleStore(folder)
     return lambda at: store.write(at.start // chunk, plain_variables(data.isel(member=at)), {}, {})
 
 
 def by_zarr(folder, data, chunk):
     """Return the function that writes one chunk by `zarr`."""
-    frame_in(folder, data, chunk)
+    header_in(folder, data, chunk)
     group = zarr.open_group(folder, mode="r+")
 
     def write(at):
@@ -65,7 +65,7 @@ def by_zarr(folder, data, chunk):
 
 def by_xarray(folder, data, chunk):
     """Return the function that writes one chunk by region writes of `xarray`."""
-    frame_in(folder, data, chunk)
+    header_in(folder, data, chunk)
 
     def write(at):
         data.isel(member=at).to_zarr(folder, region={"member": at}, mode="r+", consolidated=False)

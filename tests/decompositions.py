@@ -4,11 +4,12 @@ import numpy as np
 
 from poinsot import functions
 from poinsot.taylor.decomposition import Coefficient
+from poinsot.taylor.graph import Evaluator
 
 
 def rates(program, states, numbers):
     """Return the time derivatives of the states for the numbers of a run."""
-    given = _Values(states, program.values(np.float64)(numbers)[len(program.given) :])
+    given = _Values(states, Evaluator(program.parameters, np.float64)(numbers))
     for operation in program.decomposition.operations:
         given.known.append(getattr(given, type(operation).__name__)(*operation))
     return [given.of(rate) for rate in program.decomposition.rates]

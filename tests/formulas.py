@@ -15,7 +15,7 @@ def twin(system, numbers):
 
 def instant(system, q, time=0, omega=None):
     """Return the instant of a quaternion of four scalars."""
-    return pt.Instant(system.body, pt.Attitude.from_quaternion(Vector(q)), pt.Environment(time), omega)
+    return pt.Instant(system.body, pt.Attitude.from_quaternion(Vector(q)), pt.mechanics.Environment(time), omega)
 
 
 def potential(system, q, time=0):
@@ -32,7 +32,7 @@ def rates(system, formulation, variables, time=0):
     """Return the time derivatives of the variables of a formulation."""
     chart = FORMULATIONS[formulation]
     attitude, g = chart.physical(variables)
-    here = pt.Instant(system.body, attitude, pt.Environment(time), angular_momentum_body=g)
+    here = pt.Instant(system.body, attitude, pt.mechanics.Environment(time), angular_momentum_body=g)
     load = system.dynamics.torque_at(here)
     return chart.rates(variables, here.omega_body, Turning.of(here, load).momentum_rate, load)
 

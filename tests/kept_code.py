@@ -11,11 +11,11 @@ import warnings
 
 import heyoka as hy
 
-from poinsot.taylor import llvm_ir, object_cache
+from poinsot.taylor import object_cache
 
 
 def pytest_configure(config):
-    llvm_ir.CODE_GENERATION = 0
+    object_cache.CODE_GENERATION = 0
     for name in ("taylor_adaptive", "taylor_adaptive_batch"):
         setattr(hy, name, functools.partial(getattr(hy, name), opt_level=0))
     if hasattr(config, "cache"):

@@ -43,7 +43,7 @@ SIGNAL = np.sin(0.7 * np.arange(256))
 COEFFICIENTS = {"specular": 0.2, "diffuse": 0.3, "drag": 2.1, "accommodation": 0.9}
 TURNING = pt.RotatingFrame((1, 0, 0, 0), (0, 0, 0.1))
 
-SPACES = (pt, pt.analysis, pt.events, pt.files, pt.forces, pt.orbits, pt.shapes)
+SPACES = (pt, pt.analysis, pt.events, pt.files, pt.forces, pt.mechanics, pt.orbits, pt.shapes)
 PUBLIC = {
     name: thing for space in SPACES for name in space.__all__ if not inspect.ismodule(thing := getattr(space, name))
 }
@@ -615,7 +615,7 @@ def public_calls(folder):
         ),
         "KeplerOrbit.from_elements eccentric": (
             pt.KeplerOrbit.from_elements,
-            {"mu": 2.0, "semimajor_axis": 1.5, "eccentricity": 0.3, **elements, "eccentric_anomaly": 0.5},
+            {"mu": 2.0, "periapsis_distance": 1.5, "eccentricity": 0.3, **elements, "eccentric_anomaly": 0.5},
         ),
         "KeplerOrbit.from_vectors": (pt.KeplerOrbit.from_vectors, passage),
         "LagrangePointPath": (
@@ -846,7 +846,7 @@ def public_calls(folder):
             },
         ),
         "project_to_tangent": (
-            pt.project_to_tangent,
+            pt.mechanics.project_to_tangent,
             {"quaternion": (1.0, 0, 0, 0), "conjugate_momenta": (0.1, 0.1, 0.2, 0.3)},
         ),
         "estimate_run": (pt.analysis.estimate_run, {**here, **run, "tolerance": 1e-12}),

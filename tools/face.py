@@ -26,7 +26,7 @@ SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
     "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* polynomial_search.* "
-    "*.CROSSING_TOLERANCE *.bifurcations *.grows_with_time *.motion_at *.refuse_open",
+    "*.CROSSING_TOLERANCE *.HALF_TURNS *.bifurcations *.grows_with_time *.motion_at",
     "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
@@ -39,10 +39,21 @@ SHARED = {
     "fixed.HeldPosition",
     "parts": "",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
-    "time_axis.* distribution.Q* *.different_orbits *.is_constant *.median_attitude",
+    "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
     "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
+
+FOR_AUTHORS = {
+    "environment": ("Environment",),
+    "force": ("Load", "PairLoad"),
+    "frame": ("Frame",),
+    "pair_instant": ("PairInstant",),
+    "parameters": ("Vector",),
+    "part": ("Jump",),
+    "state": ("project_to_tangent",),
+}
+"""Public names of `mechanics` by module. The root has its other public names."""
 
 SHADOWING = {"map": "A004"}
 """Public names that are also Python's, and the rule of ruff that they break."""
@@ -52,6 +63,7 @@ def face() -> dict[Path, str]:
     """Return the files, by path, with what they must have."""
     spaces = [space for space in SHARED if (SOURCE / space / "__init__.pyi").exists()]
     names = {space: public_names(space) for space in spaces}
+    names["mechanics"] = {name: module for module, listed in FOR_AUTHORS.items() for name in listed}
     stubs = {SOURCE / space / "__init__.pyi": stub(space, found) for space, found in names.items()}
     tables = {
         ROOT / "docs" / "files.md": ("formats", formats_table()),

@@ -1,6 +1,6 @@
 """The public names, by the module of each; imported when they are used first."""
 
-from . import analysis, control, events, files, forces, functions, orbits, parts, plot, shapes
+from . import analysis, control, events, files, forces, functions, mechanics, orbits, parts, plot, shapes
 from .errors import PropagationError, PropagationInterrupted
 from .files.netcdf import load, save
 from .forces.gravity import GravityGradient, UniformGravity
@@ -8,16 +8,14 @@ from .mechanics.andoyer import Andoyer
 from .mechanics.attitude import Attitude
 from .mechanics.body import Body
 from .mechanics.calendar import Calendar
-from .mechanics.environment import Environment, Orbit
+from .mechanics.environment import Orbit
 from .mechanics.event import Event
-from .mechanics.force import Load, PairLoad, Potential, Torque
-from .mechanics.frame import Frame, RotatingFrame
+from .mechanics.force import Potential, Torque
+from .mechanics.frame import RotatingFrame
 from .mechanics.gravity_field import GravityField
 from .mechanics.instant import Instant
-from .mechanics.pair_instant import PairInstant
-from .mechanics.parameters import Vector
-from .mechanics.part import Jump, Part
-from .mechanics.state import PairState, State, project_to_tangent
+from .mechanics.part import Part
+from .mechanics.state import PairState, State
 from .mechanics.system import System
 from .mechanics.two_bodies import TwoBodies
 from .orbits.kepler import KeplerOrbit
@@ -35,19 +33,13 @@ __all__ = [
     "Body",
     "BodyVector",
     "Calendar",
-    "Environment",
     "Event",
     "EventRecord",
-    "Frame",
     "GravityField",
     "GravityGradient",
     "Instant",
-    "Jump",
     "KeplerOrbit",
-    "Load",
     "Orbit",
-    "PairInstant",
-    "PairLoad",
     "PairState",
     "Part",
     "Potential",
@@ -61,7 +53,6 @@ __all__ = [
     "Trajectory",
     "TwoBodies",
     "UniformGravity",
-    "Vector",
     "analysis",
     "animate",
     "control",
@@ -71,10 +62,10 @@ __all__ = [
     "free_motion",
     "functions",
     "load",
+    "mechanics",
     "orbits",
     "parts",
     "plot",
-    "project_to_tangent",
     "propagate",
     "save",
     "shapes",

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import fcntl
 import os
 import shutil
 import sys
@@ -17,6 +16,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from poinsot import operating_system
 from poinsot.printable import shortened
 
 __all__ = ["exists", "new_file", "new_folder", "synced", "unwritable", "write_text"]
@@ -90,14 +90,13 @@ def write_text(path: str | Path, text: str, overwrite: bool) -> Path:
 
 
 def synced(path: Path) -> None:
-    """Let a file, or the names in a folder, survive a power cut, where the file system can."""
-    number = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(number)
-    except OSError:
-        return
-    finally:
-        os.close(number)
+    """Flush a file, or the names in a folder, to the disk, where the file system supports it."""
+    with contextlib.suppress(OSError):  # Windows opens no folder
+        number = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)
 
 
 def unwritable(path: Path | str, why: str) -> str:
@@ -114,13 +113,13 @@ def _target(path: Path, overwrite: bool) -> Path:
 
 
 def _check_free(path: Path) -> None:
-    """Refuse a name that leads to something, be it a link to nothing."""
+    """Raise a FileExistsError for a name that exists, also as a broken link."""
     if os.path.lexists(path):
         raise FileExistsError(f"{shortened(path)} already exists; overwrite=True replaces it.")
 
 
 def _check_mark(path: Path, mark: str) -> None:
-    """Refuse to replace a file or another folder by a store."""
+    """Raise an OSError if a store would replace a file or another folder."""
     if os.path.lexists(path) and not (path / mark).is_file():
         raise FileExistsError(f"{shortened(path)} must be a Zarr store to be replaced, got something else.")
 
@@ -170,9 +169,9 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
     folder = path.parent / PART.format(os.urandom(8).hex())
     try:
         folder.mkdir()
-        with (folder / LOCK).open("x") as lock:
+        with (folder / LOCK).open("x") as file:
             with contextlib.suppress(OSError):  # where a file system has no locks, no writer counts as killed
-                fcntl.flock(lock, fcntl.LOCK_EX)
+                operating_system.lock(file.fileno(), wait=True)
             yield folder / path.name
     except OSError as error:
         if error.strerror is None:
@@ -221,8 +220,8 @@ def _is_left(folder: Path) -> bool:
         had_lock = (folder / BEFORE).exists()
         if not had_lock and time.time() - folder.stat().st_mtime < LOCK_SECONDS:
             return False
-        with (folder / LOCK).open("r+") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with (folder / LOCK).open("r+") as file:
+            operating_system.lock(file.fileno())
     except FileNotFoundError:
         return True
     except OSError:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["HALF_PI", "PI", "DoubleDouble", "exact_sum", "pick"]
+__all__ = ["HALF_PI", "PI", "DoubleDouble", "exact_sum", "pick", "sum_of_ordered"]
 
 SPLITTER = 2.0**27 + 1
 
@@ -50,8 +50,8 @@ class DoubleDouble:
     def __add__(self, other: Any) -> DoubleDouble:
         other = _wide(other)
         (high, low), (small, smaller) = exact_sum(self.hi, other.hi), exact_sum(self.lo, other.lo)
-        high, low = _sum_of_ordered(high, low + small)
-        return DoubleDouble(*_sum_of_ordered(high, low + smaller))
+        high, low = sum_of_ordered(high, low + small)
+        return DoubleDouble(*sum_of_ordered(high, low + smaller))
 
     __radd__ = __add__
 
@@ -64,7 +64,7 @@ class DoubleDouble:
     def __mul__(self, other: Any) -> DoubleDouble:
         other = _wide(other)
         high, low = _product(self.hi, other.hi)
-        return DoubleDouble(*_sum_of_ordered(high, low + (self.hi * other.lo + self.lo * other.hi)))
+        return DoubleDouble(*sum_of_ordered(high, low + (self.hi * other.lo + self.lo * other.hi)))
 
     __rmul__ = __mul__
 
@@ -73,7 +73,7 @@ class DoubleDouble:
         first = self.hi / other.hi
         high, low = _product(other.hi, first)  # next to self.hi, so that their difference is exact
         rest = ((self.hi - high) - low) + (self.lo - other.lo * first)
-        return DoubleDouble(*_sum_of_ordered(first, rest / other.hi))
+        return DoubleDouble(*sum_of_ordered(first, rest / other.hi))
 
     def __rtruediv__(self, other: Any) -> DoubleDouble:
         return _wide(other) / self
@@ -87,7 +87,7 @@ class DoubleDouble:
         root = np.sqrt(np.maximum(self.hi, 0.0))
         high, low = _product(root, root)
         correction = (((self.hi - high) - low) + self.lo) / np.where(root > 0, 2 * root, 1.0)
-        return DoubleDouble(*_sum_of_ordered(root, np.where(root > 0, correction, 0.0)[()]))
+        return DoubleDouble(*sum_of_ordered(root, np.where(root > 0, correction, 0.0)[()]))
 
 
 PI = DoubleDouble(3.141592653589793, 1.2246467991473532e-16)
@@ -111,7 +111,7 @@ def exact_sum(a: Any, b: Any) -> tuple[Any, Any]:
     return total, (a - (total - part)) + (b - part)
 
 
-def _sum_of_ordered(a: Any, b: Any) -> tuple[Any, Any]:
+def sum_of_ordered(a: Any, b: Any) -> tuple[Any, Any]:
     """Return the rounded sum and its rounding error, where |a| >= |b|."""
     total = a + b
     return total, b - (total - a)

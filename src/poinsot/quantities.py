@@ -217,9 +217,17 @@ def _converted(name: str, value: Any, unit: str | None) -> Any:
     try:
         return value.to_value(unit)
     except ValueError:  # another kind of unit, or a name that astropy does not know
-        rule = "be an angle" if unit == "rad" else "be plain numbers, or times where the unit of time is named"
-        hint = "" if unit == "rad" else " System(..., units={'time': 's'}) names it."
-        raise TypeError(f"{name} must {rule}, got {_quantity(value.unit)}.{hint}") from None
+        if unit == "rad":
+            raise TypeError(f"{name} must be an angle, got {_quantity(value.unit)}.") from None
+        if unit == "1":
+            hint = "System(..., units={'time': 's'}) names it."
+            raise TypeError(
+                f"{name} must be plain numbers, or times where the unit of time is named, got {_quantity(value.unit)}. "
+                f"{hint}"
+            ) from None
+        raise TypeError(
+            f"{name} must convert to {unit}, the unit of the system, got {_quantity(value.unit)}."
+        ) from None
 
 
 def _own_units(name: str, unit: Any) -> str:

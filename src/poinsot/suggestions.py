@@ -87,13 +87,13 @@ def refuse_call(call: str, function: Callable[..., Any], arguments: tuple[Any, .
             refuse_keyword(call, name, [each.name for each in parameters])
     missing = re.fullmatch(r"missing a required .*argument: '(.*)'", reason)
     got = f"no {missing[1]}" if missing else reason
-    raise TypeError(f"{call}() must be called as {call}({_written(parameters)}), got {got}.")
+    raise TypeError(f"{call}() must be called as {call}({_written(parameters)}), got {got}.") from None
 
 
 def refuse_keyword(call: str, name: str, known: Iterable[str]) -> NoReturn:
     """Raise the TypeError of a keyword that a function does not have."""
     advice = suggestion([f"{call}()", f"{call.rpartition('.')[2]}()"], name, known)
-    raise TypeError(f"{call}() got an unexpected keyword argument {quoted(name)}.{advice}")
+    raise TypeError(f"{call}() got an unexpected keyword argument {quoted(name)}.{advice}") from None
 
 
 def _written(parameters: Iterable[inspect.Parameter]) -> str:

@@ -18,8 +18,8 @@ import poinsot as pt
 from poinsot.cli import app, plots
 from poinsot.cli.plots import KINDS, OF_TWO, ONLY_OF_TWO
 from poinsot.files import scenario as scenarios
-from poinsot.plot.distribution import QUANTITIES
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.plot.ensembles import QUANTITIES
+from poinsot.propagation.column_reader import MotionRows
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 WIDE = {"COLUMNS": "400"}
@@ -109,7 +109,7 @@ def test_partial_result_is_repeated_as_far_as_it_goes(top, tmp_path, monkeypatch
             motion.system,
             motion.initial,
             motion.times[:50],
-            MemoryRows({name: values[:50] for name, values in motion.phase.items()}),
+            MotionRows({name: values[:50] for name, values in motion.phase.items()}),
             motion.run,
         )
         raise pt.PropagationError("it stopped.", 5.0, half)
@@ -161,6 +161,21 @@ def test_outputs_are_those_that_the_scenario_names(top, tmp_path):
     lines = call("run", top, "--out", tmp_path / "new" / "folder").stdout.splitlines()
     assert lines == [str(tmp_path / "new" / "folder" / name) for name in ("a b.zarr", "p.png", "v.html")]
     assert (tmp_path / "new" / "folder" / "p.png").stat().st_size > 5000
+
+
+def test_out_names_the_file_of_the_result(top, tmp_path):
+    top.write_text(TOP + '[outputs]\nresult = "a.nc"\nplot = "p.png"\n')
+    lines = call("run", top, "--out", tmp_path / "new" / "y.nc").stdout.splitlines()
+    assert lines == [str(tmp_path / "new" / name) for name in ("y.nc", "p.png")]
+    wrong = call("run", top, "--out", top, code=2)
+    assert f"--out must be a folder, NAME.nc or NAME.zarr, got the file {top}." in wrong.stderr
+
+
+def test_missing_table_is_named(top):
+    top.write_text(TOP.replace("state = {", "stat = {"))
+    assert "unknown key 'stat'" in call("run", top, code=2).stderr
+    top.write_text("\n".join(line for line in TOP.splitlines() if not line.startswith("state")))
+    assert call("run", top, code=2).stderr == f"poinsot: {top}: missing table [state].\n"
 
 
 @pytest.mark.parametrize("there", ["top.nc", "top.partial.nc", "p.png"])

@@ -14,7 +14,7 @@ from house.covered_elsewhere import COVERED_BY
 TESTS = Path(__file__).parents[1]
 SOURCE = TESTS.parent / "src" / "poinsot"
 UNITS = sorted((TESTS / "unit").rglob("*.py"))
-MODULES = sorted(str(path.relative_to(SOURCE)) for path in SOURCE.rglob("*.py") if path.name != "__init__.py")
+MODULES = sorted(str(path.relative_to(SOURCE)) for path in SOURCE.rglob("*.py") if not path.name.startswith("__"))
 
 
 def unit_test(module):

@@ -38,7 +38,7 @@ class Rowing(pt.Torque):
         Of the strokes.
     """
 
-    strength: pt.Vector
+    strength: pt.mechanics.Vector
     rate: AngularVelocity
     epoch: Time = 0.0
 
@@ -66,7 +66,7 @@ class Tether(pt.Orbit):
 class Flywheel(Part):
     """A rotor of constant speed."""
 
-    spin: pt.Vector
+    spin: pt.mechanics.Vector
 
     def momentum(self, own, time):
         return functions.Vector(self.spin)
@@ -206,6 +206,23 @@ def test_the_command_line_names_them(told):
     assert "in Python: mine.Lines().read('it.jsonl')" in said["table"][1]
     assert "lines of JSON (.jsonl)" in " ".join(said["help"][1].split())
     assert ".jsonl" in said["other"][1]
+
+
+@pytest.mark.parametrize("module", ["mine", "mine.py"])
+def test_the_command_line_imports_the_module(told, tmp_path, module):
+    folder, _ = told
+    command = [sys.executable, "-m", "poinsot", "run", "it.toml", "--import", module, "--out", str(tmp_path / "own.nc")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=True)
+    assert done.stdout == f"{tmp_path / 'own.nc'}\n"
+    assert [each.name for each in tmp_path.iterdir()] == ["own.nc"]
+
+
+def test_the_command_line_names_a_module_that_does_not_exist(told):
+    folder, _ = told
+    command = [sys.executable, "-m", "poinsot", "--import", "yours", "run", "it.toml"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "poinsot: --import must name a module, got 'yours': No module named 'yours'.\n"
 
 
 def test_a_result_is_read_where_they_are_not_known(told):

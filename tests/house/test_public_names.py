@@ -15,7 +15,7 @@ SPACES = [
     poinsot,
     *(
         import_module(f"poinsot.{name}")
-        for name in ("analysis", "events", "files", "forces", "orbits", "plot", "shapes")
+        for name in ("analysis", "events", "files", "forces", "mechanics", "orbits", "plot", "shapes")
     ),
 ]
 
@@ -36,7 +36,7 @@ def test_no_module_hides_a_public_name(package):
 
 
 def test_the_root_is_short_and_has_what_it_shares_with_a_namespace():
-    assert len(poinsot.__all__) <= 49
+    assert len(poinsot.__all__) <= 43
     for space in SPACES[1:]:
         for name in set(space.__all__) & set(poinsot.__all__):
             assert getattr(space, name) is getattr(poinsot, name)
@@ -69,3 +69,9 @@ def test_no_two_classes_have_one_name():
             if isinstance(node, ast.ClassDef):
                 found.setdefault(node.name, []).append(f"{path.name}, line {node.lineno}")
     assert {name: places for name, places in found.items() if len(places) > 1} == {}
+
+
+@pytest.mark.parametrize("name", ["Environment", "Frame", "Jump", "Load", "PairInstant", "PairLoad"])
+def test_the_root_names_the_namespace_of_names_for_authors(name):
+    with pytest.raises(AttributeError, match=f"poinsot has no attribute '{name}'. Write poinsot.mechanics.{name}."):
+        getattr(poinsot, name)

@@ -1,5 +1,6 @@
 """The first motion of a process loads no library that it does not use."""
 
+import platform
 import subprocess
 import sys
 
@@ -24,3 +25,11 @@ print(*sys.modules)
 def test_the_first_motion_loads_no_library_that_it_does_not_use():
     found = subprocess.run([sys.executable, "-c", FIRST_MOTION], capture_output=True, text=True, check=True)
     assert sorted({*found.stdout.split()} & {*NOT_NEEDED}) == []
+
+
+def test_without_llvmlite_one_message_names_the_platform():
+    code = "import sys; sys.modules['llvmlite.binding'] = None; import poinsot; poinsot.propagate"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    last = found.stderr.splitlines()[-1]
+    assert last.startswith("ImportError: llvmlite must be installed, which compiles the equations of motion, got on ")
+    assert platform.machine() in last

@@ -4,7 +4,7 @@ import numpy as np
 
 import poinsot as pt
 from kinds.forces import MAGNETIC_FIELDS
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.scenario_of_motion import scenario_of
 from poinsot.scenarios.system_text import rebuilt_system
 
@@ -68,8 +68,8 @@ def label(force):
 def comes_back(body, force) -> bool:
     """Whether a system comes back from its own text with the same formulas and the same numbers, to the bit."""
     system = pt.System(body, force)
-    motion = pt.Trajectory(system, FIRST.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.zeros(1), MemoryRows({}), RUN)
-    text = scenario_of(motion)
+    motion = pt.Trajectory(system, FIRST.state((1, 0, 0, 0), omega_body=(0, 0, 1)), np.zeros(1), MotionRows({}), RUN)
+    text = scenario_of(motion.system, motion.run)
     again = rebuilt_system(text.text, "it", data=text.data)
     here, there = system.dynamics, again.dynamics
     same = [own.tobytes() == other.tobytes() for own, other in zip(here.numbers, there.numbers, strict=True)]

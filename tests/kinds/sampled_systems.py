@@ -24,7 +24,7 @@ class Integrating(pt.Part, pt.Torque):
 
     @property
     def jump(self):
-        return pt.Jump(self.period, 0.1)
+        return pt.mechanics.Jump(self.period, 0.1)
 
     def update(self, instant, draws):  # noqa: ARG002
         total = Vector(instant.own(self)[3:]) + self.period * instant.omega_body

@@ -90,7 +90,7 @@ NOT_FINITE = {
         "time must be finite, got time = nan.",
     ),
     "projected_quaternion": (
-        lambda: pt.project_to_tangent((NAN, 0, 0, 0), (0, 1, 0, 0)),
+        lambda: pt.mechanics.project_to_tangent((NAN, 0, 0, 0), (0, 1, 0, 0)),
         "quaternion must be finite, got quaternion[0] = nan.",
     ),
     "weight": (lambda: pt.UniformGravity(NAN, (1, 0, 0)), "weight must be finite, got weight = nan."),
@@ -163,7 +163,7 @@ NOT_REAL = {
         "attitude must be real numbers, got str 'x'.",
     ),
     "word_for_projected": (
-        lambda: pt.project_to_tangent("a", (0, 1, 0, 0)),
+        lambda: pt.mechanics.project_to_tangent("a", (0, 1, 0, 0)),
         "quaternion must be real numbers, got str 'a'.",
     ),
     "word_for_weight": (lambda: pt.UniformGravity("1", (1, 0, 0)), "weight must be real numbers, got str '1'."),
@@ -253,11 +253,11 @@ WRONG_SHAPE = {
         "omega_body must have shape (3,) or (members, 3), got shape (2,).",
     ),
     "projected": (
-        lambda: pt.project_to_tangent((1, 0, 0), (0, 1, 0, 0)),
+        lambda: pt.mechanics.project_to_tangent((1, 0, 0), (0, 1, 0, 0)),
         "quaternion must have shape (4,) or (members, 4), got shape (3,).",
     ),
     "projected_momenta": (
-        lambda: pt.project_to_tangent(ONE, (0, 1, 0)),
+        lambda: pt.mechanics.project_to_tangent(ONE, (0, 1, 0)),
         "conjugate_momenta must have shape (4,) or (members, 4), got shape (3,).",
     ),
     "swapped_parameters": (
@@ -367,7 +367,7 @@ OFF_THE_SPHERE = {
         f"attitude must have unit norm, but |q| = 5. {DIVIDE}",
     ),
     "projection_of_nothing": (
-        lambda: pt.project_to_tangent((0, 0, 0, 0), (0, 1, 0, 0)),
+        lambda: pt.mechanics.project_to_tangent((0, 0, 0, 0), (0, 1, 0, 0)),
         "quaternion must not be zero, got |q| = 0.",
     ),
     "matrix_scaled": (
@@ -402,7 +402,7 @@ def test_the_papers_six_digits_are_refused_and_the_hint_works():
     )
     with pytest.raises(ValueError, match=f"^{re.escape(sentence)}$"):
         pt.State(*PRINTED)
-    state = pt.State(PRINTED[0], pt.project_to_tangent(*PRINTED))
+    state = pt.State(PRINTED[0], pt.mechanics.project_to_tangent(*PRINTED))
     q, Q = map(np.array, PRINTED)
     g = 0.5 * (q[0] * Q[1:] - Q[0] * q[1:] - np.cross(q[1:], Q[1:]))
     assert np.allclose(state.angular_momentum_body, g, rtol=0, atol=1e-15)

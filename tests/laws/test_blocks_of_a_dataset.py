@@ -8,7 +8,7 @@ from kinds.forces_in_files import FIRST, OF_ONE, OF_TWO, PAIR, RUN, label
 from kinds.parts import BODY, PARTS
 from poinsot.mechanics.state import state_of
 from poinsot.propagation import column_reader
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 
 ROWS = 101
 RANDOM = np.random.default_rng(7)
@@ -27,7 +27,7 @@ def any_body(monkeypatch):
 def motion_of(system, rows):
     """Return a motion through states that nothing has computed."""
     start = state_of({name: values[0] for name, values in rows.phase.items()}, TIMES[0])
-    return pt.Trajectory(system, start, TIMES, MemoryRows(rows.phase), RUN)
+    return pt.Trajectory(system, start, TIMES, MotionRows(rows.phase), RUN)
 
 
 def assert_blocks_are_joined(motion, monkeypatch):
@@ -79,6 +79,6 @@ def test_an_orbit_is_where_it_is_for_all_times_together(monkeypatch):
     system, times = pt.System(FIRST, pt.GravityGradient(orbit)), np.linspace(0.0, 90.0, 3001)
     start = system.body.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.1, 0.2, 0.3))
     phase = {name: np.repeat(values[None], times.size, axis=0) for name, values in start.phase.items()}
-    motion = pt.Trajectory(system, start, times, MemoryRows(phase), RUN)
+    motion = pt.Trajectory(system, start, times, MotionRows(phase), RUN)
     monkeypatch.setattr(column_reader, "ROWS_PER_BLOCK", 100)
     assert np.array_equal(motion.dataset["potential_energy"], motion.potential_energy)

@@ -30,7 +30,7 @@ class Offset(pt.Potential):
     """A spring from a point of the body to a point on the way to the attractor: covariant by sums and lengths."""
 
     orbit: pt.Orbit
-    arm: pt.Vector
+    arm: pt.mechanics.Vector
 
     def energy(self, instant):
         way = instant.position(self.orbit) * 0.5 + instant.attitude.to_space(self.arm)
@@ -51,7 +51,7 @@ class Field(pt.Potential):
     """A huge part that does not turn the body beside a small one along a direction fixed in space."""
 
     orbit: pt.Orbit
-    field_space: pt.Vector
+    field_space: pt.mechanics.Vector
 
     def energy(self, instant):
         return instant.attitude.to_body(self.field_space)[0] - 1e9 * instant.inverse_distance(self.orbit)
@@ -61,7 +61,7 @@ class Drag(pt.Torque):
     """Along the velocity, with a direction that is summed with one fixed in space."""
 
     orbit: pt.Orbit
-    wind_space: pt.Vector
+    wind_space: pt.mechanics.Vector
 
     def torque(self, instant):
         return 0.1 * instant.attitude.to_body(instant.velocity(self.orbit) + self.wind_space)

@@ -425,7 +425,7 @@ class Spring(pt.Potential):
     """A spring that pulls an axis of the body across the first space axis."""
 
     stiffness: float
-    axis_body: pt.Vector
+    axis_body: pt.mechanics.Vector
 
     def energy(self, instant):
         return 0.5 * self.stiffness * dot(self.axis_body, instant.attitude.to_body((1, 0, 0))) ** 2
@@ -435,7 +435,7 @@ class SpringTorque(pt.Torque):
     """The same, its torque by hand."""
 
     stiffness: float
-    axis_body: pt.Vector
+    axis_body: pt.mechanics.Vector
 
     def torque(self, instant):
         s1 = instant.attitude.to_body((1, 0, 0))
@@ -447,7 +447,7 @@ class Motor(pt.Torque):
 
     strength: float
     frequency: float
-    axis_body: pt.Vector
+    axis_body: pt.mechanics.Vector
 
     def torque(self, instant):
         return self.strength * pt.functions.cos(self.frequency * instant.time) * self.axis_body

@@ -20,7 +20,7 @@ def any_body(monkeypatch):
 
 def test_every_force_is_here():
     known = {type(force) for force in (*OF_ONE, *OF_TWO)}
-    shipped = concrete_subclasses(pt.Potential, pt.Torque, pt.PairLoad)
+    shipped = concrete_subclasses(pt.Potential, pt.Torque, pt.mechanics.PairLoad)
     on_one_body_alone = {pt.control.Sampled}  # in the laws of control laws
     assert {cls for cls in shipped if not cls.__name__.endswith("On")} == known | on_one_body_alone
 

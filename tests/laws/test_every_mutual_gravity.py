@@ -30,7 +30,7 @@ def instant(system, values):
     """Of separation and two quaternions, eleven scalars of any kind."""
     position, first, second = (Vector(values[place]) for place in PLACES)
     bodies = [(pt.Attitude.from_quaternion(q), Vector((0, 0, 0))) for q in (first, second)]
-    return system.dynamics.instant(bodies, {"orbit": Vector((*position, 0, 0, 0))}, pt.Environment(0))
+    return system.dynamics.instant(bodies, {"orbit": Vector((*position, 0, 0, 0))}, pt.mechanics.Environment(0))
 
 
 def load(system, values):

@@ -207,7 +207,7 @@ def test_a_block_has_the_position_and_the_rates_of_the_formulas(orbit):
     if (block := orbit.block) is None:
         return
     own = block.start_at(TIMES)
-    here = pt.Environment(TIMES, [(block, np.moveaxis(own, -1, 0))])
+    here = pt.mechanics.Environment(TIMES, [(block, np.moveaxis(own, -1, 0))])
     place, change = stacked(orbit.position_at(TIMES), TIMES), stacked(orbit.velocity_at(TIMES), TIMES)
     # A rounding of an angle is one of the place times the distance, times 1/(1 - e) or q/r where the body is fast.
     assert np.max(np.abs(stacked(here.position(orbit), TIMES) - place)) < 64 * EPS * np.max(np.abs(place))
@@ -228,7 +228,7 @@ def test_the_text_of_a_system_makes_the_orbit_again(orbit):
     if isinstance(orbit, PolynomialArc | pt.orbits.Ephemeris):  # kept beside the text
         return
     motion = pt.propagate(pt.System(BODY, pt.GravityGradient(orbit)), START, [-0.4])
-    again = rebuilt_system(scenario_of(motion).text, "it")
+    again = rebuilt_system(scenario_of(motion.system, motion.run).text, "it")
     assert [float(x).hex() for x in again.dynamics.numbers] == [float(x).hex() for x in motion.system.dynamics.numbers]
     assert again.dynamics.structure == motion.system.dynamics.structure
 

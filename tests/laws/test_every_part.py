@@ -53,7 +53,7 @@ def test_formulas_give_the_same_on_all_scalars(part):
         attitude = pt.Attitude.from_quaternion(phase.pop("quaternion"))
         g = phase.pop("angular_momentum_body")
         body = twin.body_at(phase, number(0.0))
-        instant = pt.Instant(body, attitude, pt.Environment(number(0.0)), angular_momentum_body=g)
+        instant = pt.Instant(body, attitude, pt.mechanics.Environment(number(0.0)), angular_momentum_body=g)
         for name, rate in twin.rates(instant).items():
             found = np.array([np.ravel(np.array(x, dtype=float))[0] for x in rate])
             np.testing.assert_allclose(found, expected[name], rtol=1e-14, atol=3e-15)  # three times the worst

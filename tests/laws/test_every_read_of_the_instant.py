@@ -114,7 +114,7 @@ def test_comoving_axes_give_the_same_or_refuse(name):
     to_axes = quat.conjugate(block.quaternion(np.array(time), own))
     attitude = pt.Attitude.from_quaternion(fn.Vector(quat.product(to_axes, state.quaternion)), comoving=True)
     there = pt.Instant(
-        here.body, attitude, pt.Environment(time, [(block, fn.Vector(own))], comoving=True), here.omega_body
+        here.body, attitude, pt.mechanics.Environment(time, [(block, fn.Vector(own))], comoving=True), here.omega_body
     )
     if name.startswith("attitude") or name in ("own", "time", "inverse_distance"):
         with pytest.raises(fn.NotComoving):

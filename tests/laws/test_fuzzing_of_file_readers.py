@@ -7,6 +7,7 @@ import resource
 import time
 import warnings
 from functools import partial
+from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,6 @@ import pytest
 import poinsot as pt
 from fuzzing import mutant
 from poinsot.files.attitudes import ck
-from poinsot.scenarios.template import START
 from tumbling import MOTION, NAMED
 from unit.files.bodies import test_fields
 from unit.files.orbits import test_oem, test_tle
@@ -82,7 +82,7 @@ TEXTS: dict[str, Any] = {
     "it.omm": kvn,
     "omm.json": lambda: json.dumps(test_tle.MESSAGE),
     "omm.csv": lambda: ",".join(test_tle.MESSAGE) + "\n" + ",".join(test_tle.MESSAGE.values()) + "\n",
-    "it.toml": lambda: START,
+    "it.toml": lambda: (resources.files("poinsot.scenarios") / "template.toml").read_text(),
     "it.gfc": test_fields.icgem,
     "field.tab": test_fields.shadr,
     "it.obj": obj,

@@ -63,7 +63,7 @@ class Switched(pt.Torque):
 class Kick(pt.events.AtTime):
     """Gives the body an angular momentum."""
 
-    momentum: pt.Vector
+    momentum: pt.mechanics.Vector
 
     def act(self, body, state):
         return body.state(state.quaternion, angular_momentum_body=self.momentum, time=state.time)

@@ -43,7 +43,7 @@ class Breathing(pt.Potential):
 class Rotor(pt.Torque):
     """What a rotor at a constant rate does to its carrier: h x omega."""
 
-    h: pt.Vector
+    h: pt.mechanics.Vector
 
     def torque(self, instant):
         return fn.cross(self.h, instant.omega_body)

@@ -549,6 +549,6 @@ def test_the_environment_of_states_is_at_the_time_of_each(formula, count):
         assert np.array_equal(got, np.asarray(getattr(instant, formula)(orbit)))
         for k, axis in enumerate(axes):
             own = pt.KeplerOrbit(1.0, semimajor_axis=axis, eccentricity=0.3)
-            one = pt.Environment(float(np.broadcast_to(time, count)[k]))
+            one = pt.mechanics.Environment(float(np.broadcast_to(time, count)[k]))
             # Two roundings of the last bits: formulas of arrays and of scalars may differ.
             np.testing.assert_allclose(got[..., k], np.asarray(getattr(one, formula)(own)), rtol=1e-15, atol=1e-15)

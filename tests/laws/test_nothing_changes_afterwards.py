@@ -32,7 +32,7 @@ OTHERS = {
     "libration point": lambda: pt.orbits.LagrangePointPath(1.0, 0.01, separation=1.0, point="L4"),
     "state": lambda: pt.State((1, 0, 0, 0), (0, 0.1, 0.2, 0.3), time=1.0),
     "states": lambda: BODY.state((1, 0, 0, 0), omega_body=[(0.1, 0.2, 0.3), (0.3, 0.2, 0.1)], time=[0.0, 1.0]),
-    "environment": lambda: pt.Environment(time=np.linspace(0, 1, 3)),
+    "environment": lambda: pt.mechanics.Environment(time=np.linspace(0, 1, 3)),
     **{f"system with {name}": lambda parts=parts: pt.System(*parts) for name, parts in SYSTEMS.items()},
     **{
         f"{kind} {number}, {type(record).__name__}": lambda record=record: record
@@ -166,7 +166,7 @@ def test_the_first_moments_are_integrated_after_a_refused_write():
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11)  # ten times the tolerance of the integration
 
 
-class Leaning(pt.Frame):
+class Leaning(pt.mechanics.Frame):
     """A frame of the user's own, whose `__init__` assigns an attribute twice."""
 
     def __init__(self, angle):

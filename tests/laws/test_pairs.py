@@ -15,7 +15,9 @@ each_system = pytest.mark.parametrize("name", NAMES)
 
 def test_every_force_on_two_bodies_is_here():
     """Potentials are here or in the laws of forces on one body."""
-    assert concrete_subclasses(pt.PairLoad) == {force for force in PAIR_FORCES if issubclass(force, pt.PairLoad)}
+    assert concrete_subclasses(pt.mechanics.PairLoad) == {
+        force for force in PAIR_FORCES if issubclass(force, pt.mechanics.PairLoad)
+    }
 
 
 # ---------------------------------------------------------------------- symmetries

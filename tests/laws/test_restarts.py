@@ -31,7 +31,7 @@ class Remembering(pt.Part, pt.Torque):
 
     @property
     def jump(self):
-        return pt.Jump(self.period, self.offset, draws=3, seed=5)
+        return pt.mechanics.Jump(self.period, self.offset, draws=3, seed=5)
 
     def update(self, instant, draws):
         total = Vector(instant.own(self)[3:]) + self.period * (instant.omega_body + 0.01 * draws)
@@ -53,7 +53,7 @@ class Summing(pt.Part, pt.Torque):
 
     @property
     def jump(self):
-        return pt.Jump(self.period, offset=0.0)
+        return pt.mechanics.Jump(self.period, offset=0.0)
 
     def update(self, instant, draws):  # noqa: ARG002
         total = Vector(instant.own(self)[3:]) + self.period * instant.omega_body

@@ -241,14 +241,14 @@ WRONG = {
     "line 23: in state.secondary, state must have exactly one of omega_body, omega_space, angular_momentum_body, "
     "angular_momentum_space, got none.": ("angular_momentum_space = [0, 0.01, 0.1]\n", ""),
     "line 21: state.primary.quaternion must have unit norm": ("[0.8, 0,", "[0.9, 0,"),
-    "line 20: state.omega_body must not be beside position, got both.": (
+    "line 20: state.omega_body must not be given together with position, got both.": (
         "[state.primary]",
         "omega_body = [0, 0, 1]\n[state.primary]",
     ),
     "line 25: unknown key 'omgea_body' in [state.secondary]. Did you mean 'omega_body'?": (
         ("angular_momentum_space", "omgea_body")
     ),
-    "line 33: run.method must be integration beside forces, got 'closed form'.": (
+    "line 33: run.method must be integration together with forces, got 'closed form'.": (
         ("[times]", '[run]\nmethod = "closed form"\n[times]')
     ),
     "line 17: unknown key 'period' in [state].": (STATE, "[state]\nperiod = 3\n"),
@@ -257,7 +257,7 @@ WRONG = {
         "[state.synchronous]\nprimary_rate = 1.0\n",
     ),
     "line 16: state.synchronous.primary_rate must be given, got none.": (STATE, "[state.synchronous]\ndistance = 3\n"),
-    "line 18: state.position must not be beside synchronous, got both.": (
+    "line 18: state.position must not be given together with synchronous, got both.": (
         STATE,
         "[state]\nsynchronous = {distance = 3, primary_rate = 1}\nposition = [1, 2, 3]\n",
     ),

@@ -91,7 +91,7 @@ def test_an_impulsive_torque_against_an_integration_in_pieces():
     moments, kick = np.array([1.0, 2.0, 3.0]), np.array([0.02, 0.05, -0.01])
 
     class Kick(pt.events.RateCrossing):
-        impulse: pt.Vector
+        impulse: pt.mechanics.Vector
 
         def act(self, body, state):
             return body.state(

@@ -99,14 +99,14 @@ def test_a_load_needs_the_name_of_the_body(name):
         assert str(caught.value).endswith(f"got {wrong.get('body')!r}.")
 
 
-class Drag(pt.PairLoad):
+class Drag(pt.mechanics.PairLoad):
     """A force of the user's own, whose formula no file contains."""
 
     friction: float
 
     def load(self, instant):
         nothing = pt.functions.Vector((0.0, 0.0, 0.0))
-        return pt.Load(-self.friction * instant.relative_velocity, (nothing, nothing))
+        return pt.mechanics.Load(-self.friction * instant.relative_velocity, (nothing, nothing))
 
 
 @pytest.mark.parametrize("known", [True, False])

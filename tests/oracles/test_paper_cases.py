@@ -31,7 +31,7 @@ SYSTEMS = {
 }
 STATES = {
     "printed_qQ_exact_sqrt2": pt.State(Q_AXES, (0.3, -0.6 * ROOT, 0.1 * ROOT, -1.5)),
-    "printed_qQ_rounded6": pt.State(Q_AXES, pt.project_to_tangent(Q_AXES, ROUNDED)),
+    "printed_qQ_rounded6": pt.State(Q_AXES, pt.mechanics.project_to_tangent(Q_AXES, ROUNDED)),
     "euler_pP": pt.State.from_euler((np.pi / 4, 3 * np.pi / 2, np.pi / 4), (0.5, 0.6, 0.4)),
 }
 CASES = tuple(REFERENCE["cases"])
@@ -130,7 +130,7 @@ def test_integrals_of_the_top(case):
 @pytest.mark.parametrize("case", PROPAGATED)
 def test_projected_momenta_are_the_raw_ones_without_their_radial_part(case):
     q, Q = reference(case, "q"), reference(case, "Q_raw")
-    assert largest(pt.project_to_tangent(q, Q) - reference(case, "Q"), Q) < 1e-15
+    assert largest(pt.mechanics.project_to_tangent(q, Q) - reference(case, "Q"), Q) < 1e-15
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS[1:])

@@ -120,7 +120,7 @@ def random_states(count):
     rng = np.random.default_rng(SEED)
     quaternions = rng.normal(size=(count, 4))
     quaternions /= np.linalg.norm(quaternions, axis=-1, keepdims=True)
-    return pt.State(quaternions, pt.project_to_tangent(quaternions, rng.normal(size=(count, 4))))
+    return pt.State(quaternions, pt.mechanics.project_to_tangent(quaternions, rng.normal(size=(count, 4))))
 
 
 # ---------------------------------------------------------------------- Sec. 2: rotations and quaternions
@@ -471,7 +471,7 @@ def test_equation_10_has_the_shipped_equations_of_motion():
 @pytest.mark.parametrize("system", [TOP, SATELLITE], ids=["top", "satellite"])
 def test_potential_of_equation_10_adds_its_gradient_to_the_shipped_equations(system):
     orientation = pt.Attitude(euler.rotation_matrix_from_angles(ANGLES))
-    potential = system.dynamics.potential_at(pt.Instant(system.body, orientation, pt.Environment(0)))
+    potential = system.dynamics.potential_at(pt.Instant(system.body, orientation, pt.mechanics.Environment(0)))
     rates, free = (formulas.rates(s, "euler_angles", [*ANGLES, *MOMENTA], 0) for s in (system, FREE))
     assert_trigonometric([a - b for a, b in zip(rates, free, strict=True)], [0, 0, 0, *(-gradient(potential, ANGLES))])
 
@@ -683,7 +683,8 @@ def test_equation_18_torque_of_the_top_is_that_of_its_weight():
     orientation = pt.Attitude.from_quaternion(q)
     force = orientation.to_body(-weight * THIRD)
     assert_equal(
-        TOP.dynamics.torque_at(pt.Instant(TOP.body, orientation, pt.Environment(0), omega)), cross(centre, force)
+        TOP.dynamics.torque_at(pt.Instant(TOP.body, orientation, pt.mechanics.Environment(0), omega)),
+        cross(centre, force),
     )
 
 

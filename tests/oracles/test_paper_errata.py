@@ -479,7 +479,7 @@ def test_E7_the_six_printed_digits_are_not_tangent():
     q_rate, Q_rate = literal_equation_7(FREE, sp.Integer(1))
     run = flow([*q_rate, *Q_rate], (*q, *Q), [*PRINTED.quaternion, *rounded], [100.0])
     assert abs(quat.norm(run.y[:4, 0]) - np.exp(100 * defect / 4)) < 1e-11
-    projected = pt.State(PRINTED.quaternion, pt.project_to_tangent(PRINTED.quaternion, rounded))
+    projected = pt.State(PRINTED.quaternion, pt.mechanics.project_to_tangent(PRINTED.quaternion, rounded))
     assert np.max(np.abs(projected.angular_momentum_body - PRINTED.angular_momentum_body)) < 5e-7
     assert abs(pt.propagate(FREE_BODY, projected, [100.0]).quaternion[0] @ run.y[:4, 0]) > 1 - 1e-5
 
@@ -490,7 +490,7 @@ def test_E7_the_six_printed_digits_are_not_tangent():
 def test_E8_the_printed_potential_pulls_upwards():
     orientation = pt.Attitude.from_quaternion(q)
     force = orientation.to_body(Vector((0, 0, -weight)))
-    shipped = TOP.dynamics.torque_at(pt.Instant(TOP.body, orientation, pt.Environment(0), omega))
+    shipped = TOP.dynamics.torque_at(pt.Instant(TOP.body, orientation, pt.mechanics.Environment(0), omega))
     printed = -quat.imaginary(quat.product(quat.conjugate(q), gradient(dot(centre, force), q))) / 2
     assert are_equal(shipped, cross(centre, force))
     assert are_equal(printed, -cross(centre, force), UNIT)

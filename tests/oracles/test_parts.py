@@ -69,7 +69,9 @@ def centred(points):
 def instant(body, part, own, omega, time=0.0):
     """What a formula of a part sees, and the body with it."""
     composite = CompositeBody.of(body, [part], {part.name: Vector(own)}, time)
-    return Instant(composite, pt.Attitude.from_quaternion((1, 0, 0, 0)), pt.Environment(time), omega), composite
+    return Instant(
+        composite, pt.Attitude.from_quaternion((1, 0, 0, 0)), pt.mechanics.Environment(time), omega
+    ), composite
 
 
 def judged(body, part, own, expected, time=0.0):

@@ -116,7 +116,7 @@ def test_published_orbit_closes_and_keeps_its_jacobi_constant(name):
     assert np.max(np.abs(np.stack(motion.environment.position(path.from_secondary)) - by_series)) < 2e-12
     for environment in (
         motion.environment,
-        pt.Environment(motion.times),
+        pt.mechanics.Environment(motion.times),
     ):  # integrated along, and the series for numbers
         r, v = synodic(path, environment)
         assert np.max(np.abs(r[-1] - r[0])) < slack
@@ -201,7 +201,7 @@ def test_small_motions_have_the_frequencies_of_linear_theory(name):
     path = point.path(offset=(size, 0, 0.5 * size), velocity=(0, -shape * plane * size, 0))
     times = np.linspace(-np.pi / plane, np.pi / plane, 21)
     motion = pt.propagate(pt.System(BODY, *gradients(path)), START, times)
-    for environment in (motion.environment, pt.Environment(times)):
+    for environment in (motion.environment, pt.mechanics.Environment(times)):
         moved = (synodic(path, environment)[0] - point.from_secondary.position) / size
         expected = [np.cos(plane * times), -shape * np.sin(plane * times), 0.5 * np.cos(normal * times)]
         assert np.max(np.abs(moved - np.stack(expected, axis=-1))) < 2e-5

@@ -20,6 +20,7 @@ ANGLES = {
 """Names of arguments, which are angles wherever they are."""
 
 DAYS = pt.System(TOP.body, *TOP.forces, units={"time": "d"})
+SI = pt.System(pt.Body((1.0, 2.0, 3.0)), units={"time": "s", "inertia": "kg m2"})
 UNNAMED = pt.System(TOP.body, *TOP.forces)
 
 
@@ -66,15 +67,43 @@ def test_times_convert_where_their_unit_is_named():
     assert summed.span == (1.0, 2.0)
 
 
+def test_states_of_a_system_with_units():
+    state = SI.state((1, 0, 0, 0), omega_body=(0, 0, 90) * u.deg / u.min, time=1 * u.min)
+    assert state.time == 60.0
+    np.testing.assert_allclose(SI.omega_body(state), (0, 0, np.pi / 120), rtol=1e-15)
+    state = SI.state((1, 0, 0, 0), angular_momentum_body=(0, 0, 2) * u.N * u.m * u.s)
+    np.testing.assert_allclose(state.angular_momentum_body, (0, 0, 2), rtol=1e-15)
+
+
+def test_states_of_two_bodies_with_units():
+    body = pt.Body((1.0, 2.0, 3.0), mass=1.0)
+    units = {"time": "s", "inertia": "kg m2", "length": "m"}
+    pair = pt.System(pt.TwoBodies(body, body), pt.forces.MutualGravity(), units=units)
+    state = pair.state(
+        (1, 0, 0) * u.km, (0, 0, 3.6) * u.km / u.h, [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2 * u.deg / u.s
+    )
+    plain = pair.state((1000, 0, 0), (0, 0, 1.0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, np.pi / 180)] * 2)
+    for name in ("primary", "secondary"):
+        np.testing.assert_allclose(
+            state.of_bodies[name].angular_momentum_body, plain.of_bodies[name].angular_momentum_body, rtol=1e-15
+        )
+    np.testing.assert_allclose(state.position, plain.position, rtol=1e-15)
+    np.testing.assert_allclose(state.velocity, plain.velocity, rtol=1e-15)
+
+
 NAMES_IT = "System(..., units={'time': 's'}) names it."
 SENTENCES = {
+    "another kind of unit": (
+        lambda: SI.state((1, 0, 0, 0), omega_body=(0, 0, 1) * u.m),
+        "omega_body must convert to rad s-1, the unit of the system, got a quantity in m.",
+    ),
     "no unit of time": (
         lambda: pt.propagate(UNNAMED, START, [1, 2] * u.s),
         f"times must be plain numbers, or times where the unit of time is named, got a quantity in s. {NAMES_IT}",
     ),
     "another unit": (
         lambda: pt.propagate(DAYS, START, [1, 2] * u.kg),
-        f"times must be plain numbers, or times where the unit of time is named, got a quantity in kg. {NAMES_IT}",
+        "times must convert to d, the unit of the system, got a quantity in kg.",
     ),
     "rate": (
         lambda: TOP.body.state((1, 0, 0, 0), omega_body=(1, 2, 3) * u.deg / u.s),

@@ -21,8 +21,7 @@ ROOT_GROUPS = {
     "Motions": "propagate free_motion Trajectory EventRecord PropagationError PropagationInterrupted",
     "Files and pictures": "save load view animate",
     "Everyday forces and orbits": "UniformGravity GravityGradient GravityField KeplerOrbit RotatingFrame",
-    "To write one's own": "Potential Torque Load PairLoad Part Jump Event Orbit Frame Instant PairInstant Environment "
-    "BodyVector SpaceVector Vector project_to_tangent",
+    "To write one's own": "Potential Torque Part Event Orbit Instant BodyVector SpaceVector",
 }
 """The names of the root, by what they are for."""
 
@@ -32,6 +31,7 @@ TITLES = {
     "events": "Events",
     "files": "Files",
     "forces": "Forces",
+    "mechanics": "Base classes and annotations",
     "orbits": "Orbits",
     "parts": "Parts",
     "plot": "Plots",
@@ -69,7 +69,7 @@ array([-2.,  0.,  0.])
     "Vector": """Annotation of a field of three numbers that belong to no axes.
 
 >>> class Brake(pt.Torque):
-...     gains: pt.Vector
+...     gains: pt.mechanics.Vector
 ...     def torque(self, instant):
 ...         return pt.functions.Vector(-k * w for k, w in zip(self.gains, instant.omega_body))
 >>> system = pt.System(pt.Body((1, 2, 2.5)), Brake((0.1, 0.2, 0.3)))
@@ -78,8 +78,6 @@ array([ 0. ,  0. , -0.6])
 """,
 }
 """Of names that are neither classes nor functions, and so have no docstring."""
-
-ALIASES = frozenset(f"poinsot.{name}" for name in ANNOTATIONS)
 
 
 def pages() -> dict[str, str]:
@@ -115,7 +113,7 @@ def index_page() -> str:
 
 def summaries(names: list[str]) -> str:
     """Return a table of names, and the hidden table of contents that leads to their pages."""
-    of_objects = [name for name in names if name not in ALIASES]
+    of_objects = [name for name in names if name.rpartition(".")[2] not in ANNOTATIONS]
     table = "\n".join(f"   {name}" for name in of_objects)
     listed = "\n".join(f"   {name}" for name in names)
     return f".. autosummary::\n   :nosignatures:\n\n{table}\n\n.. toctree::\n   :hidden:\n\n{listed}\n"

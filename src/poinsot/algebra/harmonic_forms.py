@@ -101,7 +101,7 @@ class TurnedForms:
 
 
 class _Turn:
-    """The derivatives of the angle of a small turn about an axis at rest, by the entries of the axes of the body."""
+    """Derivatives of the angle of a small rotation about a fixed axis by the entries of the body's axes."""
 
     def __init__(self, k: int, axes: Sequence[Sequence[Scalar]]) -> None:
         self._k, self._axes = k, axes

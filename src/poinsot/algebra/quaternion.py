@@ -60,7 +60,7 @@ def product(p: ArrayLike, q: ArrayLike) -> Array:
 
 
 def hamilton(p: Sequence[Scalar], q: Sequence[Scalar]) -> tuple[Scalar, ...]:
-    """Return the four components of the Hamilton product, from those of the factors."""
+    """Return the four components of the Hamilton product of two quaternions, given by their components."""
     (p0, p1, p2, p3), (q0, q1, q2, q3) = p, q
     return (
         p0 * q0 - p1 * q1 - p2 * q2 - p3 * q3,

@@ -18,15 +18,15 @@ Coefficients = Sequence[tuple[Scalar, Scalar]]
 
 
 class SolidHarmonics:
-    """The solid harmonics of a vector, each computed once, when it is asked for.
+    """Solid harmonics of a vector, each computed at its first use.
 
     Parameters
     ----------
     vector : three scalars
-        Of any kind.
+        Components of the vector, scalars of any kind.
     squared : scalar, optional
-        The square of its length, where it is known: 1 for a direction. Derivatives are those of the polynomials
-        all the same, so they hold along a sphere.
+        Square of the length, if it is known: 1 for a direction. Derivatives are derivatives of the polynomials, and
+        hold along a sphere.
     """
 
     def __init__(self, vector: Sequence[Scalar], squared: Scalar | None = None) -> None:

@@ -50,13 +50,13 @@ SAMPLES_PER_TURN = 8
 """Number of samples of the growth in 2 pi of the fastest angle, for the integrals of MEGNO."""
 
 MAX_STEPS = 1e8
-"""Each has some numbers in memory."""
+"""Largest number of sampling steps, each of which stores some numbers."""
 
 ORTHOGONALISATION_ANGLE = 10.0
 """Advance of the fastest angle between two orthogonalisations of the vectors, radians."""
 
 MAX_SAMPLE_GROUPS = 4
-"""Of members whose rates differ by less than a factor of two, groups that have their samples in common."""
+"""Number of groups with common samples among members whose rates differ by less than a factor of two."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -228,7 +228,7 @@ def chaos_indicators(
     units, directions = run.user_units(rates, momentum_unit), _directions(vectors, run.size)
     report = Report(np.zeros(starts.size, dtype=int))
     parts = {name: np.full((starts.size, run.times.size), np.nan) for name in FOUND}
-    for who, step in _alike(2 * np.pi / (SAMPLES_PER_TURN * rates), starts.size, run.times):
+    for who, step in _groups_of_steps(2 * np.pi / (SAMPLES_PER_TURN * rates), starts.size, run.times):
         some, own = run if who.size == starts.size else members_of(run, who), members_of(units, who)
         out = _Indicators(starts[who], _refined(run.times, starts[who], step), run.times, own)
         report.put(who, some.integrate(own.multiplied(directions), out.fine, out, ways=out.ways))
@@ -258,7 +258,7 @@ class _Indicators:
         self.fine, self._starts, self._units = fine, starts, units
         self._wanted = np.searchsorted(fine, wanted)
         self._forwards = bool(np.max(wanted) > np.min(starts))
-        self.ways = (self._forwards,)  # the times between the starts of members are those of the earlier ones
+        self.ways = (self._forwards,)  # times between the starts of members belong to the earlier members
         self.parts = {name: np.full((len(starts), wanted.size), np.nan) for name in FOUND}
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:
@@ -294,12 +294,12 @@ def _integral(steps: Array, values: Array) -> Array:
 
 
 def _volume(vectors: Array) -> Array:
-    """Return the volume that vectors span; shape (..., count, k) to (...)."""
+    """Return the volume spanned by vectors; shape (..., count, k) to (...)."""
     triangle = np.linalg.qr(np.swapaxes(vectors, -1, -2), mode="r")
     return np.asarray(np.abs(np.prod(np.diagonal(triangle, axis1=-2, axis2=-1), axis=-1)))
 
 
-# ---------------------------------------------------------------------- the whole spectrum
+# ---------------------------------------------------------------------- Lyapunov spectrum
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -403,37 +403,25 @@ def lyapunov_spectrum(
             f"system must have no digital controller, got {quoted(system.dynamics.jumping[0].name)}: a spectrum "
             "begins anew on the way, and so would its memory. Take chaos_indicators."
         )
-    run, plan = _spectral_run(system, state, times, formulation, tolerance, threads), plan_of(**chunking)
-    step = float(
-        np.min(ORTHOGONALISATION_ANGLE / fastest_rates(system, run.state))
-    )  # one for all members, also in chunks
+    settings: dict[str, Any] = {"formulation": formulation, "tolerance": tolerance, "threads": threads}
+    run, plan = _spectral_run(system, state, times, **settings), plan_of(**chunking)
+    step = float(np.min(ORTHOGONALISATION_ANGLE / fastest_rates(system, run.state)))  # of all members, also in chunks
     if plan:
-        given = {"formulation": formulation, "tolerance": tolerance, "threads": threads, "step": step}
-        analysis = Analysis(_spectrum, system, state, run.times, given)
+        analysis = Analysis(_spectrum, system, state, run.times, settings | {"step": step})
         return cast("LyapunovSpectrum", analysed_in_chunks(plan, analysis, progress))
     return _exponents(run, step, progress)
 
 
 def _spectrum(
-    system: System,
-    state: AnyState,
-    times: Array,
-    *,
-    step: float,
-    formulation: str | None,
-    tolerance: float | None,
-    threads: int | None,
-    progress: bool | None,
+    system: System, state: AnyState, times: Array, *, step: float, progress: bool | None, **settings: Any
 ) -> LyapunovSpectrum:
-    """Return the exponents of some members, with the step of all."""
-    return _exponents(_spectral_run(system, state, times, formulation, tolerance, threads), step, progress)
+    """Return the exponents of some members of an ensemble, with the step of all members."""
+    return _exponents(_spectral_run(system, state, times, **settings), step, progress)
 
 
-def _spectral_run(
-    system: System, state: AnyState, times: Times, formulation: str | None, tolerance: float | None, threads: int | None
-) -> VariationalRun:
-    """Return the run of a spectrum; raise a ValueError for several starts and for times that do not rise from one."""
-    run = VariationalRun.of(system, state, times, checked_settings(formulation, tolerance, threads, False))
+def _spectral_run(system: System, state: AnyState, times: Times, **settings: Any) -> VariationalRun:
+    """Return the run of a spectrum; raise an error for several initial times, and for times that do not increase."""
+    run = VariationalRun.of(system, state, times, checked_settings(**settings, progress=False))
     start = float(run.state.time[0])
     if np.any(run.state.time != start):
         other = run.state.time[run.state.time != start][0]
@@ -446,7 +434,7 @@ def _spectral_run(
 
 
 def _exponents(run: VariationalRun, step: float, progress: bool | None) -> LyapunovSpectrum:
-    """Return the exponents from vectors that become orthonormal after each step at the latest."""
+    """Return the exponents from vectors that are orthonormalised at least after each step."""
     vectors, start, exponents = _OrthonormalVectors(run), float(run.state.time[0]), list[Array]()
 
     def result() -> LyapunovSpectrum:
@@ -472,7 +460,7 @@ def _exponents(run: VariationalRun, step: float, progress: bool | None) -> Lyapu
 
 
 class _OrthonormalVectors:
-    """As many tangent vectors as coordinates, which are integrated, then become orthonormal, and so on.
+    """As many tangent vectors as coordinates, which are integrated and orthonormalised in turn.
 
     Vectors with many coordinates are integrated one by one, each along its own copy of the motion.
 
@@ -520,7 +508,10 @@ class _OrthonormalVectors:
     def orthonormalise(self, end: Memory) -> None:
         """Continue from the end of an integration, with orthonormal vectors."""
         stopped = list(self.report.stops)
-        for name, values in end.phase.items():  # members that stopped go on from their start; their growth stays NaN
+        for (
+            name,
+            values,
+        ) in end.phase.items():  # members that stopped continue from their initial state; their growth stays NaN
             values[stopped] = self._first[name][stopped]
         end.rows["vectors"][stopped, 0] = self._scaled[stopped]
         ends = self._units.divided(np.arange(len(self._state.time)), end.rows["vectors"][:, 0])
@@ -539,7 +530,7 @@ class _OrthonormalVectors:
         return self._units.multiplied(self._vectors.reshape(-1, k // self._copies, k))
 
 
-# ---------------------------------------------------------------------- both
+# ---------------------------------------------------------------------- samples and vectors
 
 
 def _directions(count: int, k: int) -> Array:
@@ -547,11 +538,11 @@ def _directions(count: int, k: int) -> Array:
     return np.asarray(np.linalg.qr(np.random.default_rng(20061027).normal(size=(k, k)))[0][:count])
 
 
-def _alike(steps: Array, members: int, times: Array) -> Iterator[tuple[NDArray[np.int_], float]]:
-    """Yield members whose steps differ little, and one step for all of these, not longer, whoever else there is.
+def _groups_of_steps(steps: Array, members: int, times: Array) -> Iterator[tuple[NDArray[np.int_], float]]:
+    """Yield groups of members with similar steps, and one step for each group, which is not longer than any of these.
 
-    It is a power of two of a fourth part of an integer times a length of time that all members have in common, or the
-    step that they share.
+    The step does not depend on other members: it is the range of the times multiplied by 2 to the power of a multiple
+    of 1/4, or the step that all members share.
     """
     if not steps.ndim:
         yield np.arange(members), float(steps)
@@ -563,9 +554,9 @@ def _alike(steps: Array, members: int, times: Array) -> Iterator[tuple[NDArray[n
 
 
 def _refined(times: Array, starts: Array, step: float) -> Array:
-    """Return rising times with so many more between the starts and them that they are a step apart at most.
+    """Return increasing times, with further times from the starts on, that are at most a step apart.
 
-    They are the same for members that start at one time, whenever others start.
+    Members with one initial time have the same times, whenever other members start.
     """
     times = np.sort(times)
     far = max(times[-1], np.max(starts)) - min(times[0], np.min(starts))

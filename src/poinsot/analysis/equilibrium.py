@@ -1,9 +1,9 @@
 """Relative equilibria: attitudes at rest in a uniformly turning frame, their small oscillations and stability.
 
-x = (rotation vector, angular momentum), both along the body axes, obeys x' = matrix x to first order. The matrix is
-the derivative of the system's own equations; Newton's method finds the equilibria with the same one.
-For satellites on circular orbits this is the analysis of DeBra and Delp (1961, J. Astronaut. Sci. 8, 14): "lyapunov"
-is Lagrange's region of stability, "linear" theirs.
+The vector x = (rotation vector, angular momentum), both along the body axes, obeys x' = matrix x to first order. The
+matrix is the derivative of the equations of the system, which Newton's method also uses to find the equilibria. For
+satellites on circular orbits this is the analysis of DeBra and Delp (1961, J. Astronaut. Sci. 8, 14): "lyapunov" is
+the stability region of Lagrange, "linear" the region of DeBra and Delp.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ from poinsot.taylor.graph import Graph, Node, gradient
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["Equilibrium", "equilibria", "grows_with_time"]
+__all__ = ["HALF_TURNS", "Equilibrium", "equilibria", "grows_with_time"]
 
 Array = NDArray[Any]
 
 RATE_TOLERANCE = 1e-6
 """Rates below this count as zero, relative to the fastest; stiffnesses below its square. More in oblique axes."""
 SAME_ATTITUDE = 1e-5
-"""Attitudes that differ by less are the same, radians: where a stiffness vanishes, they are not known better."""
+"""Largest angle between equal attitudes, radians: where a stiffness vanishes, attitudes are less accurate."""
 UNIFORMITY_TOLERANCE = 1e-9
 """Largest change of rates and torques, relative to their size, between times in a uniform frame."""
 RANDOM_STARTS = 100
@@ -57,7 +57,7 @@ MAX_ITERATIONS = 60
 MAX_STEP = 0.5
 """Largest step of Newton's method, radians."""
 OFF_COURSE = np.array([0.07, -0.11, 0.05])
-"""A turn that leaves the symmetric attitudes from which the shortest way to another one does not begin."""
+"""Rotation vector away from symmetric attitudes, where the shortest path to another equilibrium has no direction."""
 HALF_TURNS = np.eye(4)[1:] / 2
 
 
@@ -176,7 +176,7 @@ def equilibria(
 
 
 class _Balance:
-    """The balance of torques on a body at rest in a frame, and its derivatives, at one time.
+    """Balance of torques on a body at rest in a frame, and its derivatives, at one time.
 
     Attitudes p are unit quaternions body -> frame, shape (n, 4).
     """
@@ -209,7 +209,7 @@ class _Balance:
 
     @cached_property
     def _traced(self) -> tuple[list[Node], list[Any]]:
-        """The quaternion and momentum as symbols; the rates, each with its derivatives by these."""
+        """Symbols of quaternion and momentum, and the rates, each with its derivatives by the symbols."""
         graph = Graph()
         symbols = [graph.symbol(i) for i in range(7)]
         attitude, momentum = Attitude.from_quaternion(symbols[:4]), Vector(symbols[4:])
@@ -232,7 +232,7 @@ class _Balance:
     # ------------------------------------------------------------------ search
 
     def starts(self) -> Array:
-        """Return the ways to lay principal axes along those of the frame, and the zeros of a polynomial or a sample."""
+        """Return attitudes with principal axes along the axes of the frame, and zeros of a polynomial or a sample."""
         from scipy.spatial.transform import Rotation
 
         ways = Rotation.create_group("O").as_quat(canonical=True, scalar_first=True)
@@ -243,7 +243,7 @@ class _Balance:
         return np.concatenate([quat.product(ways, to_principal), near, *others])
 
     def settled(self, p: Array) -> tuple[Array, Array]:
-        """Return where Newton's method leads from attitudes, and whether there is an equilibrium, (n,)."""
+        """Return the attitudes at which Newton's method ends, and a mask of the equilibria among them, (n,)."""
         p, moving = p.copy(), np.arange(len(p))
         settled = np.zeros(len(p), dtype=bool)
         for _ in range(MAX_ITERATIONS):
@@ -255,7 +255,7 @@ class _Balance:
             step = -np.einsum("nij,nj->ni", self._inverse(slope), force)
             size = np.linalg.norm(step, axis=-1)
             p[moving] = _turned(p[moving], step * np.minimum(1, MAX_STEP / np.maximum(size, 1e-300))[:, None])
-            # Newton's error after a step is of the order of its square, unless a stiffness vanishes.
+            # The error after a step is of the order of its square, unless a stiffness vanishes.
             small = (size < RATE_TOLERANCE / 10) & (np.linalg.norm(force, axis=-1) < RATE_TOLERANCE * self.stiffness)
             settled[moving[small]] = True
             moving = moving[~small]
@@ -263,18 +263,18 @@ class _Balance:
 
     def distinct(self, points: Array) -> Array:
         """Return one attitude of each family, the first."""
-        kept: list[Array] = []
+        chosen: list[Array] = []
         free = self._free(points)
         while len(points):
-            kept.append(points[0])
-            others = rotation_angle(points, kept[-1]) > SAME_ATTITUDE
+            chosen.append(points[0])
+            others = rotation_angle(points, chosen[-1]) > SAME_ATTITUDE
             points, free = points[others], free[others]
-            others = rotation_angle(self._slid(points, free, kept[-1]), kept[-1]) > SAME_ATTITUDE
+            others = rotation_angle(self._slid(points, free, chosen[-1]), chosen[-1]) > SAME_ATTITUDE
             points, free = points[others], free[others]
-        return np.array(kept)
+        return np.array(chosen)
 
     def _slid(self, points: Array, free: Array, target: Array) -> Array:
-        """Return how near attitudes come to a target along directions in which nothing changes the balance."""
+        """Return attitudes moved towards a target, along directions without stiffness."""
         points, free = points.copy(), free.copy()
         sliding = np.flatnonzero(np.any(free, axis=(-1, -2)))
         for start in (True, *(False,) * MAX_ITERATIONS):
@@ -298,13 +298,13 @@ class _Balance:
         return self._without_stiffness(self.imbalance(points)[1]) if len(points) else np.empty((0, 3, 3))
 
     def _without_stiffness(self, slope: Array) -> Array:
-        """Return the projections on the turns that change nothing, (n, 3, 3), from the slopes of the balance."""
+        """Return the projections on the turns without stiffness, (n, 3, 3), from the slopes of the balance."""
         _, stiffness, axes = np.linalg.svd(slope)
         free = axes * (stiffness <= RATE_TOLERANCE * self.slow * self.stiffness)[..., None]
         return np.asarray(np.swapaxes(free, -1, -2) @ free)
 
     def _inverse(self, slope: Array) -> Array:
-        """Return the pseudo-inverses, which leave alone what has no stiffness."""
+        """Return the pseudo-inverses, which are zero in directions without stiffness."""
         left, stiffness, right = np.linalg.svd(slope)
         firm = stiffness > RATE_TOLERANCE * self.slow * self.stiffness
         inverse = np.where(firm, 1 / np.where(firm, stiffness, 1), 0)
@@ -349,7 +349,7 @@ class _Balance:
         return "lyapunov" if positive == 3 - freedom else "linear"
 
     def _family(self, p: Array, free: Array) -> int:
-        """Return in how many of the directions without stiffness there are equilibria also at a finite distance."""
+        """Return the number of directions without stiffness that contain equilibria at a finite distance."""
         stiffness, axes = np.linalg.eigh(free)
         steps = 0.1 * axes.T[stiffness > 0.5]
         if not len(steps):
@@ -359,18 +359,18 @@ class _Balance:
 
 
 def _slenderness(body: Body) -> float:
-    """Return by how much rounding grows where rates come out of momenta: not at all in principal axes."""
+    """Return the growth of rounding errors from momenta to rates, which is 1 in principal axes."""
     oblique = np.any(body.inertia != np.diag(np.diag(body.inertia)))
     return float(np.max(body.moments) / np.min(body.moments)) if oblique else 1.0
 
 
 def _slope(matrix: Array) -> Array:
-    """Return the derivative of g' by turns with omega that of the frame, from that of the flow, (n, 3, 3)."""
+    """Return the derivative of g' by turns at the omega of the frame, from the derivative of the flow, (n, 3, 3)."""
     return np.asarray(matrix[:, 3:, :3] - matrix[:, 3:, 3:] @ np.linalg.solve(matrix[:, :3, 3:], matrix[:, :3, :3]))
 
 
 def grows_with_time(matrix: Array, eigenvalues: Array, slow: float) -> bool:
-    """Return whether oscillations with equal frequencies grow, like t cos(w t): too few eigenvectors for them."""
+    """Return True if equal frequencies have too few eigenvectors, so that oscillations grow like t cos(w t)."""
     for eigenvalue in eigenvalues[np.abs(eigenvalues.imag) > slow]:
         cluster = eigenvalues[np.abs(eigenvalues - eigenvalue) < 10 * slow]
         distance = np.linalg.svd(matrix - np.mean(cluster) * np.eye(len(matrix)), compute_uv=False)

@@ -1,4 +1,4 @@
-"""How one of two bodies turns relative to their orbit: yaw, pitch and roll of its principal axes."""
+"""Librations of one of two bodies relative to their orbit: yaw, pitch and roll of its principal axes."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""The frequencies of a motion: its decomposition into lines, and their drift.
+"""Frequencies of a motion: decomposition of a signal into lines, and the drift of the lines.
 
-An evenly sampled signal is taken apart into lines a exp(i nu t) as by Laskar (1990, Icarus 88, 266; 1993, Physica D
-67, 257): the highest maximum of the windowed spectrum of the residual gives the next line. His frequency of a single
-line, the maximum itself, is that of the least squares of the difference in the windowed inner product. Here all
-lines found so far are fitted together in that sense, by Gauss and Newton's method, so that close lines do not bias
-each other. A pair of lines in the place of one is fitted from the best pair of a grid of frequencies, since the
-maximum of the residual about one line lies too far from both for Gauss and Newton's method to converge to them.
+An evenly sampled signal is decomposed into lines a exp(i nu t) as by Laskar (1990, Icarus 88, 266; 1993, Physica D 67,
+257): the highest maximum of the windowed spectrum of the residual gives the next line. Laskar's frequency of a single
+line, the maximum itself, minimises the squares of the difference in the windowed inner product. Here all lines found
+so far are fitted together in this sense, by the Gauss-Newton method, so that close lines do not bias each other. A
+pair of lines in the place of one is fitted from the best pair of a grid of frequencies, since the maximum of the
+residual about one line lies too far from both lines for the Gauss-Newton method to converge to them.
 """
 
 from __future__ import annotations
@@ -252,9 +252,9 @@ def diffusion(signal: ArrayLike, times: Times, count: int = 1) -> Array:
 
 
 class _LineFit:
-    """The lines of one signal, on centred samples: turns per sample and complex amplitudes at the centre.
+    """Fit of the lines of one signal on centred samples: turns per sample and complex amplitudes at the centre.
 
-    The turns are kept as multiples of 2^-26 and the rest, or their rounding would be seen in the residual.
+    The turns are stored as multiples of 2^-26 and a remainder, because their rounding would affect the residual.
     """
 
     def __init__(self, signal: Array) -> None:
@@ -267,7 +267,7 @@ class _LineFit:
 
     @property
     def turns(self) -> Array:
-        """The frequencies, turns per sample."""
+        """Frequencies, turns per sample."""
         return self.coarse + self.fine
 
     def waves(self, lines: Array) -> Array:
@@ -291,7 +291,7 @@ class _LineFit:
 
     @property
     def clusters(self) -> list[Array]:
-        """Indices of the lines, those that are near each other together."""
+        """Indices of the lines in groups of neighbouring lines."""
         order = np.argsort(self.turns)
         gaps = np.flatnonzero(np.diff(self.turns[order]) > CLUSTER_GAP / self.n) + 1
         return [cluster for cluster in np.split(order, gaps) if cluster.size]
@@ -308,7 +308,7 @@ class _LineFit:
 
     @property
     def residual(self) -> float:
-        """The RMS residual."""
+        """RMS residual."""
         return float(np.sqrt(np.average(np.abs(self.rest) ** 2, weights=self.window)))
 
     def with_lines(self, turns: ArrayLike, without: int | None = None) -> _LineFit:
@@ -359,7 +359,7 @@ class _LineFit:
         return best
 
     def _step(self, cluster: Array) -> float:
-        """Take one step of Gauss and Newton's with some lines; return by how much it changes the signal."""
+        """Take one Gauss-Newton step with some lines; return the change of the signal."""
         columns = self.columns(cluster)
         weighted = self.window * columns.conj()
         real, imaginary, turn = np.split(_inverse((weighted @ columns.T).real) @ (weighted @ self.rest).real, 3)
@@ -372,7 +372,7 @@ class _LineFit:
         return float(np.max(moved))
 
     def strongest(self, barred: Array) -> tuple[float, bool]:
-        """Return the highest maximum of the spectrum of the residual, in turns, and whether it is a line."""
+        """Return the highest maximum of the spectrum of the residual, in turns, and True if it is a line."""
         height = np.abs(np.fft.fft(self.window * self.rest))
         open_bins = np.flatnonzero(~barred)
         if open_bins.size == 0:
@@ -391,7 +391,7 @@ class _LineFit:
 
     @functools.cached_property
     def uncertainties(self) -> _Uncertainties:
-        """The standard errors of the lines, and the resolved lines."""
+        """Standard errors of the lines, and the resolved lines."""
         density = self._density(self.rest)
         bins = np.arange(self.n // 2 + 1 if self.is_real else self.n)
         away = np.abs(_reduced(bins[:, None] / self.n - self.turns)) * self.n
@@ -425,21 +425,21 @@ class _LineFit:
         """Return variances (3, lines) of both parts of the amplitudes and of the frequencies, by unit noise."""
         columns = self.columns(cluster)
         if self.is_real and 0 < np.min(np.abs(self.turns)) * self.n < SLOW_LINE_BINS:
-            columns = np.concatenate([columns, np.ones((1, self.n))])  # the mean, which a slow line may contain
+            columns = np.concatenate([columns, np.ones((1, self.n))])  # mean, which a slow line may contain
         weighted = self.window * columns
         spread = _inverse((weighted.conj() @ columns.T).real)
         variances = np.diag(spread @ (weighted.conj() @ weighted.T).real @ spread)[: 3 * cluster.size]
-        variances = np.where(variances < 0, np.inf, variances)  # lines that rounding does not tell apart
+        variances = np.where(variances < 0, np.inf, variances)  # lines that differ by rounding
         reshaped: Array = variances.reshape(3, -1) * (1 if self.is_real else 0.5)
         return reshaped
 
     def is_resolved_at(self, turns: float) -> bool:
-        """Whether the lines close to a frequency are resolved."""
+        """Return True if the lines close to a frequency are resolved."""
         close = np.abs(_reduced(self.turns - turns)) * self.n < 2 * (WINDOW_POWER + 1)
         return bool(np.all(self.uncertainties.resolved[close]))
 
     def shift(self, line: int) -> float:
-        """Return by how much the frequency of a line differs from the nearest of a pair in its place.
+        """Return the difference of the frequency of a line from the nearest frequency of a pair in its place.
 
         The frequency of a mean is uncertain by one turn over the run.
         """
@@ -460,7 +460,7 @@ class _LineFit:
 
     @property
     def is_certain(self) -> bool:
-        """Whether close lines exceed the noise and differ by more than it allows."""
+        """True if close lines exceed the noise and differ by more than their errors."""
         noise = self.uncertainties
         gaps = self.gaps()
         close = gaps < WINDOW_POWER + 1

@@ -1,4 +1,4 @@
-"""The orbit of two bodies, read off a motion: its period per revolution and the turning of its apsides."""
+"""Orbit of two bodies along a motion: the period of each revolution and the precession of the apsides."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 MAX_STEP = 2 * np.pi / 8
 """Largest step between two times, radians of longitude."""
 NEWTON_STEPS = 8
-"""Steps for the time of a passage, of which the interpolation is nearly linear."""
+"""Number of steps for the time of a passage; the interpolation is nearly linear there."""
 MIN_ECCENTRICITY = 1e-12
 """Smallest eccentricity that is not rounding."""
 MAX_RATE_ERROR = 0.01

@@ -1,9 +1,9 @@
-"""Relative equilibria of two bodies: found, continued in distance, with their small oscillations and stability.
+"""Relative equilibria of two bodies at given distances, with their small oscillations and stability.
 
-In axes that turn at a constant rate Omega both bodies rest, but for spins sigma of bodies about an axis of symmetry,
-whose axes of reference do not spin along. x = (theta, gamma) of the primary, of the secondary, and the changes of
-position and momentum, obeys x' = matrix x to first order. Of its 18 dimensions the total angular momentum takes three
-and the turn about it one; each body with a spin of its own another two.
+In axes that turn at a constant rate Omega both bodies rest, except for spins sigma about axes of symmetry. The axes of
+reference of a body do not follow its spin. The vector x, (theta, gamma) of the primary and of the secondary and the
+changes of position and momentum, obeys x' = matrix x to first order. The total angular momentum removes three of its 18
+dimensions, the turn about it one, and each spin two.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
-from poinsot.analysis.equilibrium import grows_with_time
-from poinsot.analysis.pair_point import PairPoint, cross_matrix, symmetry_axis, units_of_pair
+from poinsot.analysis.equilibrium import HALF_TURNS, grows_with_time
+from poinsot.analysis.pair_point import PairPoint, cross_matrix, refuse_open, symmetry_axis, units_of_pair
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, refuse_nonpositive
@@ -34,7 +34,7 @@ from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.taylor.graph import Graph, Node, gradient
 
-__all__ = ["PairEquilibrium", "pair_equilibria", "refuse_open"]
+__all__ = ["PairEquilibrium", "pair_equilibria"]
 
 Array = NDArray[Any]
 
@@ -45,11 +45,10 @@ EIGENVALUE_ROUNDING = 1e-11
 BALANCE_TOLERANCE = 1e-12
 """Largest residual of a balance, relative to the sizes of forces and torques."""
 NEUTRAL_TOLERANCE = 1e-9
-"""Singular values below this, relative to the largest, change nothing."""
+"""Relative size of singular values in whose direction the balance does not change."""
 MAX_ITERATIONS = 50
 MAX_STEP = 0.3
 """Largest step of Newton's method, radians, and of the rate, relative to it."""
-HALF_TURNS = np.eye(4)[1:] / 2
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -137,10 +136,10 @@ class PairEquilibrium(Summarized):
             raise ValueError(
                 f"amplitude must be at most pi in size, got {quoted(amplitude)}. Linear equations hold for small ones."
             )
-        point, pace = PairPoint.of(self.state), float(np.linalg.norm(self.rate))
-        units = units_of_pair(self.system, self.distance, pace)
+        point, rate_of_axes = PairPoint.of(self.state), float(np.linalg.norm(self.rate))
+        units = units_of_pair(self.system, self.distance, rate_of_axes)
         axes = [symmetry_axis(body) for body in self.system.of_bodies.values()]
-        basis = point.free(self.rate / pace, axes, units)
+        basis = point.free(self.rate / rate_of_axes, axes, units)
         eigenvalues, modes = np.linalg.eig(basis.T @ (self.matrix * units / units[:, None]) @ basis)
         mode = basis @ modes[:, np.argmin(np.abs(eigenvalues - 1j * self.frequencies[number]))]
         places = mode.reshape(3, 2, 3)[:, 0].ravel()
@@ -213,31 +212,19 @@ def pair_equilibria(
     return found
 
 
-def refuse_open(system: System[TwoBodies], guess: PairState) -> None:
-    """Refuse an ensemble, and two bodies that do not conserve energy and angular momentum."""
-    if system.members or guess.shape:
-        raise ValueError("system and guess must be single ones, got an ensemble. Take the members one by one.")
-    symbols = [integral.symbol for integral in system.integrals]
-    if symbols != ["H", "G1", "G2", "G3"]:
-        raise ValueError(
-            "system must conserve the energy and the angular momentum of two bodies, got integrals "
-            f"{', '.join(symbols) or 'none'}. Leave out perturbers and forces without a potential."
-        )
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
 class _PairBalance:
-    """Two bodies at rest in turning axes, nearly.
+    """Balance of torques and forces of two bodies that are nearly at rest in rotating axes.
 
     Attributes
     ----------
     attitudes : array (2, 4)
     position, rate : array (3,)
-        Space axes.
+        Position of the secondary and angular velocity of the axes, space axes.
     axes : two of array (3,) or None
-        Of symmetry, along the body axes.
+        Axes of symmetry, along the body axes.
     spins : two of float
-        The inertial rate about these.
+        Inertial angular velocities about the axes of symmetry.
     """
 
     flow: _Flow
@@ -259,7 +246,7 @@ class _PairBalance:
         return cls(flow, attitudes, position, rate, axes, spins)
 
     def at_distance(self, distance: float) -> _PairBalance:
-        """Return the same at another distance, with the rate that Kepler's third law makes of it."""
+        """Return the balance at another distance, with the rate of Kepler's third law."""
         ratio = distance / float(np.linalg.norm(self.position))
         return dataclasses.replace(self, position=ratio * self.position, rate=self.rate * ratio**-1.5)
 
@@ -271,7 +258,7 @@ class _PairBalance:
 
     @cached_property
     def omegas(self) -> list[Array]:
-        """The inertial rates of the bodies, along their axes."""
+        """Inertial angular velocities of the bodies, along their axes."""
         out = []
         for matrix, axis, spin in zip(self.matrices, self.axes, self.spins, strict=True):
             omega = matrix.T @ self.rate
@@ -284,18 +271,18 @@ class _PairBalance:
 
     @cached_property
     def momentum(self) -> Array:
-        """That of the orbit."""
+        """Momentum of the orbit."""
         return self.flow.mass * np.cross(self.rate, self.position)
 
     @cached_property
     def units(self) -> Array:
-        """The sizes of the 18 coordinates."""
-        distance, pace = (float(np.linalg.norm(vector)) for vector in (self.position, self.rate))
-        return units_of_pair(self.flow.system, distance, pace)
+        """Sizes of the 18 coordinates."""
+        distance, rate_of_axes = (float(np.linalg.norm(vector)) for vector in (self.position, self.rate))
+        return units_of_pair(self.flow.system, distance, rate_of_axes)
 
     @cached_property
     def _rates_and_matrix(self) -> tuple[Array, Array]:
-        """Return the rates of the 18 coordinates in the turning axes, and their derivatives by these."""
+        """Rates of the 18 coordinates in the rotating axes, and their derivatives by the coordinates."""
         values = [*self.attitudes[0], *self.momenta[0], *self.attitudes[1], *self.momenta[1]]
         rates, slopes = self.flow.evaluated([*values, *self.position, *self.momentum, *self.rate])
         for i, (axis, matrix, g) in enumerate(zip(self.axes, self.matrices, self.momenta, strict=True)):
@@ -322,9 +309,9 @@ class _PairBalance:
             unknown[6 * i + 3 : 6 * i + 6, 6:] = body.inertia @ by_rate
         unknown[15:, 6:] = -self.flow.mass * cross_matrix(self.position)
         slope = matrix @ unknown
-        slope[15:, 6:] += cross_matrix(self.momentum)  # of -Omega x p by Omega
+        slope[15:, 6:] += cross_matrix(self.momentum)  # derivative of -Omega x p by Omega
         for i, (axis, turn, g) in enumerate(zip(self.axes, self.matrices, self.momenta, strict=True)):
-            if axis is not None:  # the spin against the turning axes
+            if axis is not None:  # spin relative to the rotating axes
                 change = np.cross(g, axis)
                 slope[6 * i + 3 : 6 * i + 6, 6:] += np.outer(change, axis @ turn.T)
                 slope[6 * i + 3 : 6 * i + 6, 3 * i : 3 * i + 3] += np.outer(
@@ -334,14 +321,14 @@ class _PairBalance:
         return rates[places], slope[places]
 
     def settled(self) -> _PairBalance:
-        """Return the equilibrium to which Newton's method leads."""
+        """Return the equilibrium to which Newton's method converges."""
         here = self
         for _ in range(MAX_ITERATIONS):
             force, slope = here._imbalance()
-            pace = np.linalg.norm(here.rate)
-            rows = here.units[[3, 4, 5, 9, 10, 11, 15, 16, 17]] * pace
-            columns = np.array([1.0] * 6 + [float(pace)] * 3)
-            if not (np.all(np.isfinite(slope)) and pace > 0):
+            rate_of_axes = np.linalg.norm(here.rate)
+            rows = here.units[[3, 4, 5, 9, 10, 11, 15, 16, 17]] * rate_of_axes
+            columns = np.array([1.0] * 6 + [float(rate_of_axes)] * 3)
+            if not (np.all(np.isfinite(slope)) and rate_of_axes > 0):
                 break
             step = np.linalg.lstsq(slope * columns / rows[:, None], -force / rows, rcond=NEUTRAL_TOLERANCE)[0]
             largest = float(np.max(np.abs(step)))
@@ -362,52 +349,49 @@ class _PairBalance:
 
     def equilibrium(self, time: Any) -> PairEquilibrium:
         """Return the equilibrium with its linear equations."""
-        matrix, units, pace = self._rates_and_matrix[1], self.units, float(np.linalg.norm(self.rate))
-        scaled = matrix * units / units[:, None] / pace
+        matrix, units, rate_of_axes = self._rates_and_matrix[1], self.units, float(np.linalg.norm(self.rate))
+        scaled = matrix * units / units[:, None] / rate_of_axes
         point = PairPoint(self.attitudes, np.array(self.momenta), self.position, self.momentum)
-        left = point.free(self.rate / pace, self.axes, units)
-        reduced = left.T @ scaled @ left
-        eigenvalues = np.linalg.eigvals(reduced)
+        left = point.free(self.rate / rate_of_axes, self.axes, units)
+        eigenvalues = np.linalg.eigvals(left.T @ scaled @ left)
         slow = _slow(eigenvalues)
-        growth = pace * np.sort(eigenvalues.real[eigenvalues.real > slow])
-        frequencies = pace * np.sort(eigenvalues.imag[eigenvalues.imag > slow])
-        stability = "unstable" if growth.size else self._stability(scaled, left)
+        growth = rate_of_axes * np.sort(eigenvalues.real[eigenvalues.real > slow])
+        frequencies = rate_of_axes * np.sort(eigenvalues.imag[eigenvalues.imag > slow])
+        stability = "unstable" if growth.size else self._stability(scaled, left, eigenvalues)
         omegas = [np.asarray(omega) for omega in self.omegas]
         velocity = np.cross(self.rate, self.position)
         state = self.flow.system.body.state(self.position, velocity, list(self.attitudes), omega_body=omegas, time=time)
         return PairEquilibrium(
-            self.flow.system, state, self.rate, matrix, pace * eigenvalues, frequencies, growth, stability
+            self.flow.system, state, self.rate, matrix, rate_of_axes * eigenvalues, frequencies, growth, stability
         )
 
-    def _stability(self, scaled: Array, left: Array) -> str:
-        """Return the kind of stability where nothing grows exponentially."""
+    def _stability(self, scaled: Array, left: Array, eigenvalues: Array) -> str:
+        """Return the kind of stability if no solution grows exponentially."""
         poisson = np.zeros((18, 18))
         for i, g in enumerate(self.momenta):
             turn, own = slice(6 * i, 6 * i + 3), slice(6 * i + 3, 6 * i + 6)
             poisson[turn, own], poisson[own, turn], poisson[own, own] = np.eye(3), -np.eye(3), cross_matrix(g)
         poisson[12:15, 15:], poisson[15:, 12:15] = np.eye(3), -np.eye(3)
-        units, pace = self.units, float(np.linalg.norm(self.rate))
-        energy = np.linalg.inv(poisson / units[:, None] / units) @ scaled * pace
+        units, rate_of_axes = self.units, float(np.linalg.norm(self.rate))
+        energy = np.linalg.inv(poisson / units[:, None] / units) @ scaled * rate_of_axes
         energy = left.T @ (energy + energy.T) @ left / 2
-        size = np.sqrt(np.abs(np.diag(energy)))  # so that a small body counts like a large one
+        size = np.sqrt(np.abs(np.diag(energy)))  # so that a small body has the weight of a large one
         curvature = np.linalg.eigvalsh(energy / size / size[:, None])
-        reduced = left.T @ scaled @ left
-        eigenvalues = np.linalg.eigvals(reduced)
         slow = _slow(eigenvalues)
-        if np.min(np.abs(curvature)) < RATE_TOLERANCE**2 or grows_with_time(reduced, eigenvalues, slow):
+        if np.min(np.abs(curvature)) < RATE_TOLERANCE**2 or grows_with_time(left.T @ scaled @ left, eigenvalues, slow):
             return "undecided"
         return "lyapunov" if np.min(curvature) > 0 else "linear"
 
 
 class _Flow:
-    """The equations of motion of two bodies in turning axes, with their derivatives, as a graph."""
+    """Equations of motion of two bodies in rotating axes, with their derivatives, as a graph."""
 
     def __init__(self, system: System[TwoBodies]) -> None:
         self.system, self.bodies = system, system.of_bodies.values()
         self.mass = float(system.body.reduced_mass)
 
     def evaluated(self, values: Sequence[float]) -> tuple[Array, Array]:
-        """Return the rates of the 18 coordinates, and their derivatives by these, (18, 18).
+        """Return the rates of the 18 coordinates, and their derivatives by the coordinates, (18, 18).
 
         Values are quaternion and momentum of the primary and of the secondary, position, momentum, and the rate.
         """
@@ -441,5 +425,5 @@ class _Flow:
 
 
 def _slow(eigenvalues: Array) -> float:
-    """Return what counts as zero beside eigenvalues over the rate of the axes."""
+    """Return the size below which eigenvalues, divided by the rate of the axes, count as zero."""
     return max(RATE_TOLERANCE, EIGENVALUE_ROUNDING * float(np.max(np.abs(eigenvalues))))

@@ -1,7 +1,7 @@
 """Points of the motion of two bodies, and their displacements.
 
-A displacement has shape (18,): rotation vector and change of angular momentum of the primary, along its axes, the same
-of the secondary, changes of position and momentum along the space axes.
+A displacement has shape (18,): rotation vector and change of angular momentum of the primary, along its axes; rotation
+vector and change of angular momentum of the secondary; changes of position and momentum along the space axes.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation, rotation_matrix
 from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.state import PairState, Phase, named, state_of
+from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
 
-__all__ = ["PairPoint", "cross_matrix", "symmetry_axis", "units_of_pair"]
+__all__ = ["PairPoint", "cross_matrix", "refuse_open", "symmetry_axis", "units_of_pair"]
 
 Array = NDArray[Any]
 
@@ -59,26 +61,26 @@ class PairPoint:
         return PairPoint(turned.as_quat(scalar_first=True), momenta, self.position + x[12:15], self.momentum + x[15:])
 
     def displacement(self, other: PairPoint) -> Array:
-        """Return what leads to another point."""
+        """Return the displacement to another point."""
         turns = (rotation(self.attitudes).inv() * rotation(other.attitudes)).as_rotvec()
         own = np.hstack([turns, other.momenta - self.momenta])
         return np.concatenate([*own, other.position - self.position, other.momentum - self.momentum])
 
     def turned(self, turn: Any) -> PairPoint:
-        """Return the point turned as a whole, by a scipy rotation of space."""
+        """Return the point after a rotation of space, given as a rotation of scipy."""
         attitudes = quat.product(turn.as_quat(scalar_first=True), self.attitudes)
         return PairPoint(attitudes, self.momenta, turn.apply(self.position), turn.apply(self.momentum))
 
     def spun(self, turns: Any) -> PairPoint:
-        """Return the point with each body turned by one of two rotations, about an axis of symmetry of its own."""
+        """Return the point after rotations of both bodies about their axes of symmetry."""
         attitudes = (rotation(self.attitudes) * turns).as_quat(scalar_first=True)
         return PairPoint(attitudes, turns.inv().apply(self.momenta), self.position, self.momentum)
 
-    # ------------------------------------------------------------------ symmetries and what they conserve
+    # ------------------------------------------------------------------ symmetries and conserved quantities
 
     @property
     def total(self) -> Array:
-        """The total angular momentum, space axes."""
+        """Total angular momentum, space axes."""
         return np.asarray(np.cross(self.position, self.momentum) + rotation(self.attitudes).apply(self.momenta).sum(0))
 
     def by_displacement(self) -> Array:
@@ -91,7 +93,7 @@ class PairPoint:
         return out
 
     def turning(self, about: Array) -> Array:
-        """Return the displacement per angle of a turn of all about an axis in space, (18,)."""
+        """Return the displacement per angle of a rotation of space about an axis, (18,)."""
         out = np.zeros(18)
         for i, turn in enumerate(rotation_matrix(self.attitudes)):
             out[6 * i : 6 * i + 3] = turn.T @ about
@@ -116,10 +118,10 @@ class PairPoint:
         return out[[axis is not None for axis in axes]]
 
     def free(self, about: Array, axes: Sequence[Array | None], units: Array) -> Array:
-        """Return a basis of displacements over units, but for symmetries, that keep what these conserve.
+        """Return a basis of displacements, divided by units, across symmetries and with equal conserved quantities.
 
-        These are the turn about the total angular momentum and spins about axes of symmetry: (18, 14), two less for
-        each such axis.
+        The symmetries are the rotation about the total angular momentum and spins about axes of symmetry. The shape is
+        (18, 14), two less for each axis of symmetry.
         """
         rows = np.vstack([self.by_displacement(), self.spin_momenta(axes)]) * units
         columns = np.vstack([self.turning(about), self.spinning(axes).T]) / units
@@ -127,15 +129,27 @@ class PairPoint:
         return np.asarray(np.linalg.svd(both)[2][len(both) :].T)
 
 
-def units_of_pair(system: Any, distance: float, pace: float) -> Array:
+def refuse_open(system: System[TwoBodies], guess: PairState) -> None:
+    """Raise an error for an ensemble, and for two bodies that do not conserve energy and angular momentum."""
+    if system.members or guess.shape:
+        raise ValueError("system and guess must be single ones, got an ensemble. Take the members one by one.")
+    symbols = [integral.symbol for integral in system.integrals]
+    if symbols != ["H", "G1", "G2", "G3"]:
+        raise ValueError(
+            "system must conserve the energy and the angular momentum of two bodies, got integrals "
+            f"{', '.join(symbols) or 'none'}. Leave out perturbers and forces without a potential."
+        )
+
+
+def units_of_pair(system: Any, distance: float, rate: float) -> Array:
     """Return the sizes of displacements at a distance and an angular velocity of the orbit."""
-    own = [[1.0] * 3 + [float(np.max(body.moments)) * pace] * 3 for body in system.of_bodies.values()]
-    momentum = float(system.body.reduced_mass) * distance * pace
+    own = [[1.0] * 3 + [float(np.max(body.moments)) * rate] * 3 for body in system.of_bodies.values()]
+    momentum = float(system.body.reduced_mass) * distance * rate
     return np.array([*own[0], *own[1], *[distance] * 3, *[momentum] * 3])
 
 
 def symmetry_axis(body: Any) -> Array | None:
-    """Return the axis about which a body has equal moments, along its axes; None without one."""
+    """Return the axis of symmetry of a body, along its axes; None if no two moments are equal."""
     small, middle, large = np.sort(np.asarray(body.moments))
     axes = rotation_matrix(upright(body))  # rows are the principal axes by ascending moments
     if middle - small <= EQUAL_MOMENTS * large:

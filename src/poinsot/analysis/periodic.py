@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.multipliers import MULTIPLIER_TOLERANCE, Multipliers
-from poinsot.analysis.pair_equilibrium import refuse_open
+from poinsot.analysis.pair_point import refuse_open
 from poinsot.analysis.period_map import PairPeriodMap, PeriodMap, Point
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, rounded

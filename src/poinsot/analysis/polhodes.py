@@ -1,13 +1,13 @@
-"""The curves of equal energy of a free body, in closed form.
+"""Curves of equal energy of a free body, in closed form.
 
-A free body keeps G^2 = sum g_i^2 and 2T = sum g_i^2 / I_i along its principal axes. So the direction n = g/G of
+A free body conserves G^2 = sum g_i^2 and 2T = sum g_i^2 / I_i along its principal axes. So the direction n = g/G of
 its angular momentum stays on a curve of equal energy of the unit sphere,
 
     n1^2 + n2^2 + n3^2 = 1,    d1 n1^2 + d2 n2^2 + d3 n3^2 = D,    d_i = 1/I_i,    D = 2T/G^2,
 
 and its angular velocity omega_i = G d_i n_i on the polhode. The curve goes round the short axis (largest moment)
 for D < d_middle and round the long axis (smallest moment) for D > d_middle; between them lie the separatrices.
-Directions and moments are along the principal axes, in the order in which the body has them.
+Directions and moments are along the principal axes, in the order of the moments of the body.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 TURN = np.linspace(0, 2 * np.pi, 721)
 
 SPACING = np.radians([15, 30, 45, 60, 75])
-"""Where the curves of a family cross the arc from their axis to the intermediate one."""
+"""Angles at which the curves of a family cross the arc from their axis to the intermediate axis."""
 
 
 def principal(body: Body) -> tuple[Array, Array]:
@@ -53,12 +53,12 @@ def principal(body: Body) -> tuple[Array, Array]:
 
 
 def spherical(moments: Array) -> bool:
-    """Return whether the three moments are equal."""
+    """Return True if the three moments are equal."""
     return bool(np.ptp(moments) == 0)
 
 
 def axis_encircled(moments: Array, D: float) -> int:
-    """Return which axis the curves of an energy D go round: the short, the long, or the axis of symmetry."""
+    """Return the axis that the curves of an energy D encircle: the short, the long, or the axis of symmetry."""
     long, middle, short = (int(i) for i in np.argsort(moments))
     if moments[short] == moments[middle]:
         return long

@@ -1,10 +1,10 @@
-"""All attitudes at which a torque vanishes, where its components are polynomials of fourth degree in the quaternion.
+"""Search for all zeros of a torque whose components are polynomials of fourth degree in the quaternion.
 
-So are gravity gradients, uniform fields and constant rotors in a uniformly turning frame. RP^3 is covered by cells,
-each in a ball of coordinates x about its centre c, q ~ (c, c e1, c e2, c e3) (1, x). With Y the inverse of the
-derivative at c, Y torque(x) = y + x + terms of second to fourth degree, which the norms of their coefficients bound.
-A ball is done if that cannot vanish in it, or is a contraction with its zero, the only one, in the ball or a larger
-one (Banach); else its cell is divided by eight.
+Torques of gravity gradients, uniform fields and constant rotors in a uniformly turning frame are such polynomials.
+RP^3 is covered by cells, each in a ball of coordinates x about its centre c, q ~ (c, c e1, c e2, c e3) (1, x). With Y
+the inverse of the derivative at c, Y torque(x) = y + x + terms of second to fourth degree, which the norms of their
+coefficients bound. A ball is decided if this cannot vanish in it, or is a contraction with its zero, the only one, in
+the ball or a larger one (Banach). The cell of any other ball is divided into eight.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Array = NDArray[Any]
 POLYNOMIAL_TOLERANCE = 1e-9
 """Largest difference of torques from polynomials, relative to their size."""
 FIRST_CELLS = 4
-"""Along each edge of the four cubes that cover RP^3."""
+"""Number of cells along each edge of the four cubes that cover RP^3."""
 MAX_CELLS = 20000
 """At once; isolated zeros need fewer."""
 MIN_CELL = 2.0**-16
@@ -35,10 +35,10 @@ MONOMIALS = list(itertools.combinations_with_replacement(range(4), 4))
 
 @np.errstate(all="ignore")
 def zeros_of_quartics(torque: Callable[[Array], Array], attitudes: Array) -> tuple[Array, bool]:
-    """Return unit quaternions next to zeros of a torque, (n, 4) -> (n, 3), and whether every zero is next to one.
+    """Return unit quaternions near zeros of a torque, (n, 4) -> (n, 3), and True if every zero is near one of them.
 
-    It is not if the torque, as the attitudes (at least 40) show, is no such polynomial, or if zeros are not isolated.
-    A zero may come several times.
+    Zeros are missing if the torque at the given attitudes (at least 40) is no such polynomial, or if zeros are not
+    isolated. A zero may occur several times.
     """
     coefficients = _coefficients(torque, attitudes)
     if coefficients is None:
@@ -74,7 +74,7 @@ def _coefficients(torque: Callable[[Array], Array], attitudes: Array) -> Array |
 
 
 def _decided(coefficients: Array, cells: Array, half_edge: float) -> tuple[Array, Array]:
-    """Return quaternions next to the zeros in cells, a row for each cell that has one, and which are undecided."""
+    """Return quaternions near zeros, a row for each cell with a zero, and a mask of the undecided cells."""
     length = np.linalg.norm(cells, axis=1)
     reach = np.sqrt(3) * half_edge
     radius = np.tan(reach / np.maximum(1, length - reach))
@@ -91,7 +91,7 @@ def _decided(coefficients: Array, cells: Array, half_edge: float) -> tuple[Array
     third = fourth = _norm(inverse) * beyond
 
     def rest(x: Array) -> Array:
-        """Bound what is not linear, at a distance."""
+        """Return a bound of the nonlinear terms at a distance."""
         return np.asarray(second * x**2 + 4 * third * x**3 + fourth * x**4)
 
     empty = np.linalg.norm(value, axis=1) > _norm(slope) * radius + _norm(bend) * radius**2 + beyond * (
@@ -107,7 +107,7 @@ def _decided(coefficients: Array, cells: Array, half_edge: float) -> tuple[Array
 
 
 def _inverse(matrices: Array) -> Array:
-    """Return inverses (n, 3, 3); of singular matrices what is not finite."""
+    """Return inverses (n, 3, 3), which are not finite for singular matrices."""
     a, b, c = np.moveaxis(matrices, 1, 0)
     adjugate = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
     return np.asarray(adjugate / np.einsum("ni,ni->n", a, adjugate[..., 0])[:, None, None])

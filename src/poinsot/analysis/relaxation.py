@@ -1,4 +1,4 @@
-"""The tumbling of an elastic body that loses energy inside: averaged over the free rotation."""
+"""Relaxation of a tumbling elastic body by internal dissipation, averaged over the free rotation."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ __all__ = ["InelasticRelaxation"]
 Array = NDArray[np.float64]
 
 PHASES_PER_PERIOD = 512
-"""Of a period; the harmonics of a motion next to the separatrix fall by 0.82 each."""
+"""Number of phases of a period; consecutive harmonics of a motion near the separatrix have the ratio 0.82."""
 
 MAX_SQUARED_MODULUS = 1 - 1.5e-10
-"""The squared modulus nearest to the separatrix: SciPy's functions are right below 1 - 1e-10."""
+"""Largest squared modulus, near the separatrix: functions of SciPy are accurate below 1 - 1e-10."""
 
 PAIRS = ((1, 2), (2, 0), (0, 1))
 
@@ -135,7 +135,7 @@ class InelasticRelaxation(Summarized):
 
     @cached_property
     def _compliance(self) -> Array:
-        """C of the elastic energy f.C f / 2, f the squares and products (w2 w3, w3 w1, w1 w2) of rates, axes sorted."""
+        """Matrix C of the energy f.C f / 2, f the squares and products (w2 w3, w3 w1, w1 w2) of rates, axes sorted."""
         a = self._axes
         mass = 2.5 * np.sum(self._moments) / np.sum(a * a)
         density = mass / (4 / 3 * np.pi * np.prod(a))
@@ -196,11 +196,11 @@ def _elasticity(a: Array, poisson_ratio: float) -> tuple[Array, Array]:
     for number, (i, power) in enumerate(modes):
         for j in range(3):
             moment = a[j] * _integral(_raised(power, j), a)
-            if i == j:  # omega_k^2 of the two other axes
+            if i == j:  # omega_k^2 of both other axes
                 loads[number, [k for k in range(3) if k != i]] += moment
             else:
                 loads[number, 6 - i - j] -= 2 * a[i] ** 2 / (a[i] ** 2 + a[j] ** 2) * moment
-    return stiffness + turns.T @ turns, loads  # a turn of the whole body has no stiffness else
+    return stiffness + turns.T @ turns, loads  # without the second term a turn of the whole body has no stiffness
 
 
 def _work(left: Any, right: Any, lame: float, a: Array) -> float:

@@ -1,4 +1,4 @@
-"""What a run will take, from a timed sample of it."""
+"""Estimate of time and memory of a run, from a timed sample."""
 
 from __future__ import annotations
 

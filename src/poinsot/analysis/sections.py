@@ -19,7 +19,6 @@ from poinsot.display.html_text import Summarized, formatted, formatted_times, ro
 from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
 from poinsot.mechanics.andoyer import Andoyer
-from poinsot.mechanics.body import Body
 from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.mechanics.parameters import same
 from poinsot.mechanics.state import State, changed, state_of
@@ -28,19 +27,11 @@ from poinsot.mechanics.times import checked_time
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import described, quoted
 from poinsot.propagation.dataset import dataset_of_result
-from poinsot.propagation.ensemble_of_results import (
-    Analysis,
-    analysed_in_chunks,
-    ensemble_of_results,
-    of_each,
-    results_in_chunks,
-    taken_out,
-)
+from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks, taken_out
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Angle, Angles, AngularVelocities, Time
-from poinsot.storage.chunk_plan import Plan
 
 if TYPE_CHECKING:
     import xarray
@@ -230,41 +221,31 @@ def spin_orbit_section(
     theta, spin = member_array("angle", angle, ()), member_array("rate", rate, ())
     refuse_other_members(angle=theta.shape, rate=spin.shape)
     theta, spin = np.broadcast_arrays(theta, spin)
-    if plan:
-        starts = {"angle": theta, "rate": spin}
-        return cast("Section", _spin_orbit_in_chunks(plan, system, starts, revolutions, options))
     passage = float(orbit.epoch) - float(orbit.mean_anomaly_at_epoch) / float(orbit.mean_motion)
     plane = np.broadcast_arrays(orbit.node, orbit.inclination, orbit.argument_of_periapsis + theta)
     omega = spin[..., None] * (0.0, 0.0, 1.0)
     start = system.body.state(quaternion_from_angles(np.stack(plane, axis=-1), "313"), omega_body=omega, time=passage)
-    times = passage + np.arange(revolutions + 1) * float(orbit.period)
+    times: Array = passage + np.arange(revolutions + 1) * float(orbit.period)
+    if plan:
+        progress = options.pop("progress", None)
+        analysis = Analysis(_spin_orbit_section_at, system, start, times, options)
+        return cast("Section", analysed_in_chunks(plan, analysis, progress))
+    return _spin_orbit_section_at(system, start, times, **options)
+
+
+def _spin_orbit_section_at(system: OfOneBody, start: State, times: Array, **options: Any) -> Section:
+    """Return the angle from the periapsis and the angular velocity at the times of passages of the periapsis."""
     motion = propagate(system, start, times, **{"formulation": "planar", **options})
+    orbit = _only_orbit(system)
 
     def coordinates(points: EventRecord) -> tuple[Array, Array]:
         first_axis = points.states.of_bodies[""].attitude.apply([1.0, 0.0, 0.0])
-        ahead, aside = (first_axis @ np.array([float(x) for x in direction]) for direction in orbit.plane[:2])
-        return np.mod(np.arctan2(aside, ahead), np.pi), points.omega_body[:, 2]
+        along, across = (first_axis @ np.array([float(x) for x in direction]) for direction in orbit.plane[:2])
+        return np.mod(np.arctan2(across, along), np.pi), points.omega_body[:, 2]
 
     unit = system.units["time"]
     named = "angular velocity [rad / unit of time]" if unit == "1" else f"angular velocity [rad/{unit}]"
     return section(motion, coordinates, labels=("angle from the periapsis [rad]", named))
-
-
-def _spin_orbit_in_chunks(
-    plan: Plan, system: System[Body], starts: dict[str, Any], revolutions: int, options: dict[str, Any]
-) -> xarray.Dataset:
-    """Return the section of motions in chunks: a dataset."""
-    progress, given = options.pop("progress", None), options | {"threads": plan.threads(options.get("threads"))}
-    if not starts["rate"].ndim:
-        raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body.")
-
-    def some(members: NDArray[np.int_]) -> Section:
-        return spin_orbit_section(system, **of_each(starts, members), revolutions=revolutions, **given, progress=False)
-
-    settings = {name: value for name, value in options.items() if name != "threads"}
-    problem = {"function": "spin_orbit_section", "system": system, "starts": starts, "revolutions": revolutions}
-    ensemble = ensemble_of_results(some, starts["rate"].size, float(revolutions), problem | {"settings": settings})
-    return results_in_chunks(ensemble, plan, progress)
 
 
 @checked
@@ -327,7 +308,7 @@ def _andoyer_section_until(system: OfOneBody, state: State, times: Array, **opti
 
 
 def _with_starts(found: Section, starts: Andoyer, angle: Angles) -> Section:
-    """Return a section with the starts that lie on it as first points: no zero is an event where a motion starts."""
+    """Return a section with the starts that lie on it as first points: a zero at the start is no event."""
     own = (starts.g - angle, starts.l, starts.L / starts.G)
     off, l, height = (np.broadcast_to(part, len(found.x)) for part in own)
     on = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) <= SECTION_TOLERANCE

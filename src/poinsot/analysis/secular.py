@@ -1,4 +1,4 @@
-"""Averaged evolution of a rotation: effects whose rates of change add up."""
+"""Averaged evolution of a rotation under effects whose rates of change add up."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ MIN_VARIABLE = 1e-14
 """Size of a variable, relative to its initial value, below which its error does not count."""
 
 MAX_STEP = 0.01 + 1e-9
-"""Of a step of the integrator, over the time from the first to the last; 101 times at equal intervals need 100."""
+"""Largest step of the integrator, divided by the total time; 101 evenly spaced times require 100 steps."""
 
 MAX_STRETCH = 1.1
-"""Of the longest step before a time, for the first step after it: rounding must not leave a second, tiny step."""
+"""Ratio of the first step after a time to the longest step before it: rounding must not leave a tiny second step."""
 
 TIME_TOLERANCE = 4 * np.finfo(float).eps
 """Relative tolerance of the time of a zero."""

@@ -1,8 +1,8 @@
 """The state-transition matrix of a motion, parameter sensitivities, and covariance propagation.
 
-xi = (rotation vector, change of angular momentum), along the body axes, changes (q, g) to
-(q exp(theta / 2), g + gamma); behind it are the changes of the variables of parts. Of two bodies there are both xi and
-behind them the changes of position and momentum.
+The displacement xi = (theta, gamma), a rotation vector and a change of angular momentum along the body axes, changes
+(q, g) to (q exp(theta / 2), g + gamma). The changes of the variables of parts follow. For two bodies the displacement
+consists of both xi and the changes of position and momentum.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.times import checked_times
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_settings
+from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
-from poinsot.propagation.row_source import MemoryRows
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, Derivatives, VariationalRun
 from poinsot.quantities import Times
@@ -235,18 +235,18 @@ def state_transition(
         _add(report, found, len(groups))
         if report.interrupted:
             break
-    kept = slice(None) if whole.is_ensemble else 0
-    phase = changed(out.phase, lambda x: x[kept])
-    rows, failures = MemoryRows(phase), whole.failures(report)
+    chosen = slice(None) if whole.is_ensemble else 0
+    phase = changed(out.phase, lambda x: x[chosen])
+    rows, failures = MotionRows(phase), whole.failures(report)
     motion = Trajectory(system, state, whole.times, rows, whole.run(report), failures=failures)
-    second = out.second[kept] if order == 2 else None
-    result = StateTransition(motion, tuple(parameters), out.directions[kept], out.growth[kept], second)
+    second = out.second[chosen] if order == 2 else None
+    result = StateTransition(motion, tuple(parameters), out.directions[chosen], out.growth[chosen], second)
     whole.check(report, result)
     return result
 
 
 def _shares(k: int, parameters: int, order: int) -> Iterator[Share]:
-    """Yield what each kernel integrates."""
+    """Yield the parameters and the groups of columns of each integration."""
     columns, inputs = range(k), range(parameters)
     if k <= MAX_COORDINATES_TOGETHER:
         yield inputs, [range(k + parameters)]
@@ -254,21 +254,21 @@ def _shares(k: int, parameters: int, order: int) -> Iterator[Share]:
         yield (), [[i] for i in columns]
         if parameters:
             yield inputs, [range(k, k + parameters)]
-    else:  # each second derivative is of two columns
+    else:  # each second derivative belongs to two columns
         yield (), [list(two) for two in itertools.combinations(columns, 2)]
         yield from (((j,), [[i, k + j] for i in columns]) for j in inputs)
         yield from ((two, [[k + j for j in two]]) for two in itertools.combinations(inputs, 2))
 
 
 def _add(report: Report, found: Report, groups: int) -> None:
-    """Add what is known of the integrations of some groups; each group took the steps of the motion."""
+    """Add the report of some groups of columns; each group has the steps of the motion."""
     steps, finished = found.steps.reshape(-1, groups)[:, 0], found.finished // groups
     report.add(dataclasses.replace(found, steps=steps, stops={i // groups: stop for i, stop in found.stops.items()}))
     report.steps, report.finished, report.interrupted = steps, finished, found.interrupted
 
 
 class _Columns(Memory):
-    """Motions with their matrices, in the units of the user."""
+    """Memory of motions with their matrices, in the units of the user."""
 
     def __init__(self, run: VariationalRun, order: int) -> None:
         self.members, times, k = len(run.state.time), run.times.size, run.size
@@ -282,17 +282,17 @@ class _Columns(Memory):
 
 
 class _Share:
-    """Takes the columns of each group of some, the groups of a member one after another."""
+    """Sink of the columns of some groups; the groups of a member follow each other."""
 
     def __init__(self, out: _Columns, run: VariationalRun, groups: Sequence[Sequence[int]]) -> None:
         self._out, self._k, self._groups = out, run.size, np.array(groups)
 
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
-        """Keep the motions and columns of some members and groups."""
+        """Store the motions and columns of some members and groups."""
         out, (whom, which) = self._out, np.divmod(members, len(self._groups))
         once = np.flatnonzero(which == 0)
-        for name, kept in out.phase.items():
-            kept[whom[once]] = rows[name][once]
+        for name, stored in out.phase.items():
+            stored[whom[once]] = rows[name][once]
         vectors, bent, bits = rows["vectors"], rows["pairs"], rows["exponents"]
         columns = self._groups[which]
         unit, by = out.unit[whom, None, : self._k], out.unit[whom[:, None], columns][:, None]

@@ -1,4 +1,4 @@
-"""YORP averaged over rotation and orbit: what turns the spin axis of an asteroid and changes its rate."""
+"""YORP torques averaged over rotation and orbit, which change the spin axis and the rate of an asteroid."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ MIN_OBLIQUITY = 1e-12
 """The mean at the obliquity 0 is the limit of small obliquities; edges can lie in the orbital plane there."""
 
 STEPS = 0.15 * np.arange(-22, 23)
-"""Of the double exponential rule of Takahasi and Mori: the last weights are 1e-12 of the largest."""
+"""Steps of the double exponential rule of Takahasi and Mori: the last weights are 1e-12 of the largest."""
 NODES = 0.5 * (1 + np.tanh(0.5 * np.pi * np.sinh(STEPS)))
 WEIGHTS = 0.15 * 0.25 * np.pi * np.cosh(STEPS) / np.cosh(0.5 * np.pi * np.sinh(STEPS)) ** 2
 
@@ -107,8 +107,8 @@ class YorpCoefficients(Summarized):
         refuse_negative("thermal_parameter", parameter)
         if not 0 <= share <= 1:
             raise ValueError(f"albedo must be from 0 to 1, got {share:g}.")
-        kept = share + (1 - share) / (1 + (1 + 1j) * parameter / 2)
-        lagged = kept * (self.tilt + 1j * self.late)
+        factor = share + (1 - share) / (1 + (1 + 1j) * parameter / 2)
+        lagged = factor * (self.tilt + 1j * self.late)
         return dataclasses.replace(self, tilt=lagged.real, late=lagged.imag)
 
     @checked
@@ -230,7 +230,9 @@ def _means_of(
     along, ahead = t[..., 2].mean(axis=1), ((t[..., 0] + 1j * t[..., 1]) * turns.conj()).mean(axis=1)
     project = (np.polynomial.legendre.legvander(heights, rows - 1) * weights[:, None]).T
     project *= np.arange(rows)[:, None] + 0.5
-    sines = np.sin(2 * np.pi * (np.arange(4 * rows) + 0.5) / (4 * rows))  # of the Sun's longitudes from the equinox
+    sines = np.sin(
+        2 * np.pi * (np.arange(4 * rows) + 0.5) / (4 * rows)
+    )  # sines of the longitudes of the Sun from the equinox
     series = np.polynomial.legendre.legvander(np.sin(obliquities)[:, None] * sines, rows - 1)
     tilts = series @ (project @ (ahead / across[:, 0])) * sines * np.cos(obliquities)[:, None]
     return np.mean(series @ (project @ along), axis=1), np.asarray(np.mean(tilts, axis=1))
@@ -256,11 +258,13 @@ def _lost_to_shadows(
         order = np.argsort(sines, axis=None)
         along, across = (np.empty(sines.size, dtype) for dtype in (float, complex))
         along[order], across[order] = shadows.torques(sines.ravel()[order])
-        ascensions = np.sin(longitudes) * np.cos(folded[rough])[:, None] / np.sqrt(1 - sines**2)  # their sines
+        ascensions = (
+            np.sin(longitudes) * np.cos(folded[rough])[:, None] / np.sqrt(1 - sines**2)
+        )  # sines of the right ascensions
         first = across.reshape(sines.shape) * ascensions
         values = np.stack([along.reshape(sines.shape), first.real, first.imag], axis=-1)
         lost[rough] = values.mean(axis=1)
-        # around the whole orbit, of which each latitude occurs twice
+        # each latitude occurs twice in the orbit
         quarters = np.concatenate([values, values[:, ::-1]], axis=1).reshape(len(rough), -1, 8, 3).mean(axis=1)[:, :4]
         off = quarters - lost[rough][:, None]
         error[rough] = np.maximum(np.abs(off[..., 0]), np.hypot(off[..., 1], off[..., 2])).max(axis=1) / 2
@@ -298,7 +302,7 @@ def _mean_light(inwards: Array, height: Array, obliquity: float) -> tuple[Array,
     lengths = np.stack([kinks, np.pi / 2 - kinks], axis=-1)
     longitudes = np.stack([kinks * 0, kinks], axis=-1)[..., None] + lengths[..., None] * NODES
     sines = np.sin(longitudes)
-    cosines = np.hypot(np.cos(longitudes), sines * np.cos(obliquity))  # of the Sun's latitude
+    cosines = np.hypot(np.cos(longitudes), sines * np.cos(obliquity))  # cosines of the latitude of the Sun
     level, up = inwards[:, None, None] * cosines, height[:, None, None] * tilted * sines
     (day, day_first), (night, night_first) = _daily_light(level, up), _daily_light(level, -up)
     ascension = np.divide(sines * np.cos(obliquity), cosines, where=cosines > 0, out=np.zeros_like(sines))

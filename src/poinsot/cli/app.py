@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from typing import Annotated
 
@@ -11,7 +12,8 @@ from poinsot.cli.checks import paper, verify
 from poinsot.cli.formats import convert, info
 from poinsot.cli.plots import animate, plot, view
 from poinsot.cli.runs import new, run
-from poinsot.cli.terminal import DIFFERS, STOPPED, Command, Commands, Group, answer, exit_statuses
+from poinsot.cli.terminal import DIFFERS, IMPORT, STOPPED, Command, Commands, Group, answer, exit_statuses
+from poinsot.printable import message_of, quoted
 
 __all__ = ["app"]
 
@@ -38,11 +40,30 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _import(names: list[str]) -> None:
+    """Import the modules of the user, also from the current folder, as `python -m` does."""
+    if names and "" not in sys.path:
+        sys.path.insert(0, "")
+    for name in names:
+        try:
+            importlib.import_module(name.removesuffix(".py"))
+        except ImportError as error:
+            raise ValueError(f"{IMPORT} must name a module, got {quoted(name)}: {message_of(error)}.") from None
+
+
 @app.callback()
 def main(
     version: Annotated[  # noqa: ARG001 - its callback shows it
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
+    modules: Annotated[
+        list[str],
+        typer.Option(
+            IMPORT,
+            metavar="MODULE",
+            help="Module with forces, parts, orbits or file formats of your own, imported before the command.",
+        ),
+    ] = [],  # noqa: B006 - typer copies it
 ) -> None:
     """Simulate the rotation of rigid bodies, near machine precision.
 
@@ -57,6 +78,7 @@ def main(
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
+    _import(modules)
 
 
 OWN = {

@@ -250,7 +250,7 @@ def viewed(motion: Any, path: Path, overwrite: bool, others: Any = None) -> Path
 
 
 def _check_options(kind: str, given: dict[str, Any]) -> None:
-    """Refuse another kind, options that are of no use for it, and a comparison with nothing."""
+    """Raise a ValueError for an unknown kind, for options that it does not use, and for a missing second result."""
     if kind not in KINDS:
         raise ValueError(f"--kind must be one of {', '.join(KINDS)}, got {quoted(kind)}.")
     for name, value in given.items():
@@ -292,7 +292,7 @@ def _arguments(
 
 def _orbit(motion: Any, number: int | None) -> Any:
     """Return the orbit of a motion, or the one of a number if there are several."""
-    from poinsot.plot.angles import different_orbits
+    from poinsot.plot.labels import different_orbits
 
     found = different_orbits(motion)
     if not found:

@@ -9,6 +9,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Iterator
+from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -72,12 +73,12 @@ def new(
         advise(("poinsot new NAME.toml", "writes an example scenario"))
         return
     from poinsot.atomic_write import write_text
-    from poinsot.scenarios.template import START
 
     check_ending(file, ".toml")
     check_new(file, overwrite)
+    template = (resources.files("poinsot.scenarios") / "template.toml").read_text(encoding="utf-8")
     with busy(f"Writing {file}"):
-        write_text(file, START, overwrite)
+        write_text(file, template, overwrite)
     report_path(file)
     advise((opened("run", file), "propagates the scenario"))
 
@@ -87,8 +88,9 @@ def run(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for the output files, or NAME.zarr for a result in Zarr format; default: the folder of FILE.",
-            file_okay=False,
+            metavar="PATH",
+            help="Folder for the output files, or the file of the result, NAME.nc or NAME.zarr, next to which the "
+            "other files are written; default: the folder of FILE.",
         ),
     ] = None,
     resume: Annotated[
@@ -134,6 +136,7 @@ def run(
 
     - `poinsot run top.toml` writes top.nc
     - `poinsot run top.nc` repeats the result, writes top-again.nc and compares
+    - `poinsot run top.toml --out spin.nc` writes spin.nc
     - `poinsot run tops.toml --out results --threads 4`
     - `poinsot run tops.toml --dry-run` estimates size and run time
     - `poinsot run tops.toml --out tops.zarr --resume` starts or continues the run in a store
@@ -193,7 +196,7 @@ def _estimate(job: Any, threads: int | None, as_json: bool) -> None:
 
 @contextlib.contextmanager
 def _workers(scheduler: str | None) -> Iterator[Any]:
-    """Give a client of the workers of a scheduler; None without one."""
+    """Yield a client of the workers of a scheduler, or None without a scheduler."""
     if scheduler is None:
         yield None
         return
@@ -227,7 +230,7 @@ def _report(motion: Any, original: Any, written: dict[str, Any] | None) -> int:
     elif compared:
         answer(*compared)
     if motion.failures:
-        _tell_failures(motion)
+        _report_failures(motion)
     return DIFFERS if not same else STOPPED if motion.failures else 0
 
 
@@ -264,7 +267,9 @@ def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store:
         others = {kind: store.parent / name for kind, name in job.outputs.items() if kind != "result"}
         return {"result": store, **others}
     folder = file.parent if out is None else out
-    if out is not None and out.suffix == ".zarr":
+    if out is not None and out.suffix not in RESULTS and out.is_file():
+        raise ValueError(f"--out must be a folder, NAME.nc or NAME.zarr, got the file {out}.")
+    if out is not None and out.suffix in RESULTS:
         folder, named = out.parent, {**job.outputs, "result": out.name}
     elif repeated:
         named = {"result": file.name if out is not None else f"{file.stem}-again{file.suffix}"}
@@ -304,17 +309,17 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
         return job.propagate(threads=threads, progress=sys.stderr.isatty())
     except (PropagationError, PropagationInterrupted) as stopped:
         code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
-        kept_in = "No output time was reached."
+        where = "No output time was reached."
         if np.any(stopped.trajectory.reached):
             with results_written_first(), busy(f"Writing {partial}"):
                 save(stopped.trajectory, partial, overwrite=overwrite)
-            kept_in = f"The output times reached so far are in {partial}."
-        say(f"poinsot: {stopped} {kept_in}")
+            where = f"The output times reached so far are in {partial}."
+        say(f"poinsot: {stopped} {where}")
         raise typer.Exit(code) from None
 
 
 def _stored(job: Any, goes_on: str, overwrite: bool, threads: int | None, chunking: dict[str, Any]) -> Any:
-    """Return the motions of an ensemble in a store; of one that stops say how to go on, and exit."""
+    """Return the motions of an ensemble in a store. If the run stops, print the command that continues it, and exit."""
     from poinsot.errors import PropagationInterrupted
 
     if overwrite and chunking["out"].exists():
@@ -359,7 +364,7 @@ def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> Iter
         yield "view", viewed(motion, names["view"], overwrite)
 
 
-def _tell_failures(motion: Any) -> None:
+def _report_failures(motion: Any) -> None:
     failures = motion.failures
     say(f"{len(failures)} of {len(motion)} members stopped before the last time.")
     for member, why in list(failures.items())[:MAX_LISTED_FAILURES]:

@@ -30,6 +30,7 @@ from poinsot.printable import printable
 
 __all__ = [
     "DIFFERS",
+    "IMPORT",
     "INTERRUPTED",
     "OPTIONS",
     "RESULTS",
@@ -192,7 +193,7 @@ def listed_formats() -> str:
 
 
 class Command(TyperCommand):
-    """A command that tells errors in a sentence; its help names the formats that there are, and no type of flags."""
+    """Command whose errors are one sentence each. Its help lists the file formats, and no types of flags."""
 
     @override
     def invoke(self, ctx: Any) -> Any:
@@ -206,6 +207,10 @@ class Command(TyperCommand):
         super().format_help(ctx, formatter)
 
 
+IMPORT = "--import"
+"""Option with a module of the user, which is imported before any command."""
+
+
 class Group(TyperGroup):
     """Group of commands whose help omits the types of flags, and whose usage errors are single sentences."""
 
@@ -215,8 +220,16 @@ class Group(TyperGroup):
             return super().make_context(*arguments, **options)
 
     @override
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the options of all commands; `--import MODULE` may also stand behind the command."""
+        found = [i for i in range(len(args) - 1) if args[i] == IMPORT and "--" not in args[:i]]
+        pairs = [part for i in found for part in args[i : i + 2]]
+        others = [args[i] for i in range(len(args)) if i not in found and i - 1 not in found]
+        return super().parse_args(ctx, [*pairs, *others])
+
+    @override
     def invoke(self, ctx: Any) -> Any:
-        with _usage():
+        with _usage(), _sentences():
             return super().invoke(ctx)
 
     @override
@@ -245,7 +258,7 @@ class Commands(typer.Typer):
             except SystemExit as ended:
                 if ended.code == INTERRUPTED and heard:
                     sys.exit(TERMINATED)
-                if isinstance(ended.__context__, BrokenPipeError):  # such as that of `head`, which has read enough
+                if isinstance(ended.__context__, BrokenPipeError):  # for example `head`, which has read enough
                     sys.exit(0)
                 raise
 
@@ -350,7 +363,7 @@ def _option(keyword: re.Match[str]) -> str:
 
 
 def check_there(path: Path) -> None:
-    """Refuse a name under which there is nothing."""
+    """Raise a FileNotFoundError for a path that does not exist."""
     from poinsot.atomic_write import exists
 
     if not exists(path):
@@ -371,13 +384,13 @@ def loaded_motion(file: Path) -> Any:
 
 
 def check_ending(path: Path, *endings: str) -> None:
-    """Refuse a name that ends otherwise."""
+    """Raise a ValueError for a path with another ending."""
     if path.suffix not in endings:
         raise ValueError(f"{path} must end in {', '.join(endings)}, got {path.suffix or 'no ending'}.")
 
 
 def check_new(path: Path, overwrite: bool, more: str = "") -> None:
-    """Refuse a file that exists, or a folder for it that does not, before anything is computed."""
+    """Raise an OSError, before the computation, for a file that exists or in a folder that does not exist."""
     if path.is_dir() and path.suffix != ".zarr":
         raise IsADirectoryError(f"{path} must be the name of a file, got a folder.")
     if path.exists() and not overwrite:

@@ -37,7 +37,7 @@ UnitQuaternion = Annotated[Any, (4,), Rule(_refuse_other_norm)]
 
 
 class _Limited:
-    """The limit of each component of a torque."""
+    """Control law with a limit of each component of the torque."""
 
     if TYPE_CHECKING:
         limit: Scalar
@@ -206,6 +206,6 @@ def _chosen(condition: Scalar, vector: Any, other: Any) -> Vector:
 
 
 def _shorter(quaternion: Any) -> Vector:
-    """Return the vector part of a quaternion or of its opposite, that of positive scalar part."""
+    """Return the vector part of q or -q, whichever has a positive scalar part."""
     sign = functions.where(functions.less(quaternion[0], 0.0), -1.0, 1.0)
     return Vector(sign * component for component in quaternion[1:])

@@ -36,8 +36,6 @@ class Sampled(Part, Torque):
         Time of one of the samples.
     sensors : Sensors
         Sensor model that supplies attitude and angular velocity to the law. Default: ideal sensors.
-    name : str
-        Name of the torque among the variables of the motion. Default: "sampled".
 
     Examples
     --------

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from poinsot.cuda.source import translated
 from poinsot.errors import optional
 from poinsot.taylor.decomposition import Decomposition
-from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import MAX_KERNELS
+from poinsot.taylor.kernels import MAX_KERNELS, KernelProgram
 from poinsot.taylor.llvm_ir import offset_of
 from poinsot.taylor.queue import FOREVER, Kernel, Output, Queue
 from poinsot.taylor.tasks import Status
@@ -68,9 +67,14 @@ class CudaCode(Kernel):
     """A kernel in CUDA C, its `source`."""
 
     def __init__(self, program: KernelProgram) -> None:
-        super().__init__(program)
-        places = {name: offset_of(self.work, name) for name in self.work.names or ()}
-        places |= {"size": self.work.itemsize, "order": self.order, "threads": THREADS_PER_BLOCK, "budget": FOREVER}
+        super().__init__(program.context)
+        places = {name: offset_of(self.context.work, name) for name in self.context.work.names or ()}
+        places |= {
+            "size": self.context.work.itemsize,
+            "order": self.order,
+            "threads": THREADS_PER_BLOCK,
+            "budget": FOREVER,
+        }
         self.source = translated(str(program.module)) + ENTRY.format_map(places)
         self._module: Any = None
 
@@ -130,7 +134,7 @@ class CudaWorker:
 
     def _field(self, name: str) -> Any:
         """Return the bits of a field of all tasks on the device, shape (n,) or (n, numbers)."""
-        kind, first = self._code.task[name], offset_of(self._code.task, name) // 8
+        kind, first = self._code.context.task[name], offset_of(self._code.context.task, name) // 8
         return self._tasks[:, first : first + kind.shape[0]] if kind.shape else self._tasks[:, first]
 
     def _launch(self) -> None:
@@ -188,5 +192,5 @@ def check_device() -> None:
 def most_members(code: CudaCode, times: int) -> int:
     """Return how many members the memory of the device has room for, each with two tasks and rows at some times."""
     free, _ = optional("cupy", "device='cuda'", "cuda").cuda.runtime.memGetInfo()
-    each = 8 * times * code.variables + 2 * (code.task.itemsize + 8)
+    each = 8 * times * code.variables + 2 * (code.context.task.itemsize + 8)
     return max(int(min(MEMORY_SHARE * free, MAX_BYTES)) // each, 1)

@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 MAX_SYMBOLS = 60
-"""Symbols and numbers of the longest formula that is typeset from its nodes."""
+"""Largest number of symbols and numbers in a formula that is typeset from its nodes."""
 
 LETTERS = {
     "q": "attitude quaternion, body to space",
@@ -54,7 +54,7 @@ LETTERS = {
     "sigma": "rate relative to the body",
     "alpha": "angle of the gimbal",
 }
-"""Meanings of the letters in formulas that are no parameters."""
+"""Meanings of the letters in formulas, except letters of parameters."""
 
 LETTERS_OF_TWO_BODIES = {
     "I": "inertia tensor of a body",
@@ -72,12 +72,12 @@ LETTERS_OF_TWO_BODIES = {
 """Meanings that replace or complete `LETTERS` for two bodies."""
 
 LETTERS_OF_ORBITS = frozenset("ruvxw")
-"""Letters that have a prime for each orbit before the orbit that they belong to."""
+"""Letters that have a prime for each orbit that precedes their orbit in the system."""
 
 
 @dataclass(frozen=True)
 class StatedFormula:
-    """A formula that a class states as text, and the number of its orbit among the orbits of the system."""
+    """Formula that a class states as text, and the number of its orbit among the orbits of the system."""
 
     text: str
     orbit: int = 0
@@ -85,7 +85,7 @@ class StatedFormula:
 
 @dataclass(frozen=True)
 class TracedFormula:
-    """The letter of a scalar or a vector, and its components as nodes of a graph whose symbols are (name, index)."""
+    """Letter of a scalar or a vector, and its components as nodes of a graph whose symbols are (name, index)."""
 
     letter: str
     components: Sequence[Node | float]
@@ -96,7 +96,7 @@ Formula = StatedFormula | TracedFormula
 
 @dataclass(frozen=True)
 class ForceSummary:
-    """A force as plain text, with its formula if there is one."""
+    """Force as plain text, with its formula if there is one."""
 
     kind: str
     description: str
@@ -106,16 +106,16 @@ class ForceSummary:
 
 @dataclass(frozen=True)
 class SystemSummary:
-    """A system as plain text and formulas.
+    """System as plain text and formulas.
 
     Attributes
     ----------
     motion : str
-        The equations of motion in the syntax of `typeset_stated`; empty for two bodies.
+        Equations of motion in the syntax of `typeset_stated`; empty for two bodies.
     body : str
     forces : sequence of ForceSummary
     conserved : sequence of str
-        The conserved quantities.
+        Conserved quantities.
     two_bodies : bool
     """
 
@@ -189,7 +189,7 @@ def _math(formula: str) -> str:
 
 
 class NotTypesetError(Exception):
-    """A formula is longer than `MAX_SYMBOLS`, or contains more than operations on real numbers."""
+    """Error for a formula that is longer than `MAX_SYMBOLS`, or contains more than operations on real numbers."""
 
 
 class _NodeWriter:

@@ -16,17 +16,17 @@ from poinsot.printable import printable
 __all__ = ["Summarized", "curves", "formatted", "formatted_times", "markup_table", "rounded", "text_table"]
 
 MAX_NUMBERS = 6
-"""Numbers that a summary lists one by one; of more it states the range."""
+"""Largest number of values that a summary lists one by one; for more values it states the range."""
 
 MAX_CHARACTERS = 240
-"""Characters of a description in a title or a line."""
+"""Largest number of characters of a description in a title or a line."""
 
 LONG_NUMBER = re.compile(r"-?\d*\.\d{5,}(?:[eE][+-]?\d+)?|-?\d{8,}(?:\.\d*)?")
 """Numbers with more than six digits."""
 
 
 class Summarized(Immutable):
-    """Base of results that show one summary as `repr` and as a table of a notebook."""
+    """Base class of results with one summary, as `repr` and as a table in notebooks."""
 
     @abstractmethod
     def _summary(self) -> tuple[str, dict[str, str]]:
@@ -133,7 +133,7 @@ def _drawn_points(y: NDArray[np.float64]) -> list[int]:
 
 
 def formatted(values: ArrayLike | None, unit: str = "1") -> str:
-    """Return numbers to 6 digits with their unit: up to six one by one, of more the range; "" for none.
+    """Return numbers to 6 digits with their unit: a list of up to six, the range of more; "" for none.
 
     Examples
     --------

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Progress", "ReportProgress", "bar", "later"]
 
 DELAY = 0.5
-"""Seconds before a progress bar appears."""
+"""Seconds after which a progress bar appears."""
 
 
 class ReportProgress(Protocol):
@@ -32,28 +32,28 @@ Progress = bool | ReportProgress
 
 
 def bar(
-    what: str, total: float, wanted: Progress, console: Console | None = None
+    name: str, total: float, shown: Progress, console: Console | None = None
 ) -> AbstractContextManager[ReportProgress]:
-    """Return a context in which a progress bar shows what is done, the rate or the part, and the remaining time.
+    """Return a context in which a progress bar shows the completed amount, rate or part, and remaining time.
 
     Parameters
     ----------
-    what : str
-        Name of the quantity that is counted.
+    name : str
+        Name of the counted quantity.
     total : float
         Amount of the whole run.
-    wanted : bool or ReportProgress
+    shown : bool or ReportProgress
         True to show the bar. A function receives the progress in its place.
     console : Console, optional
         Default: the standard error.
     """
-    if callable(wanted):
-        return nullcontext(wanted)
-    return _shown(what, total, console) if wanted else HIDDEN
+    if callable(shown):
+        return nullcontext(shown)
+    return _display(name, total, console) if shown else HIDDEN
 
 
 @contextmanager
-def _shown(what: str, total: float, console: Console | None) -> Iterator[ReportProgress]:
+def _display(name: str, total: float, console: Console | None) -> Iterator[ReportProgress]:
     lock, done, text, start = threading.Lock(), 0.0, "", clock.perf_counter()
 
     def started() -> rich_progress.Progress:
@@ -69,7 +69,7 @@ def _shown(what: str, total: float, console: Console | None) -> Iterator[ReportP
                     self.update(task, completed=done, text=text)
                 return super().get_renderables()
 
-        columns = (TextColumn(what), BarColumn(20), TextColumn("{task.fields[text]}"), TimeRemainingColumn())
+        columns = (TextColumn(name), BarColumn(20), TextColumn("{task.fields[text]}"), TimeRemainingColumn())
         display = Display(*columns, console=console or Console(stderr=True), transient=True)
         display.add_task("", total=total, text="")
         return display

@@ -25,16 +25,12 @@ class Impact(AtTime):
 
     Parameters
     ----------
-    time : float
-        Time of the impact.
     delta_velocity : array (3,), space axes
         Change of the body's velocity, in length per time; along the orbital axes if `axes` is "orbit".
     body : {"secondary", "primary"}
         Body whose velocity changes.
     axes : {"space", "orbit"}
         Axes of the change; "orbit" means radial, transverse and normal.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
     terminal : bool
         False, because an event that changes the state must not stop the integration.
 

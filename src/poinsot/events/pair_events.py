@@ -29,13 +29,6 @@ class PairApsis(Event):
 
     The event function is the rate of change of the distance, up to a positive factor.
 
-    Parameters
-    ----------
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
-
     Examples
     --------
     >>> ball = pt.Body((0.4, 0.4, 0.4), mass=1.0)
@@ -59,10 +52,6 @@ class DistanceCrossing(Event):
     ----------
     distance : float
         Distance between the centres, in the unit of the separation; positive.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------
@@ -163,10 +152,6 @@ class LibrationExtreme(Event):
     ----------
     body : {"secondary", "primary"}
         Librating body.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The events that people ask for: axes, rates, momenta, orbits and the time pass a value."""
+"""Standard events: crossings of directions, angular velocities, angular momenta, apsides and times."""
 
 from __future__ import annotations
 
@@ -40,10 +40,6 @@ class AxisCrossing(Event):
     angle : float
         Half-opening angle of the cone, radians, in (0, pi). Default: the plane, pi/2. The event function rises where
         the axis approaches the target.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------
@@ -82,10 +78,6 @@ class AttractorCrossing(Event):
     angle : float
         Half-opening angle of the cone about the direction to the attractor, radians, in (0, pi). Default: the plane,
         pi/2. The event function rises where the axis approaches the direction.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------
@@ -120,10 +112,6 @@ class RateCrossing(Event):
         Body axis, of any length except zero.
     rate : float
         Value of the angular velocity, radians per unit of time.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------
@@ -155,10 +143,6 @@ class SpinFlip(Event):
     ----------
     axis : array (3,), body axes
         Body axis, of any length except zero.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------
@@ -194,10 +178,6 @@ class AndoyerCrossing(Event):
         Value of g, radians.
     pole : array (3,), space axes
         Axis that defines the angles g and h, of any length except zero. `Andoyer` uses the third space axis.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Raises
     ------
@@ -242,10 +222,6 @@ class Apsis(Event):
     ----------
     orbit : Orbit
         Orbit of the body about the attractor.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Examples
     --------
@@ -270,10 +246,6 @@ class AtTime(Event):
     ----------
     time : float
         Time of the event.
-    direction : {-1, 0, 1}
-        1: only where the event function rises with time, -1: only where it falls, 0: both.
-    terminal : bool
-        True if the integration stops at the event.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Shared by the CCSDS messages: KEY = VALUE lines and XML, segments of rows, frames, time systems, epochs, headers."""
+"""Elements of CCSDS messages: KEY = VALUE lines and XML, segments of rows, frames, time systems, epochs, headers."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ ROTATIONS = {"rotationAngles": "ANGLE", "rotationRates": "RATE"}
 """Elements of version 1, whose parts are rotation1, rotation2, rotation3."""
 
 SCHEMAS = {"1.0": "ndmxml-1.0-master.xsd", "2.0": "ndmxml-4.0.0-master-4.0.xsd"}
-"""Of the versions that are written."""
+"""XML schemas of the versions that are written."""
 
 INSTANCE = "http://www.w3.org/2001/XMLSchema-instance"
 
@@ -72,7 +72,7 @@ ROW_TAGS = {"AEM": "attitudeState", "OEM": "stateVector"}
 
 
 def is_xml(text: str) -> bool:
-    """Return whether a message is in XML."""
+    """Return True if a message is in XML."""
     return text.lstrip().startswith("<")
 
 
@@ -137,7 +137,7 @@ def entries_of(element: ET.Element, place: str) -> Iterator[Entry]:
 
 
 def _check_unit(key: str, unit: str | None, place: str) -> None:
-    """Refuse a unit that is said and is not the one of the standard."""
+    """Raise a ValueError for a stated unit that differs from the unit of the standard."""
     right = unit_of(key)
     if unit and right is not None and unit.strip().lower() not in ((right.lower(),) if right else ("", "n/a")):
         raise ValueError(f"{place} must have {key} in {right or 'no unit'}, got {quoted(unit)}.")
@@ -173,7 +173,7 @@ def segments_of(
     def begin(entries: list[Entry]) -> TextRows:
         segment = TextRows(name, {entry.key: entry.value for entry in entries})
         for key in needed:
-            if not segment.says.get(key):
+            if not segment.metadata.get(key):
                 raise ValueError(f"segment {len(segments)} of {name} must have {key}, got none.")
         metadata.by_key(entries)
         segment.columns = columns_of(segment, version, is_xml(text))
@@ -233,24 +233,24 @@ def _read_xml(
             tags.check(local_name(part), place)
     for part in (part for tag, part in parts if tag == row_tag):
         row = f"{place}, row {len(segment.numbers)}"
-        check_sequence(part, segment.says.get("EULER_ROT_SEQ", ""), row)
+        check_sequence(part, segment.metadata.get("EULER_ROT_SEQ", ""), row)
         entries = list(entries_of(part, row))
-        said = {entry.key: entry.value for entry in entries}
-        others = said.keys() - columns - {"COMMENT"}
-        missing = next((key for key in ("EPOCH", *segment.columns) if not said.get(key)), None)
+        values = {entry.key: entry.value for entry in entries}
+        others = values.keys() - columns - {"COMMENT"}
+        missing = next((key for key in ("EPOCH", *segment.columns) if not values.get(key)), None)
         if missing:
             raise ValueError(f"{row} must have {missing}, got none.")
         if others:
             raise ValueError(
                 f"{row} must have numbers for {', '.join(segment.columns)}, got {quoted(min(others))} as well."
             )
-        if len(said) < len(entries):
+        if len(values) < len(entries):
             keys.by_key(entries)
-        segment.add(row, [said[key] for key in segment.columns], said["EPOCH"])
+        segment.add(row, [values[key] for key in segment.columns], values["EPOCH"])
 
 
 def check_sequence(element: ET.Element, sequence: str, place: str) -> None:
-    """Refuse rotations of version 1 about other axes than the sequence names."""
+    """Raise a ValueError if rotations of version 1 are about other axes than the axes of the sequence."""
     for part in (part for part in element.iter() if local_name(part) == "rotationAngles"):
         axes = "".join((leaf.get("angle") or "")[:1] for leaf in sorted(part, key=local_name)).upper()
         given = sequence.upper().translate(str.maketrans("123", "XYZ"))
@@ -271,7 +271,7 @@ def chosen(segments: list[TextRows], index: int | None, name: str) -> list[TextR
 
 
 def check_continued(segments: list[TextRows], i: int, same: Mapping[str, bool]) -> None:
-    """Refuse to join a segment to the one before if they differ in something."""
+    """Raise a ValueError if a segment differs from the segment before, so that they cannot be joined."""
     differing = [what for what, is_same in same.items() if not is_same]
     if differing:
         raise ValueError(
@@ -316,25 +316,25 @@ def _check_span(rows: TextRows, times: NDArray[np.float64], calendar: Calendar) 
     """Raise a ValueError unless the rows extend from START_TIME to STOP_TIME, but for the interval between two rows."""
     ends = (("START_TIME", "first", 0, times[0] - times[1]), ("STOP_TIME", "last", -1, times[-1] - times[-2]))
     for key, which, place, interval in ends:
-        if (said := time_said(rows, key, calendar)) is None:
+        if (stated := stated_time(rows, key, calendar)) is None:
             continue
-        missing = (said - times[place]) / interval
+        missing = (stated - times[place]) / interval
         if missing > 1.0:
             raise ValueError(
-                f"the rows of {rows.name} must reach {key} = {shortened(rows.says[key])}, got a {which} row of "
+                f"the rows of {rows.name} must reach {key} = {shortened(rows.metadata[key])}, got a {which} row of "
                 f"{rows.epochs[place]}. The file is not whole."
             )
         if missing < -1.0:
             raise ValueError(
                 f"the rows of {rows.name} must lie between START_TIME and STOP_TIME, got a {which} row of "
-                f"{rows.epochs[place]}, and {key} = {shortened(rows.says[key])}."
+                f"{rows.epochs[place]}, and {key} = {shortened(rows.metadata[key])}."
             )
 
 
-def time_said(rows: TextRows, key: str, calendar: Calendar) -> float | None:
-    """Return a time that the metadata say, None if they do not."""
-    epoch, places = rows.says.get(key), [f"{key} in {rows.name}"]
-    return float(_counted(calendar, [epoch], places, rows.says["TIME_SYSTEM"].upper())[0]) if epoch else None
+def stated_time(rows: TextRows, key: str, calendar: Calendar) -> float | None:
+    """Return a time of the metadata, or None if they do not contain it."""
+    epoch, places = rows.metadata.get(key), [f"{key} in {rows.name}"]
+    return float(_counted(calendar, [epoch], places, rows.metadata["TIME_SYSTEM"].upper())[0]) if epoch else None
 
 
 def _counted(calendar: Calendar, epochs: list[str], places: list[str], scale: str) -> NDArray[np.float64]:
@@ -374,9 +374,12 @@ def digits(value: float) -> str:
     return f"{value:.15e}"
 
 
-def element(parent: ET.Element, key: str, value: str | float, **attributes: str) -> None:
-    """Append an element with a text or a number."""
-    ET.SubElement(parent, key, attributes).text = value if isinstance(value, str) else digits(value)
+def append_value(parent: ET.Element, key: str, value: str | float) -> None:
+    """Append an element with a text, or with a number and its unit; components of quaternions are without units."""
+    unit = "" if isinstance(value, str) or key.startswith("Q") else unit_of(key)
+    ET.SubElement(parent, key, {"units": unit} if unit else {}).text = (
+        value if isinstance(value, str) else digits(value)
+    )
 
 
 def write_message(
@@ -391,32 +394,27 @@ def write_message(
 ) -> Path:
     """Write a message of one segment: in XML if its name ends so, in KVN otherwise; return its path.
 
-    Metadata that are None are left out; `kvn` returns the lines after the header, with those of the metadata, and `xml`
-    the element `data`.
+    Metadata that are None are omitted. `kvn` returns the lines after the header from the lines of the metadata, and
+    `xml` returns the element `data`.
     """
     if version not in SCHEMAS:
         raise ValueError(f"version must be '1.0' or '2.0', got {quoted(version)}.")
     now = dt.datetime.now(dt.UTC).strftime("%Y-%m-%dT%H:%M:%S")
     header = {"CREATION_DATE": now, "ORIGINATOR": word("originator", originator)}
-    says = {key: word(key, value) for key, value in metadata.items() if value is not None}
+    stated = {key: word(key, value) for key, value in metadata.items() if value is not None}
     if Path(path).suffix.lower() != ".xml":
         lines = [f"CCSDS_{message}_VERS = {version}", *(f"{key} = {value}" for key, value in header.items())]
         return write_text(
-            path, "\n".join(lines + kvn([f"{key} = {value}" for key, value in says.items()])) + "\n", overwrite
+            path, "\n".join(lines + kvn([f"{key} = {value}" for key, value in stated.items()])) + "\n", overwrite
         )
     root = ET.Element(message.lower(), {"id": f"CCSDS_{message}_VERS", "version": version})
     root.set("xmlns:xsi", INSTANCE)
     root.set("xsi:noNamespaceSchemaLocation", f"https://sanaregistry.org/r/ndmxml_unqualified/{SCHEMAS[version]}")
     head, segment = ET.SubElement(root, "header"), ET.SubElement(ET.SubElement(root, "body"), "segment")
-    for parent, entries in ((head, header), (ET.SubElement(segment, "metadata"), says)):
+    for parent, entries in ((head, header), (ET.SubElement(segment, "metadata"), stated)):
         for key, value in entries.items():
-            element(parent, key, value)
+            append_value(parent, key, value)
     segment.append(xml())
     ET.indent(root)
     text = '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
     return write_text(path, text, overwrite)
-
-
-def xml_order(keys: tuple[str, ...], version: str) -> tuple[str, ...]:
-    """Return the components of a quaternion in the order of the schema: version 1 has the scalar first."""
-    return (keys[-1], *keys[:-1]) if version < "2" and keys[-1].startswith("QC") else keys

@@ -1,4 +1,4 @@
-"""Results to files of attitudes, and back."""
+"""Conversion between results and files of attitudes."""
 
 from __future__ import annotations
 
@@ -29,29 +29,29 @@ def convert(
     body: str | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Write what is in one file as another, by the ends of their names, and return its path.
+    """Convert a file to another format, by the endings of both names, and return the path of the new file.
 
     Parameters
     ----------
     source, target : str or Path
         Results (.nc, .zarr), or attitudes in one of the `attitude_formats`.
     scenario : str or Path, optional
-        With the body and the forces of attitudes that become a result, and its calendar.
+        Scenario with body, forces and calendar, for attitudes that become a result.
     zero : str, optional
-        The date of t = 0 with its scale, where neither a result nor the scenario says it; files of attitudes are
-        counted from their first row without it.
+        Date of t = 0 with its time scale, if neither the result nor the scenario contains it. Default for files of
+        attitudes: the first row.
     frame : str, optional
-        The name of the space axes, where a file does not say it.
+        Name of the space axes, if the file does not contain it.
     member : int, optional
-        Which member of a result that is an ensemble.
+        Index of a member, for the result of an ensemble.
     body : {"primary", "secondary"}, optional
-        Whose attitudes, of a result of two bodies.
+        Body whose attitudes are written, for a result of two bodies.
     overwrite : bool
 
     Raises
     ------
     OSError, TypeError, ValueError, ImportError
-        As the readers and the writers; or if an argument is given that this conversion has no use for.
+        If the reader or the writer raises it, or if this conversion does not use a given argument.
     """
     source, target = Path(source), Path(target)
     before, after = _format(source), _format(target)

@@ -22,7 +22,7 @@ USER_DEFINED = "USER_DEFINED"
 
 
 class Entry(NamedTuple):
-    """One value of a file with its key, and its place for errors."""
+    """Value of a file with its key, and its place for errors."""
 
     key: str
     value: str
@@ -89,5 +89,5 @@ class Keys:
         )
 
     def resembles(self, key: str) -> bool:
-        """Return whether a key is used, or is a misspelled one that is used."""
+        """Return True if a key is used, or is the misspelling of a used key."""
         return bool(difflib.get_close_matches(key[:40], sorted(self.used), 1, MISSPELLING_SIMILARITY))

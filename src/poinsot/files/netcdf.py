@@ -24,10 +24,10 @@ from poinsot.mechanics.state import AnyState, Phase, named, state_of
 from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.printable import described, quoted, shortened
+from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.columns import RENAMED, Requirement, names_with, static_columns
 from poinsot.propagation.dataset import read_parts, state_variables, text_of_parts, with_present_names
 from poinsot.propagation.recorded import RecordedSystem, recorded_integral
-from poinsot.propagation.row_source import MemoryRows, RowSource, StoreRows
 from poinsot.propagation.scenario_of_motion import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.stored_motion import (
     arrays_in,
@@ -149,7 +149,9 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
             "Save it as .zarr, or let the call that made the store go on."
         )
     of_all = _along_time(motion)
-    data = with_texts(_recorded(of_all, motion), motion).assign(_happened(motion))
+    data = with_texts(
+        _recorded(of_all, motion), motion.system, motion.run, motion.provenance, motion.has_dense_output
+    ).assign(_happened(motion))
     data = data.assign_attrs(told_events(motion._rows.events.watched))
     if path.suffix == ".nc":
         data.attrs["digest"] = _digest(data)
@@ -241,7 +243,7 @@ def _recorded(data: xarray.Dataset, motion: Trajectory) -> xarray.Dataset:
 
 def _happened(motion: Trajectory) -> dict[str, Any]:
     """Return the events along a motion as variables; empty ones have no place in NetCDF, which extends them."""
-    return {name: variable for name, variable in told_crossings(motion).items() if len(variable[1])}
+    return {name: variable for name, variable in told_crossings(motion.events).items() if len(variable[1])}
 
 
 def _in_store(path: Path) -> Trajectory:
@@ -400,14 +402,12 @@ class _Reading:
         columns, whole = recorded | self._orbit_variables(), isinstance(system, System)
         phase, initial, run = self._phase(), self._initial(), self._run()
         events = stored_events(events_in(self.data.attrs), system, sizes_of(phase), self._crossings())
-        rows: RowSource
         if self.store is not None and self.store.chunk:
-            rows = StoreRows(self.store, phase, columns, events)
+            rows = MotionRows(phase, columns, events, self.store.summary, self.store)
         else:
-            rows = MemoryRows(phase, columns, events, None if whole else self._summary())
-        motion = Trajectory(system, initial, self._array(self.time), rows, run, failures=self._failures())
-        motion._complete(provenance=self._provenance(whole))
-        return motion
+            rows = MotionRows(phase, columns, events, None if whole else self._summary())
+        failures, provenance = self._failures(), self._provenance(whole)
+        return Trajectory(system, initial, self._array(self.time), rows, run, failures=failures, provenance=provenance)
 
     def _crossings(self) -> Callable[[Chosen | None], Iterator[Mapping[str, Any]]]:
         """Return what gives the tables of what happened to some members, None: to all, without the other arrays."""

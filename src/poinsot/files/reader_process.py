@@ -1,8 +1,9 @@
 """Readers in C of untrusted files, each file in a separate process: a crash becomes an error message.
 
 A clean process imports a reader once, and is forked for each file; it has one thread, and so no lock that another one
-holds. The fork has limits of processor time, memory and open files. Both sides send messages: the length of a text in
-JSON, the text, and the bytes of the arrays that it announces.
+holds. The fork has limits of processor time, memory and open files. Windows cannot fork: there a process starts for
+each file, with a limit of elapsed time alone. Both sides send messages: the length of a text in JSON, the text, and the
+bytes of the arrays that it announces.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import contextlib
 import importlib
 import json
 import os
-import resource
 import signal
 import socket
 import struct
@@ -25,7 +25,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Answer", "ReaderProcess", "serve"]
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
+
+__all__ = ["Answer", "ReaderProcess", "serve", "serve_one"]
 
 Arrays = Sequence[NDArray[Any]]
 
@@ -48,14 +53,20 @@ PAIR = struct.Struct("<qq")
 KINDS = {kind.__name__: kind for kind in (ValueError, TypeError)}
 """Errors that keep their kind; all others are a ValueError."""
 
-ENDS: dict[int, str] = {
-    signal.SIGPROF: "it takes too much processor time",
-    signal.SIGKILL: "it takes too long",
-    signal.SIGSEGV: "its reader leaves the memory that it has",
-    signal.SIGABRT: "its reader gives up",
+ENDS = {
+    "SIGPROF": "it takes too much processor time",
+    "SIGKILL": "it takes too long",
+    "SIGSEGV": "its reader leaves the memory that it has",
+    "SIGABRT": "its reader gives up",
 }
 
-START = "import sys; sys.path[:] = {path!r}; from poinsot.files.reader_process import serve; serve({module!r}, {file})"
+EXIT_CODES = {3: "SIGABRT", 0xC0000005: "SIGSEGV"}
+"""Exit codes of Windows, which has no signals."""
+
+START = "import sys; sys.path[:] = {path!r}; from poinsot.files import reader_process; reader_process.{call}"
+"""The program of a process that imports this package from where its parent does."""
+
+FORKS = hasattr(os, "fork") and hasattr(socket, "send_fds")
 
 _clean: dict[str, _Clean] = {}
 _lock = threading.Lock()
@@ -70,40 +81,93 @@ class ReaderProcess:
     """
 
     def __init__(self, module: str, rule: str, *, memory: int = 0, files: int = 0) -> None:
-        self._module, self._rule = module, rule
-        ours, theirs = _pair()
-        with theirs:
-            self._pid = _asked(module, 0, theirs.fileno())
-        self._stream = ours.makefile("rwb")
-        ours.close()
-        _send(self._stream, {"folder": os.getcwd(), "memory": MIN_MEMORY + memory, "files": files}, ())
+        self._process, self._rule = (_Forked if FORKS else _Spawned)(module), rule
+        _send(self._process.input, {"folder": os.getcwd(), "memory": MIN_MEMORY + memory, "files": files}, ())
 
     def call(self, function: str, *values: Any, arrays: Arrays = (), seconds: float = 0.0) -> Answer:
         """Return what a function returns, or raise its error; `seconds` of processor time more than others may pass."""
         seconds += MIN_PROCESSOR_SECONDS
-        deadline = threading.Timer(ELAPSED_PER_PROCESSOR_SECOND * seconds, os.kill, (self._pid, signal.SIGKILL))
+        deadline = threading.Timer(ELAPSED_PER_PROCESSOR_SECOND * seconds, self._process.kill)
         deadline.daemon = True
         deadline.start()
         try:
-            _send(self._stream, {"function": function, "values": values, "seconds": seconds}, arrays)
-            answer = _received(self._stream)
+            _send(self._process.input, {"function": function, "values": values, "seconds": seconds}, arrays)
+            answer = _received(self._process.output)
         except (OSError, ValueError):
             answer = None
         finally:
             deadline.cancel()
         if answer is None:
-            raise ValueError(f"{self._rule}{ENDS.get(self.close(), 'its reader ends')}.")
+            raise ValueError(f"{self._rule}{ENDS.get(self._process.close(), 'its reader ends')}.")
         said, found = answer
         if "error" in said:
             raise KINDS.get(said["kind"], ValueError)(str(said["error"]))
         return said["value"], found
 
-    def close(self) -> int:
-        """End the process, and return the signal that it ended with."""
-        pid, self._pid = self._pid, 0
+    def close(self) -> None:
+        """End the process."""
+        self._process.close()
+
+
+class _Forked:
+    """A process for one file, forked from the clean process of its module."""
+
+    def __init__(self, module: str) -> None:
+        self._module = module
+        ours, theirs = _pair()
+        with theirs:
+            self.pid = _asked(module, 0, theirs.fileno())
+        self.input = self.output = ours.makefile("rwb")
+        ours.close()
+
+    def kill(self) -> None:
+        os.kill(self.pid, signal.SIGKILL)
+
+    def close(self) -> str:
+        """End the process, and return the name of the signal that ended it."""
+        pid, self.pid = self.pid, 0
         with contextlib.suppress(OSError):
-            self._stream.close()
-        return os.WTERMSIG(_asked(self._module, pid)) if pid else 0
+            self.input.close()
+        return _signal(os.WTERMSIG(_asked(self._module, pid))) if pid else ""
+
+
+class _Spawned:
+    """A process for one file, started anew."""
+
+    def __init__(self, module: str) -> None:
+        self._killed = False
+        self._process = _started(f"serve_one({module!r})", stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.pid, self.input, self.output = self._process.pid, self._process.stdin, self._process.stdout
+
+    def kill(self) -> None:
+        self._killed = True
+        self._process.kill()
+
+    def close(self) -> str:
+        """End the process, and return the name of the signal that ended it."""
+        for stream in (self.input, self.output):
+            with contextlib.suppress(OSError):
+                stream.close()  # type: ignore[union-attr]
+        self._process.kill()
+        code = self._process.wait()
+        return "SIGKILL" if self._killed else EXIT_CODES.get(code, _signal(-code))
+
+
+def _signal(number: int) -> str:
+    return signal.Signals(number).name if number > 0 else ""
+
+
+def _started(call: str, **streams: Any) -> subprocess.Popen[bytes]:
+    """Start this Python with a call of this module, and without what the user's environment imports."""
+    path = [entry or os.getcwd() for entry in sys.path]
+    return subprocess.Popen(  # noqa: S603 - this Python, and nothing of a file
+        [sys.executable, "-I", "-c", START.format(path=path, call=call)],
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,  # Ctrl-C is heard in the parent
+        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # likewise, on Windows
+        env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
+        **streams,
+    )
 
 
 class _Clean:
@@ -111,17 +175,9 @@ class _Clean:
 
     def __init__(self, module: str) -> None:
         self.socket, theirs = _pair()
-        path = [entry or os.getcwd() for entry in sys.path]
         with theirs:
-            self.process = subprocess.Popen(  # noqa: S603 - this Python, and nothing of a file
-                [sys.executable, "-I", "-c", START.format(path=path, module=module, file=theirs.fileno())],
-                pass_fds=[theirs.fileno()],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,  # Ctrl-C is heard here
-                env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
-            )
+            call, files = f"serve({module!r}, {theirs.fileno()})", [theirs.fileno()]
+            self.process = _started(call, pass_fds=files, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
     def close(self) -> None:
         self.socket.close()
@@ -169,7 +225,8 @@ def _forget() -> None:
     _clean.clear()
 
 
-os.register_at_fork(after_in_child=_forget)
+if FORKS:
+    os.register_at_fork(after_in_child=_forget)
 
 
 # ------------------------------------------------------------------ messages
@@ -225,25 +282,33 @@ def serve(module: str, file: int) -> None:
             answer = os.fork()
             if not answer:
                 control.close()
-                _serve_file(functions, files[0])
+                with socket.socket(fileno=files[0]) as own:
+                    stream = own.makefile("rwb")
+                _serve_file(functions, stream, stream)
             os.close(files[0])
         control.sendall(PAIR.pack(answer, 0))
 
 
-def _serve_file(functions: Any, file: int) -> None:
+def serve_one(module: str) -> None:
+    """Answer questions about one file, which come through the standard streams."""
+    nowhere, streams = os.open(os.devnull, os.O_RDWR), [os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")]
+    for number in (0, 1):  # a library in C may write to them
+        os.dup2(nowhere, number)
+    _serve_file(importlib.import_module(module), *streams)
+
+
+def _serve_file(functions: Any, questions: Any, answers: Any) -> None:
     """Answer questions until there are no more, and end."""
     try:
-        with socket.socket(fileno=file) as own:
-            stream = own.makefile("rwb")
-        given, _ = _received(stream) or ({}, [])
+        given, _ = _received(questions) or ({}, [])
         os.chdir(given["folder"])
         _limit(given["memory"], given["files"])
-        while (question := _received(stream)) is not None:
+        while (question := _received(questions)) is not None:
             said, arrays = question
-            signal.setitimer(signal.ITIMER_PROF, said["seconds"])
+            _limit_time(said["seconds"])
             answer, found = _answer(getattr(functions, said["function"]), said["values"], arrays)
-            signal.setitimer(signal.ITIMER_PROF, 0)
-            _send(stream, answer, found)
+            _limit_time(0.0)
+            _send(answers, answer, found)
     finally:
         os._exit(0)
 
@@ -261,9 +326,17 @@ def _answer(function: Any, values: list[Any], arrays: list[NDArray[Any]]) -> tup
 
 def _limit(memory: int, files: int) -> None:
     """Bound the memory and the open files from now on; nothing is written, and no core is dumped."""
-    with open("/proc/self/statm") as stream:
-        used = int(stream.read().split()[0]) * resource.getpagesize()
-        free = stream.fileno()
-    most = {"AS": used + memory, "NOFILE": free + files, "CORE": 0, "FSIZE": 0}
+    if resource is None:
+        return
+    with open(os.devnull) as stream:
+        most = {"NOFILE": stream.fileno() + files, "CORE": 0, "FSIZE": 0}
+    with contextlib.suppress(FileNotFoundError), open("/proc/self/statm") as stream:  # macOS limits no memory
+        most["AS"] = int(stream.read().split()[0]) * resource.getpagesize() + memory
     for name, value in most.items():
         resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (value, value))
+
+
+def _limit_time(seconds: float) -> None:
+    """End this process after some processor time from now on; 0 ends the limit."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_PROF, seconds)

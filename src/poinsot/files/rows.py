@@ -1,4 +1,4 @@
-"""Rows of numbers in a text, each with its place for errors, and what the text says of them."""
+"""Rows of numbers in a text, each with its place for errors, and the metadata of the text."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class TextRows:
     """Rows in one file or one segment of it; `epochs` are the dates before their numbers, if they have dates."""
 
     name: str
-    says: dict[str, str] = dataclasses.field(default_factory=dict)
+    metadata: dict[str, str] = dataclasses.field(default_factory=dict)
     columns: tuple[str, ...] = ()
     places: list[str] = dataclasses.field(default_factory=list)
     epochs: list[str] = dataclasses.field(default_factory=list)
@@ -39,18 +39,18 @@ class TextRows:
         self.epochs.append(epoch)
 
     def word(self, key: str) -> str:
-        """Return what the text says by a key that it must have, which may be in capitals there."""
-        said = self.says.get(key) or self.says.get(key.upper())
-        if not said:
+        """Return the value of a required key of the metadata, whose spelling in the text may be in capitals."""
+        value = self.metadata.get(key) or self.metadata.get(key.upper())
+        if not value:
             raise ValueError(f"{self.name} must have {key}, got none.")
-        return said
+        return value
 
     def stacked(self, *keys: str, factor: float = 1.0) -> Array:
         """Return columns times a factor, shape (n, number of keys)."""
         return factor * np.array(self.numbers)[:, [self.columns.index(key) for key in keys]]
 
     def check_rising(self, times: Array) -> None:
-        """Refuse rows of which one is not later than the one before."""
+        """Raise a ValueError unless each row is later than the row before."""
         wrong = np.flatnonzero(np.diff(times) <= 0)
         if wrong.size:
             i = int(wrong[0]) + 1

@@ -169,12 +169,13 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
 
 
 def repetition(motion: Trajectory, name: str) -> Scenario:
-    """Return what makes a motion again that a file has: by its scenario, or from its system, start and times."""
+    """Return the scenario that repeats the motion in a file: its own, or one of its system, initial state and times."""
     if not isinstance(motion.system, System):
         raise ValueError(f"{name} cannot be run again: {motion.system.not_rerunnable}")
     known = motion.provenance
     if known.get("scenario_of") == WHOLE:
         return parsed_scenario(known["scenario"], name)
-    text = known.get("scenario_read") or known.get("scenario") or scenario_of(motion).text
+    text = known.get("scenario_read") or known.get("scenario")
+    text = text or scenario_of(motion.system, motion.run, motion.has_dense_output).text
     run = tomllib.loads(text)["run"]
     return Scenario(name, motion.system, motion.initial, motion.times, run, provenance=motion.provenance)

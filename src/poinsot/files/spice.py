@@ -44,7 +44,7 @@ SECONDS_PER_BYTE = 1e-6
 
 
 class Kernels:
-    """Kernels that are loaded in a process of their own; `size` is that of their files, in bytes."""
+    """Kernels that are loaded in a separate process. `size` is the size of their files in bytes."""
 
     def __init__(self, process: ReaderProcess, paths: list[Path]) -> None:
         self._process = process
@@ -53,7 +53,7 @@ class Kernels:
             self.ask("load", str(path))
 
     def ask(self, function: str, *values: Any, times: NDArray[np.float64] | None = None) -> Answer:
-        """Return what a function of `spice_reader` says, at times if it takes them."""
+        """Return the answer of a function of `spice_reader`, at times if the function requires them."""
         arrays = [] if times is None else [np.atleast_1d(np.asarray(times, dtype=float))]
         seconds = SECONDS_PER_TIME * sum(array.size for array in arrays) + SECONDS_PER_BYTE * self.size
         return self._process.call(function, *values, arrays=arrays, seconds=seconds)

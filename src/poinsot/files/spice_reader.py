@@ -21,14 +21,14 @@ Answer = tuple[Any, list[Array]]
 INERTIAL_CLASS = 1
 
 CK_TYPE, CK_CLASS = 3, 3
-"""Of the segment, discrete attitudes with interpolation; of frames that C-kernels turn."""
+"""Type of segments of discrete attitudes with interpolation, and class of frames that C-kernels define."""
 
 MAX_RECORDS = 1_000_000
 
 
 @contextlib.contextmanager
 def _sentences(rule: str) -> Iterator[None]:
-    """Say an error of SPICE as one sentence."""
+    """Raise an error of SPICE as a ValueError with one sentence."""
     try:
         yield
     except spice.utils.exceptions.SpiceyError as error:
@@ -58,7 +58,7 @@ def name_and_mu(body: int) -> Answer:
 
 
 def check_inertial(frame: str, name: str = "frame") -> Answer:
-    """Refuse a frame that rotates or is unknown."""
+    """Raise a ValueError for a frame that rotates or is unknown."""
     if spice.frinfo(_known(frame, name))[1] != INERTIAL_CLASS:
         raise ValueError(f"{name} must be a frame that does not rotate, got {quoted(frame)}.")
     return None, []

@@ -12,16 +12,16 @@ from poinsot.printable import shortened
 __all__ = ["MAX_BYTES", "lazy_lines", "local_name", "parsed_xml", "read_bytes", "read_text"]
 
 MAX_BYTES = 64 * 1024 * 1024
-"""Of a file that is read line by line."""
+"""Largest size of a file that is read line by line."""
 
 MAX_MESSAGE_BYTES = 16 * 1024 * 1024
 MAX_LINES = 120_000
 MAX_TAGS = 400_000
 MAX_ATTRIBUTES = 200_000
-"""Of a message or a table of attitudes: more would take more than a second to refuse if it ends wrongly."""
+"""Limits of a message or a table of attitudes. A larger one with an error at its end takes more than a second."""
 
 ENDS = "\n\r\x0b\x0c\x1c\x1d\x1e\x85\u2028\u2029"
-"""Of lines."""
+"""Characters that end a line."""
 
 
 def read_bytes(path: str | Path, most: int) -> bytes:

@@ -1,4 +1,4 @@
-"""The air through which a body moves: its density, and how it turns with the planet."""
+"""Atmospheres: density of the air and its rotation with the planet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Air whose density is a table along an orbit, such as one of an empirical model."""
+"""Atmospheres with a density tabulated along an orbit, such as the density of an empirical model."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ __all__ = ["TabulatedAtmosphere"]
 Array = NDArray[np.float64]
 
 EQUATOR, FLATTENING = 6_378_137.0, 1 / 298.257223563
-"""Of the Earth's ellipsoid, WGS 84; metres."""
+"""Equatorial radius in metres and flattening of the Earth's ellipsoid WGS 84."""
 
-LOWEST, HIGHEST = 0.0, 2.0e6
-"""Metres above it between which positions are believed to be in metres."""
+MIN_HEIGHT, MAX_HEIGHT = 0.0, 2.0e6
+"""Smallest and largest height above the ellipsoid, metres. Other heights indicate positions in another unit."""
 
 
 class _Piece(Atmosphere):
-    """Air between two rows: the exponential of a polynomial of the time since the first one."""
+    """Atmosphere between two rows: the density is the exponential of a polynomial in the time since the first row."""
 
     terms: int
     start: Real
@@ -221,7 +221,7 @@ def _geodetic(positions: Array, dates: Any) -> tuple[Array, Array, Array]:
         latitude = np.arctan2(z + square * normal * np.sin(latitude), across)
     normal = EQUATOR / np.sqrt(1 - square * np.sin(latitude) ** 2)
     heights = across * np.cos(latitude) + z * np.sin(latitude) - EQUATOR**2 / normal
-    wrong = heights[(heights < LOWEST) | (heights > HIGHEST)]
+    wrong = heights[(heights < MIN_HEIGHT) | (heights > MAX_HEIGHT)]
     if wrong.size:
         raise ValueError(
             f"orbit must be 0 to 2000 km above the Earth, in metres, got a height of {wrong[0] / 1000:.4g} km."

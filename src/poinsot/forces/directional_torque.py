@@ -1,4 +1,4 @@
-"""The torque of light or air on a mesh as a smooth function of the direction from which it comes."""
+"""Torque of light or air on a mesh as a smooth function of the direction to its source."""
 
 from __future__ import annotations
 
@@ -96,8 +96,8 @@ class DirectionalTorque(Parametric):
     def of_emission(cls, mesh: Mesh, degree: int, *, shadows: bool = True) -> Self:
         """Fit the torque of light that a mesh emits at once and diffusely: YORP without thermal inertia.
 
-        T(u) = -2/3 sum of A (n.u) r x n over the lit faces (Rubincam 2000, Icarus 148, 2), with r from the centre of
-        mass to the centroid of a face.
+        T(u) = -2/3 sum of A (n.u) r x n over the illuminated faces (Rubincam 2000, Icarus 148, 2), with r from the
+        centre of mass to the centroid of a face.
 
         Parameters
         ----------
@@ -122,9 +122,9 @@ class DirectionalTorque(Parametric):
     ) -> Self:
         """Fit the torque of light that a mesh absorbs and reflects, or of a fast, thin gas.
 
-        T(u) = -sum of A c r x [(1 - s) u + 2 (d/3 + s c) n] over the lit faces, with c = n.u. Light that is absorbed
-        and radiated at once counts as diffuse. For a gas, use s = d = 0: T times density times speed squared is then
-        the torque of fully accommodated molecules, with a drag coefficient of 2.
+        T(u) = -sum of A c r x [(1 - s) u + 2 (d/3 + s c) n] over the illuminated faces, with c = n.u. Light that is
+        absorbed and radiated at once counts as diffuse. For a gas, use s = d = 0: T times density times speed squared
+        is then the torque of fully accommodated molecules, with a drag coefficient of 2.
 
         Parameters
         ----------
@@ -176,7 +176,7 @@ def stream_torques(
     Parameters
     ----------
     along, diffuse, specular : float
-        The shares of the light whose own pressure counts, that leaves a face evenly, and as from a mirror.
+        Shares of the light that press along the stream, are emitted diffusely, and are reflected specularly.
     """
     torques, turns = np.empty_like(directions), np.cross(light.centers, light.normals)
     rows = max(1, MAX_PAIRS // len(light.areas))
@@ -208,7 +208,7 @@ def _spiral(count: int) -> Array:
 
 
 def _harmonics(degree: int, directions: Array) -> Array:
-    """Return the normalised harmonics of unit vectors (n, 3), columns as those of coefficients."""
+    """Return the normalised harmonics of unit vectors (n, 3), one column for each coefficient."""
     harmonics, factors = SolidHarmonics(tuple(directions.T), squared=1), norms(degree)
     values = np.empty((len(directions), (degree + 1) ** 2))
     for n in range(degree + 1):

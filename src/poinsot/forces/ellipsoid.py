@@ -24,7 +24,7 @@ from poinsot.taylor.graph import number
 __all__ = ["EllipsoidGravity"]
 
 LAGUERRE_STEPS = 3
-"""From 1 to the root of the cubic: to machine precision for an attractor beyond 1.2 times the longest semiaxis."""
+"""Number of iterations from 1 to the root of the cubic. The root is exact beyond 1.2 times the longest semiaxis."""
 
 NODES = (
     (0.028493679839790433, 0.00019919367776667182),

@@ -126,10 +126,6 @@ class TiltedDipole(_OfSources):
 
     Parameters
     ----------
-    orbit : Orbit
-        Orbit of the body about the planet.
-    rotation : RotationModel
-        Orientation of the planet's axes.
     g10, g11, h11 : float
         Coefficients in tesla: -29350e-9, -1410.3e-9 and 4545.5e-9 for the Earth in 2025 (IGRF-14).
     radius : float
@@ -177,10 +173,6 @@ class MagneticHarmonics(_OfSources):
 
     Parameters
     ----------
-    orbit : Orbit
-        Orbit of the body about the planet.
-    rotation : RotationModel
-        Orientation of the planet's axes.
     degree : int
         Highest degree of the harmonics, at least 1.
     radius : float
@@ -239,12 +231,6 @@ class SecularHarmonics(MagneticHarmonics):
 
     Parameters
     ----------
-    orbit : Orbit
-        Orbit of the body about the planet.
-    rotation : RotationModel
-        Orientation of the planet's axes.
-    degree : int
-        Highest degree of the harmonics, at least 1.
     radius : float
         Reference radius of the coefficients, in the unit of length of the orbit.
     g, h : array (degree + 1, degree + 1)

@@ -1,4 +1,4 @@
-"""The gravity between two bodies, by the multipoles of both."""
+"""Mutual gravity of two bodies by the multipoles of both."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ COUNTED_ERROR = 0.01
 
 
 class MutualSeries(Potential):
-    """The gravity of two bodies to some total degree."""
+    """Mutual gravity of two bodies to a total degree."""
 
     @override
     def check(self, body: Any) -> None:
@@ -48,8 +48,8 @@ class MutualSeries(Potential):
     def truncation(self, instant: Any) -> Scalar:
         """Return an estimate of the error of the force between the bodies, relative to it, at a `PairInstant`.
 
-        It is the mean of the last two degrees over all attitudes, times (R1 + R2)^2 / r^2 for the two that follow; R
-        are the radii of spheres that hold the bodies. Near bodies have it above 1, where it tells no more than that.
+        The mean of the last two degrees over all attitudes is multiplied by (R1 + R2)^2 / r^2 for the next two degrees,
+        with the radii R of spheres that contain the bodies. A value above 1 shows that the series is not accurate.
         """
         first, second = self._powers(instant)
         inverse = 1 / (instant.distance * instant.distance)
@@ -74,14 +74,14 @@ class MutualSeries(Potential):
 
     @abstractmethod
     def _powers(self, instant: Any) -> tuple[Sequence[Scalar], Sequence[Scalar]]:
-        """Return the mean squares of the terms of each body alone by degree, at the unit of length, over that of 0.
+        """Return the mean squares of the terms of each body by degree, at the unit of length, relative to degree 0.
 
-        Those of both together have C(2 n, 2 l) times the product for their mean over all attitudes.
+        The mean square of a term of both bodies over all attitudes is C(2 n, 2 l) times the product.
         """
 
     @abstractmethod
     def _reaches(self, instant: Any) -> Sequence[Scalar]:
-        """Return the radii of spheres that hold the bodies."""
+        """Return the radii of spheres that contain the bodies."""
 
 
 class MutualGravity(MutualSeries):

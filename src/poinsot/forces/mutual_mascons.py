@@ -1,4 +1,4 @@
-"""The gravity between two bodies made of points of mass, to all degrees."""
+"""Mutual gravity of two bodies made of point masses, to all degrees."""
 
 from __future__ import annotations
 
@@ -162,14 +162,14 @@ def _zeroth_and_second(points: tuple[Any, Any]) -> tuple[Scalar, Scalar]:
 
 
 def _rows(body: Attitude, seen_from: Attitude) -> list[Vector]:
-    """Return the matrix from the axes of a body to those of another one, by rows that vary with a small turn."""
+    """Return the rotation matrix from the axes of a body to the axes of another one, by rows with their derivatives."""
     axes, turn = body.seen_from(seen_from)
     columns = [[ruled(x, turn, functools.partial(_slope, axis, i)) for i, x in enumerate(axis)] for axis in axes]
     return [Vector(row) for row in zip(*columns, strict=True)]
 
 
 def _slope(axis: Vector, i: int, k: int) -> Scalar:
-    """Return the derivative of a component by the angle of a turn about another axis, that of e_k x axis."""
+    """Return the derivative of component i of an axis by the angle of a rotation about e_k: e_k x axis."""
     if i == k:
         return 0.0
     other = number(axis[3 - i - k])

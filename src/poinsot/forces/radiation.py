@@ -1,4 +1,4 @@
-"""The pressure of sunlight on the facets of a body, and what shades it."""
+"""Radiation pressure of sunlight on the facets of a body, and eclipses by occulters."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ ASTRONOMICAL_UNIT, SUN_RADIUS = 149_597_870_700.0, 6.957e8
 """Metres (IAU 2012, Resolution B2; 2015, Resolution B3)."""
 
 SMOOTHED_PART = 1e-9
-"""Within which part of the smaller disc of a contact the overlap is made smooth: its area begins there as a power 3/2,
-whose second derivative is infinite, and a step that starts at it would have no length."""
+"""Part of the smaller disc within which the overlap of a contact is made smooth. The area begins as a power 3/2, whose
+second derivative is infinite, so that a step that starts at the contact would have no length."""
 
 
 class Occulter(Parametric):
@@ -92,13 +92,29 @@ class Occulter(Parametric):
 
 
 class Sunlight(Torque):
-    """A torque of sunlight that comes from one direction, behind occulters. Its classes have these fields."""
+    """Torque of sunlight from one direction, behind occulters.
+
+    Parameters
+    ----------
+    sun : Orbit
+        Orbit of the body relative to the Sun.
+    occulters : sequence of Occulter
+        Spheres between the body and the Sun, nearer than the Sun.
+    pressure : float
+        Pressure on an absorbing surface at `distance`. Default: 4.54e-6 N/m2, which is 1361 W/m2 over the speed of
+        light.
+    distance : float
+        Distance from the Sun at which `pressure` applies. Default: the astronomical unit in metres; other units of
+        length require another value.
+    sun_radius : float
+        Radius of the Sun, in the unit of `distance`. Default: 6.957e8 metres.
+    """
 
     if TYPE_CHECKING:
 
         @property
         def sun(self) -> Orbit:
-            """The orbit of the body, relative to the Sun."""
+            """Orbit of the body relative to the Sun."""
 
         @property
         def occulters(self) -> tuple[Occulter, ...]:
@@ -155,20 +171,8 @@ class RadiationPressure(Sunlight):
 
     Parameters
     ----------
-    sun : Orbit
-        Orbit of the body relative to the Sun.
     facets : Facets
         Areas, normals, positions and reflectivities of the surface.
-    occulters : sequence of Occulter
-        Spheres between the body and the Sun, nearer than the Sun.
-    pressure : float
-        Pressure on an absorbing surface at `distance`. Default: 4.54e-6 N/m2, which is 1361 W/m2 over the speed of
-        light.
-    distance : float
-        Distance from the Sun at which `pressure` applies. Default: the astronomical unit in metres; other units of
-        length require another value.
-    sun_radius : float
-        Radius of the Sun, in the unit of `distance`. Default: 6.957e8 metres.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Check that mass and inertia of a force agree with those of the body."""
+"""Checks that mass and inertia of a force agree with the body."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ Array = NDArray[np.float64]
 
 
 def refuse_other_inertia(name: str, own: Array, bodys: Array, body: Body, hint: str) -> None:
-    """Raise a ValueError if a tensor of a force is not that of the body; each (3, 3) or (members, 3, 3)."""
+    """Raise a ValueError if the tensors of force and body differ; each (3, 3) or (members, 3, 3)."""
     if own.ndim == bodys.ndim == 3 and len(own) != len(bodys):
-        return  # which the system refuses
+        return  # for which the system raises an error
     apart = np.max(np.abs(own - bodys), axis=(-2, -1)) / np.max(body.moments, axis=-1)
     if np.any(apart > SAME_INERTIA):
         raise ValueError(
@@ -32,9 +32,9 @@ def refuse_other_inertia(name: str, own: Array, bodys: Array, body: Body, hint: 
 
 
 def refuse_other_mass(name: str, own: Any, bodys: Any, hint: str) -> None:
-    """Raise a ValueError if the mass of a force is not that of the body; each of shape () or (members,)."""
+    """Raise a ValueError if the masses of force and body differ; each of shape () or (members,)."""
     if np.ndim(own) == np.ndim(bodys) == 1 and len(own) != len(bodys):
-        return  # which the system refuses
+        return  # for which the system raises an error
     wrong = np.flatnonzero(np.abs(np.asarray(own) / bodys - 1) > SAME_INERTIA)
     if wrong.size:
         given, asked = (float(np.ravel(x)[wrong[0] if np.ndim(x) else 0]) for x in (own, bodys))

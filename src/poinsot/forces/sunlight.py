@@ -26,20 +26,8 @@ class MeshRadiation(Sunlight):
 
     Parameters
     ----------
-    sun : Orbit
-        Orbit of the body relative to the Sun.
     field : DirectionalTorque
         Series T in length^3, such as `DirectionalTorque.of_stream(mesh, degree, specular=0.1, diffuse=0.2)`.
-    occulters : sequence of Occulter
-        Spheres between the body and the Sun, nearer than the Sun.
-    pressure : float
-        Pressure on an absorbing surface at `distance`. Default: 4.54e-6 N/m2, which is 1361 W/m2 over the speed of
-        light.
-    distance : float
-        Distance from the Sun at which `pressure` applies. Default: the astronomical unit in metres; other units of
-        length require another value.
-    sun_radius : float
-        Radius of the Sun, in the unit of `distance`. Default: 6.957e8 metres.
 
     Raises
     ------
@@ -76,18 +64,8 @@ class Yorp(MeshRadiation):
 
     Parameters
     ----------
-    sun : Orbit
-        Orbit of the body relative to the Sun.
     field : DirectionalTorque
         Series `DirectionalTorque.of_emission(mesh, degree)`, in length^3; `Yorp.from_mesh` computes it.
-    occulters : sequence of Occulter
-        Spheres between the body and the Sun, nearer than the Sun.
-    pressure : float
-        Pressure on an absorbing surface at `distance`. Default: 4.54e-6 N/m2.
-    distance : float
-        Distance from the Sun at which `pressure` applies. Default: the astronomical unit in metres.
-    sun_radius : float
-        Radius of the Sun, in the unit of `distance`. Default: 6.957e8 metres.
 
     Examples
     --------

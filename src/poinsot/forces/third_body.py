@@ -1,4 +1,4 @@
-"""The gravity of a third body on two that attract each other."""
+"""Gravity of a third body on two bodies that attract each other."""
 
 from __future__ import annotations
 

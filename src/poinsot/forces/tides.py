@@ -22,7 +22,7 @@ __all__ = ["LibrationDamping", "TidalFriction", "TidalTorque", "pseudo_synchrono
 
 
 def _slip(r: Vector, v: Vector, omega: Vector) -> Vector:
-    """Return the velocity of the other body as the body sees it that turns with omega."""
+    """Return the velocity of the other body in the axes of the body, which rotates with omega."""
     return v - functions.cross(omega, r)
 
 
@@ -118,10 +118,10 @@ def pseudo_synchronous_rate(eccentricity: ArrayLike) -> NDArray[np.float64]:
 
 
 class Friction(PairLoad):
-    """Friction in one of two bodies: a force along the separation's motion as that body sees it.
+    """Friction in one of two bodies: a force along the motion of the separation in the axes of the body.
 
-    The force on the secondary and the torque on the body are those of one internal force, and keep the angular momentum
-    of the pair.
+    The force on the secondary and the torque on the body result from one internal force, which conserves the angular
+    momentum of the pair.
     """
 
     body: str

@@ -37,7 +37,7 @@ from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.draws import normals
 from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
-from poinsot.taylor.lowering import TIME, Constants, Events, Program, conditions_of, simplified
+from poinsot.taylor.lowering import TIME, Constants, Program, conditions_of, simplified
 from poinsot.taylor.rescaling import MOMENTUM_SCALE, powers_of
 from poinsot.taylor.sampling import Update
 
@@ -113,8 +113,7 @@ def constants(problem: Problem, variables: StateVector) -> Constants:
     if ("constants", key) not in stored:
         traced = _traced(problem, variables)
         refuse_constant_events(problem.events, traced.events, variables.formulation.name)
-        formulas = [*traced.rates, *_events(problem, variables, traced).values]
-        stored["constants", key] = Constants(formulas, traced.saltation is not None)
+        stored["constants", key] = Constants([*traced.rates, *traced.events], traced.saltation is not None)
         stored["traced", key] = traced
     found: Constants = stored["constants", key]
     return found
@@ -127,25 +126,19 @@ def program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ())
 
 
 def _program(problem: Problem, variables: StateVector, traced: Equations, zeros: Iterable[int]) -> Program:
-    made = simplified(traced.rates, zeros, _events(problem, variables, traced)).with_jumps(traced.own, traced.updates)
+    made = simplified(traced.rates, zeros, traced.events).with_jumps(traced.own, traced.updates)
+    crossings = [Crossing(event.direction, event.terminal or event.acts) for event in problem.events]
+    singular = [Crossing(0, True)] * (len(traced.events) - len(crossings))
     places = np.arange(variables.size)[variables.momenta].tolist()
     conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
     decomposition = replace(
         made.decomposition,
+        events=(*crossings, *singular),
         stops=tuple(traced.saltation.stops if traced.saltation else ()),
         attitude=tuple(variables.attitude),
         momenta=Momenta(tuple(places), tuple(variables.scaled), powers_of(made.parameters), conjugates),
     )
     return replace(made, decomposition=decomposition)
-
-
-def _events(problem: Problem, variables: StateVector, traced: Equations) -> Events:
-    """Return the events; the last one is the approach of variables to their singularity, if they have one."""
-    crossings = [Crossing(event.direction, event.terminal or event.acts) for event in problem.events]
-    distance = variables.formulation.nearness(traced.own)
-    if distance is None:
-        return Events(traced.events, tuple(crossings))
-    return Events([*traced.events, distance], (*crossings, Crossing(0, True)))
 
 
 def inputs(problem: Problem, variables: StateVector) -> tuple[float | NDArray[np.float64], ...]:
@@ -198,7 +191,8 @@ class Equations:
     rates : list of scalars
         The time derivatives of the variables.
     events, counting : lists of scalars
-        The values of the events, and conditions that are positive where their zeros count.
+        The values of the events, and conditions that are positive where their zeros count. Another value is the
+        distance of the variables from their singularity, if they have one.
     updates : list of Update
         New values of variables at samples.
     saltation : Saltation or None
@@ -248,6 +242,8 @@ def _traced(problem: Problem, variables: StateVector) -> Equations:
         events = [cast("Node", event.value(instant)) for event in symbolic.events]
         updates = [_update(graph, part, instant, variables, scale) for part in system.jumping]
         conditions = [cast("Node", event.condition(instant)) for event in symbolic.events]
+        distance = chart.nearness([*own, time])
+        events += [] if distance is None else [cast("Node", distance)]
         traced = Equations([*own, time], rates, [*events], [*conditions], updates)
         if variations is None:
             return traced
@@ -326,7 +322,7 @@ def _environment(symbolic: Problem, variables: StateVector, own: list[Node], tim
 
 def refuse_constant_events(events: Sequence[Event], values: Sequence[GraphScalar], formulation: str) -> None:
     """Raise a ValueError if the value of an event, a scalar of a kernel, is constant along the motion."""
-    for event, value in zip(events, values, strict=True):
+    for event, value in zip(events, values, strict=False):
         if not (isinstance(value, Node) and value.varies):
             raise ValueError(
                 f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "

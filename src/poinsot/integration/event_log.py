@@ -13,7 +13,6 @@ from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, State, changed, state_of
 from poinsot.printable import described, message_of, quoted
-from poinsot.taylor.detection import bit_of
 from poinsot.taylor.queue import Queue
 from poinsot.taylor.tasks import Status
 
@@ -70,23 +69,18 @@ class EventLog:
         samples = tasks["numbers"] * tasks["periods"] + tasks["offsets"]
         self._to_sample = np.min(samples, axis=1, initial=np.inf) - tasks["time"][:, 0]
         self._since, self._longest = np.zeros((2, tasks.size, len(self._events)))
-        self._bits = [(i, *bit_of(i)) for i in range(len(self._events))]
-        self._singular = bit_of(len(self._events))
 
     def take(self, notes: NDArray[np.void]) -> NDArray[np.int_]:
         """Apply the recorded crossings in their order; return the tasks that stopped at an event and go on."""
         counts, rows = self._counts(notes), notes["state"]
-        columns = [notes[name].tolist() for name in ("task", "crossed", "rising", "time", "simultaneity")]
-        for row, own, task, which, rising, time, near in zip(rows, counts, *columns, strict=True):
-            found = [
-                (i, 1 if rising[word] & bit else -1) for i, word, bit in self._bits if which[word] & bit and own[i]
-            ]
-            new = [(i, direction) for i, direction in found if self._is_new(task, i, time, near)]
+        columns = [notes[name].tolist() for name in ("task", "crossed", "time", "simultaneity")]
+        for row, own, task, crossed, time, near in zip(rows, counts, *columns, strict=True):
+            happened = [i for i, counted in enumerate(own) if counted and crossed[i]]
+            new = [(i, int(crossed[i])) for i in happened if self._is_new(task, i, time, near)]
             if self._let_happen(task, new, time, row):
                 self.actions[task].append(Action(time, near, row, *self._samples_around(task)))
                 self._put_rows(task, self.actions[task][-1])
-            word, bit = self._singular
-            if word < len(which) and which[word] & bit:
+            if any(crossed[len(own) :]):  # variables near their singularity
                 self._failed[task] = REASONS["angles"]
         tasks = self._queue.tasks
         stopped: NDArray[np.int_] = np.flatnonzero(tasks["status"] == Status.EVENT)
@@ -95,7 +89,7 @@ class EventLog:
 
     def _counts(self, notes: NDArray[np.void]) -> NDArray[np.bool_]:
         """Return the mask of the events that count at each crossing, shape (crossings, events)."""
-        counts, members = np.ones((notes.size, len(self._bits)), dtype=bool), self._members[notes["task"]]
+        counts, members = np.ones((notes.size, len(self._events)), dtype=bool), self._members[notes["task"]]
         if notes.size:
             given = [*notes["state"].T, notes["time"], *self._parameters.inputs_around(notes["time"], members)]
             for i, value in enumerate(self._counting(given)):

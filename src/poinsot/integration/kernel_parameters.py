@@ -16,11 +16,10 @@ from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
 from poinsot.integration.state_vector import StateVector
 from poinsot.taylor.evaluation import WideEvaluator
-from poinsot.taylor.graph import Evaluator, wide
-from poinsot.taylor.layouts import Layout
-from poinsot.taylor.lowering import Program
+from poinsot.taylor.graph import Evaluator, Number, wide
+from poinsot.taylor.lowering import Program, StartRoots
+from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel
-from poinsot.taylor.square_roots import StartRoots
 
 __all__ = ["KernelKind", "KernelParameters", "PreparedKernel"]
 
@@ -39,7 +38,6 @@ QUIET.run(np.seterr, all="ignore")
 
 Array = NDArray[np.float64]
 Members = NDArray[np.int_]
-Number = float | Array
 Values = Sequence[Number]
 """Values of formulas: a list of floats if all inputs are scalars, otherwise a tuple that contains arrays (members,)."""
 
@@ -125,10 +123,9 @@ class KernelParameters:
 
     def _made(self, zeros: tuple[int, ...]) -> PreparedKernel:
         program = equations.program(self._smooth, self.variables, zeros)
-        values = program.wide_values() if self._kind.wide else program.values(wide)
-        return PreparedKernel(
-            self._kind.compiler(program, self._kind), values, StartRoots(program, self.variables.size)
-        )
+        formulas, code = program.formulas, self._kind.compiler(program, self._kind)
+        values = WideEvaluator(formulas) if self._kind.wide else Evaluator(formulas, wide)
+        return PreparedKernel(code, values, StartRoots(program, self.variables.size))
 
     def _table(self, kernel: PreparedKernel, values: Values, inputs: Values, members: Members | slice = EVERY) -> Array:
         """Return the parameters of members, shape (n, parameters): the values behind the constants."""

@@ -33,10 +33,9 @@ from poinsot.mechanics.state import AnyState
 from poinsot.printable import quoted
 from poinsot.taylor import kernels
 from poinsot.taylor.dense_output import StoredSteps
-from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import ROUNDING
-from poinsot.taylor.layouts import Layout
+from poinsot.taylor.kernels import ROUNDING, KernelProgram
 from poinsot.taylor.lowering import Program
+from poinsot.taylor.memory import Layout
 from poinsot.taylor.queue import Kernel, Output, Queue, Worker
 from poinsot.taylor.tasks import Status
 

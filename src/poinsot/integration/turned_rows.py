@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import functools
 from collections.abc import Callable, Sequence
 
@@ -11,8 +10,9 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
-from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value, machine_code
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value
 from poinsot.taylor.llvm_ir import Array as Memory
+from poinsot.taylor.object_cache import function_of
 
 Reals = NDArray[np.floating]
 
@@ -40,7 +40,7 @@ def _components(array: Reals) -> Sequence[Scalar]:
 
 
 @functools.cache
-def _compiled() -> Callable[[int, int, int, int], None]:
+def _compiled() -> Callable[..., int]:
     """Return the product as machine code, with the same bits; an argument is the distance of rows in numbers."""
 
     def body(count: Value, apart: Value, turns: Value, rows: Value) -> None:
@@ -55,7 +55,4 @@ def _compiled() -> Callable[[int, int, int, int], None]:
 
     module = Module()
     module.function("turn", "void", [INTEGER, INTEGER, POINTER, POINTER], body)
-    engine = machine_code(str(module))
-    kind = ctypes.CFUNCTYPE(None, ctypes.c_int64, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)
-    function = kind(engine.get_function_address("turn"))
-    return lambda *given, engine=engine: function(*given)  # noqa: ARG005
+    return function_of(module, "turn")

@@ -26,8 +26,8 @@ class Block(Parametric, ABC):
     Parameters
     ----------
     name : str
-        By which results, states and formulas know the variables. Default: the class in lower case,
-        `reaction_wheel`.
+        Name of the variables in results, states and formulas. Default: the class in lower case, `reaction_wheel`.
+        Several parts of one class require different names.
 
     Raises
     ------

@@ -35,9 +35,9 @@ class Collection(Immutable):
         vars(self).update(records=records, results=Results())
 
     @property
-    def definition(self) -> tuple[Any, ...]:
-        """The records, and the units of a system."""
-        return *self.records, getattr(self, "units", None)
+    def definition(self) -> tuple[Parametric, ...]:
+        """The records, which define the collection."""
+        return self.records
 
     @abstractmethod
     def with_records(self, records: Iterable[Any]) -> Self:

@@ -293,7 +293,7 @@ class Environment(Immutable):
     Examples
     --------
     >>> orbit = pt.orbits.FixedPosition(1.0, position=(0, 2, 0))
-    >>> float(pt.Environment(time=0.0).inverse_distance(orbit))
+    >>> float(pt.mechanics.Environment(time=0.0).inverse_distance(orbit))
     0.5
     """
 

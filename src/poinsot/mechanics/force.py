@@ -139,7 +139,7 @@ class Load(NamedTuple):
     Examples
     --------
     >>> nothing = pt.functions.Vector((0.0, 0.0, 0.0))
-    >>> pt.Load(pt.functions.Vector((0.0, -0.5, 0.0)), (nothing, nothing)).force[1]
+    >>> pt.mechanics.Load(pt.functions.Vector((0.0, -0.5, 0.0)), (nothing, nothing)).force[1]
     -0.5
     """
 
@@ -158,11 +158,11 @@ class PairLoad(Force):
 
     Examples
     --------
-    >>> class Drag(pt.PairLoad):
+    >>> class Drag(pt.mechanics.PairLoad):
     ...     friction: float
     ...     def load(self, instant):
     ...         nothing = pt.functions.Vector((0.0, 0.0, 0.0))
-    ...         return pt.Load(-self.friction * instant.relative_velocity, (nothing, nothing))
+    ...         return pt.mechanics.Load(-self.friction * instant.relative_velocity, (nothing, nothing))
     >>> Drag(0.2)
     Drag(friction=0.2)
     """

@@ -90,7 +90,9 @@ def _try_pair_force(force: Force, instant: PairInstant) -> None:
             return PairDynamics.derived_load(twin.energy, at)  # type: ignore[arg-type]
         load = twin.load(at)
         if not isinstance(load, Load):
-            raise WrongSizeError(f"the load of {type(twin).__name__} must be a poinsot.Load, got {described(load)}.")
+            raise WrongSizeError(
+                f"the load of {type(twin).__name__} must be a poinsot.mechanics.Load, got {described(load)}."
+            )
         for what, vector in (("force", load.force), ("first torque", load.torques[0]), ("second", load.torques[1])):
             _several(f"the {what} of {type(twin).__name__} must be three components", vector, 3)
         return load

@@ -83,7 +83,7 @@ class Instant(InstantOfBodies):
 
     Examples
     --------
-    >>> body, environment = pt.Body((1.25, 1.0, 0.75)), pt.Environment(time=0.0)
+    >>> body, environment = pt.Body((1.25, 1.0, 0.75)), pt.mechanics.Environment(time=0.0)
     >>> attitude = pt.Attitude.from_quaternion((1, 0, 0, 0))
     >>> instant = pt.Instant(body, attitude, environment, angular_momentum_body=(0.5, 0, 1.5))
     >>> [float(x) for x in instant.omega_body]

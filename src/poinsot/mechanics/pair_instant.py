@@ -45,7 +45,8 @@ class PairInstant(OfTwoBodies, InstantOfBodies):
     --------
     >>> ball = pt.Body.from_ellipsoid(2.0, (1, 1, 1))
     >>> upright = pt.Attitude.from_quaternion((1, 0, 0, 0))
-    >>> instant = pt.PairInstant(pt.TwoBodies(ball, ball, 1.0), (upright, upright), (3, 0, 4), pt.Environment(0.0))
+    >>> pair, environment = pt.TwoBodies(ball, ball, 1.0), pt.mechanics.Environment(0.0)
+    >>> instant = pt.mechanics.PairInstant(pair, (upright, upright), (3, 0, 4), environment)
     >>> float(instant.distance), [float(x) for x in instant.primary.attitude.to_body(instant.separation)]
     (5.0, [3.0, 0.0, 4.0])
     """

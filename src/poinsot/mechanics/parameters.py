@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
 from poinsot.display.html_text import rounded, text_table
+from poinsot.docstrings import inherit_parameters
 from poinsot.errors import (
     member_array,
     refuse_negative,
@@ -46,6 +47,7 @@ from poinsot.quantities import (
     quantity_of,
     said_of,
 )
+from poinsot.subclasses import is_own
 
 __all__ = [
     "BodyDirection",
@@ -136,6 +138,9 @@ class Parametric(Immutable):
             if mark := inherited_formula(cls, name):
                 setattr(cls, name, mark(vars(cls)[name]))
         dataclasses.dataclass(frozen=True, eq=False, repr=False)(cls)
+        if is_own(cls):
+            fields = sorted(vars(cls)["__dataclass_fields__"].values(), key=lambda field: bool(field.kw_only))
+            inherit_parameters(cls, [field.name for field in fields])
         cls.__setattr__ = _stays  # type: ignore[assignment]
         explain_formulas(cls)
 

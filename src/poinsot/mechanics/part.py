@@ -97,11 +97,6 @@ class Part(Block, Force):
     contains the variables of the part, scalars of any kind in the order of `variables`. Matrices are rows of three
     scalars.
 
-    Parameters
-    ----------
-    name : str
-        Name of the part among the variables of a system. By default it follows from the class.
-
     Examples
     --------
     >>> class Rotor(pt.Part):

@@ -403,7 +403,7 @@ def project_to_tangent(quaternion: ArrayLike, conjugate_momenta: ArrayLike) -> N
 
     Examples
     --------
-    >>> pt.project_to_tangent((1, 0, 0, 0), (0.25, 1.0, 0, 3.0))
+    >>> pt.mechanics.project_to_tangent((1, 0, 0, 0), (0.25, 1.0, 0, 3.0))
     array([0., 1., 0., 3.])
     """
     q, Q = (

@@ -30,7 +30,7 @@ from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState, State
 from poinsot.mechanics.symbolic_formula import summary_of_system
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.mechanics.units import checked_units, dated_units
+from poinsot.mechanics.units import DerivedUnits, checked_units, dated_units
 from poinsot.printable import described
 
 if TYPE_CHECKING:
@@ -124,6 +124,11 @@ class System(Immutable, Generic[Bodies]):
         system._contain(dynamics, units)
         return system
 
+    @property
+    def definition(self) -> tuple[Dynamics[Bodies, Any], Mapping[str, str]]:
+        """The equations of motion and the units, from which the contents follow."""
+        return self.dynamics, self.units
+
     def _contain(self, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> None:
         contents = zip(CONTENTS, CONTENTS_OF(dynamics), strict=True)
         vars(self).update(contents, dynamics=dynamics, units=read_only(units))
@@ -181,6 +186,8 @@ class System(Immutable, Generic[Bodies]):
         **own : array (k,) or (members, k)
             Variables of parts, each under the name of its part. Default: at rest relative to the body.
 
+        Quantities of astropy are converted to the units of the system, if these have names.
+
         Raises
         ------
         ValueError
@@ -192,8 +199,12 @@ class System(Immutable, Generic[Bodies]):
             "angular_momentum_body": angular_momentum_body,
             "angular_momentum_space": angular_momentum_space,
         }
+        units = DerivedUnits(self.units)
         place = () if attitude is None else (attitude, *of_pair)
-        return self.dynamics.state(place, vectors, time, frame, own)  # type: ignore[return-value]
+        if of_pair:
+            place = tuple(map(units.converted, ("position", "velocity", "attitudes"), place))
+        vectors, own = ({name: units.converted(name, value) for name, value in each.items()} for each in (vectors, own))
+        return self.dynamics.state(place, vectors, units.converted("time", time), frame, own)  # type: ignore[return-value]
 
     def at(self, state: AnyState, environment: Environment | None = None) -> AnyInstant:
         """Return the instant of a state, the argument of formulas."""

@@ -9,7 +9,7 @@ from typing import Any
 from poinsot.immutable import Immutable
 from poinsot.mechanics.parameters import Parametric, listed
 from poinsot.printable import described, quoted
-from poinsot.quantities import Quantity, said_of
+from poinsot.quantities import Quantity, plain, said_of
 
 __all__ = ["PER_TIME", "DerivedUnits", "checked_units", "dated_units", "in_units"]
 
@@ -34,6 +34,23 @@ class DerivedUnits(Immutable):
         self.mass = self._with_length(self.inertia, _power(self.length, -2))
         self.linear_momentum = self._with_length(self.momentum, _power(self.length, -1))
         self.gravitation = self._with_length(_power(self.length, 5), _power(self.inertia, -1), _power(self.time, -2))
+
+    def converted(self, name: str, value: Any) -> Any:
+        """Return an argument of a state without its unit, in the unit of the system; unchanged if that has no name.
+
+        Raises
+        ------
+        TypeError
+            If the unit of the value does not convert.
+        """
+        unit = {
+            "omega": self.rate if self.time != "1" else "",
+            "angular_momentum": self.momentum,
+            "position": self.length,
+            "velocity": self.velocity,
+            "time": self.time,
+        }.get(name.removesuffix("_body").removesuffix("_space"), "")
+        return value if value is None or unit in ("", "1") else plain(name, value, unit)
 
     def _with_length(self, *units: str) -> str:
         return self.length and _product(*units)

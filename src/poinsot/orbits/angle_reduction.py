@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,13 +14,10 @@ from poinsot.taylor.graph import number
 __all__ = ["NearbyAngle", "angle_at", "elapsed", "mean_motion_of"]
 
 FULL = PI.scaled(4.0)
-"""Two turns, which leave the half angles of a quaternion, and so its sign, as they are."""
+"""Two turns. They change neither the half angles of a quaternion nor its sign."""
 
-LONG = np.longdouble
-LONG_FULL = LONG(FULL.hi) + LONG(FULL.lo)
-LONG_ENOUGH = 1e-18
-FEW_TURNS = 80
-"""Pairs of turns after which long doubles of 64 bits hold an angle to 1e-16."""
+MAX_TURN_PAIRS = 80
+"""Largest number of pairs of turns that `NearbyAngle` reduces: beyond it the omitted products exceed rounding."""
 
 
 def mean_motion_of(mu: Scalar, semimajor_axis: Scalar, beyond: Scalar = 0.0) -> Any:
@@ -35,8 +31,8 @@ def mean_motion_of(mu: Scalar, semimajor_axis: Scalar, beyond: Scalar = 0.0) -> 
 def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool = False) -> Scalar:
     """Return start + rate (time - epoch), radians.
 
-    Of floats it is reduced to [-2 pi, 2 pi] unless it is asked for as a whole, from a sum of some 32 digits:
-    its error is the rounding of the result and of `start`, at any time.
+    For floats, a sum of 32 digits is reduced to [-2 pi, 2 pi], unless `whole` is True. At any time, the error is the
+    rounding of the result and of `start`.
     """
     here = number(time)
     if not _plain(start, here, epoch) or not (isinstance(rate, DoubleDouble) or _plain(rate)):
@@ -52,54 +48,37 @@ def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool 
 
 
 class NearbyAngle:
-    """The angle start + rate (time - epoch), faster than `angle_at` where long doubles leave no more than rounding.
+    """Angle start + rate (time - epoch) of doubles, faster than `angle_at` within some pairs of turns of zero.
 
-    What the reduction needs of the rate is computed once.
+    The constants of the reduction are computed once, with 32 digits.
 
     Parameters
     ----------
     start, epoch : scalars
-    squared_rate : callable
-        Returns the square of the rate in a kind of number.
+    rate : DoubleDouble or scalar
     """
 
-    def __init__(self, start: Scalar, squared_rate: Callable[[Any], Any], epoch: Scalar) -> None:
-        self._start, self._epoch = start, epoch
-        self._is_known = np.finfo(LONG).eps <= LONG_ENOUGH and _plain(start, epoch)
+    def __init__(self, start: Scalar, rate: Any, epoch: Scalar) -> None:
+        self._is_known = isinstance(rate, DoubleDouble) and _are_doubles(start, epoch)
         if self._is_known:
-            self._is_long = np.result_type(np.float64, np.asarray(start)) == LONG
-            self._rate = np.sqrt(squared_rate(LONG))
-            period, fast, ahead = LONG_FULL / self._rate, _wide(self._rate), _wide(start / self._rate)
-            self._period, self._fast, self._few = _rounded(period), fast.hi, _few_bits(fast.hi)
-            self._short, self._slow = _few_bits(self._period), (fast.hi - self._few) + fast.lo
-            self._rest = _rounded(period - self._short)
+            period, ahead = FULL / rate, start / rate
+            self._period, self._fast, self._few = period.hi, rate.hi, _few_bits(rate.hi)
+            self._short, self._slow = _few_bits(period.hi), (rate.hi - self._few) + rate.lo
+            self._rest = (period - self._short).hi
             self._zero = DoubleDouble.difference(epoch, ahead.hi) - ahead.lo  # when the angle is zero
 
     def at(self, time: Scalar) -> Any:
         """Return the angle at a time less whole pairs of turns; None where it is not known to rounding."""
-        if not (self._is_known and _plain(time)):
+        if not (self._is_known and _are_doubles(time)):
             return None
-        if self._is_long or getattr(time, "dtype", None) == LONG:
-            angle = self._start + self._rate * (np.asarray(time, dtype=LONG) - self._epoch)
-            turns = np.rint(_rounded(angle) / FULL.hi)
-            return angle - LONG_FULL * turns if _are_few(turns) else None
         since, below = exact_sum(time, -self._zero.hi)
         turns = np.rint(since / self._period)
-        if not _are_few(turns):
+        if not np.maximum.reduce(np.abs(turns), axis=None, initial=0.0) < MAX_TURN_PAIRS:
             return None
-        # The product modulo two turns is that of the time modulo two periods.
+        # The time modulo two periods gives the product modulo two turns.
         rest = since - turns * self._short  # exact, as a few turns have few bits too
         late, most = (below - self._zero.lo) - turns * self._rest, _few_bits(rest)
         return self._few * most + (self._fast * ((rest - most) + late) + self._slow * most)
-
-
-def _are_few(turns: Any) -> bool:
-    return bool(np.maximum.reduce(np.abs(turns), axis=None, initial=0.0) < FEW_TURNS)
-
-
-def _rounded(x: Any) -> Any:
-    """Return long doubles as doubles."""
-    return np.asarray(x, dtype=float)[()]
 
 
 def elapsed(start: Scalar, time: Scalar, epoch: Scalar) -> Scalar:
@@ -111,6 +90,11 @@ def _plain(*scalars: Scalar) -> bool:
     """Return True if all scalars are floats or arrays of floats, not symbols or numbers of another precision."""
     kinds = int, float, np.ndarray, np.generic
     return False not in [isinstance(x, kinds) and np.asarray(x).dtype != object for x in scalars]
+
+
+def _are_doubles(*scalars: Scalar) -> bool:
+    """Return True if all scalars are numbers of double precision."""
+    return _plain(*scalars) and np.result_type(np.float64, *map(np.asarray, scalars)) == np.float64
 
 
 def _few_bits(x: Any) -> Any:

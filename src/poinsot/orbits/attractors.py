@@ -1,4 +1,4 @@
-"""The gravitational parameters of the Sun, the planets and the Moon."""
+"""Gravitational parameters and radii of the Sun, the planets and the Moon."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MU = {
     "NEPTUNE BARYCENTER": 6836527.1005803989,
     "PLUTO BARYCENTER": 975.5,
 }
-"""km3/s2, those of DE440 (Park et al. 2021; NAIF's gm_de440.tpc); a barycenter has its moons in it."""
+"""Gravitational parameters of DE440, km3/s2 (Park et al. 2021; NAIF's gm_de440.tpc). Barycenters include the moons."""
 
 RADIUS = {
     "SUN": 695700.0,
@@ -41,7 +41,7 @@ RADIUS = {
     "NEPTUNE": 24764.0,
     "PLUTO": 1188.3,
 }
-"""km, equatorial; IAU working group on cartographic coordinates (Archinal et al. 2018)."""
+"""Equatorial radii, km; IAU working group on cartographic coordinates (Archinal et al. 2018)."""
 
 NAMES = {
     "MERCURY BARYCENTER": "MERCURY",
@@ -49,11 +49,11 @@ NAMES = {
     "EARTH-MOON BARYCENTER": "EARTH BARYCENTER",
     "EARTH MOON BARYCENTER": "EARTH BARYCENTER",
 }
-"""Further names of the same."""
+"""Further names of attractors."""
 
 
 def attractor_mu(name: str, mu: float | None) -> float:
-    """Return `mu` if it is given, otherwise that of the attractor of this name, km3/s2."""
+    """Return `mu` if it is given, otherwise the gravitational parameter of a named attractor, km3/s2."""
     if mu is not None:
         return mu
     known = NAMES.get(name.upper(), name.upper())
@@ -65,5 +65,5 @@ def attractor_mu(name: str, mu: float | None) -> float:
 
 
 def attractor_radius(name: str) -> float:
-    """Return the equatorial radius of the attractor of this name, km; 0, a point, where there is no surface to hit."""
+    """Return the equatorial radius of a named attractor, km; 0, a point, for a barycentre or an unknown name."""
     return RADIUS.get(NAMES.get(name.upper(), name.upper()), 0.0)

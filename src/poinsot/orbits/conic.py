@@ -13,7 +13,8 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra.quaternion import assemble
-from poinsot.errors import refuse_negative
+from poinsot.checked import checked
+from poinsot.errors import exactly_one, member_array, refuse_negative, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics import euler
 from poinsot.mechanics.environment import Orbit, OrbitBlock
@@ -21,13 +22,23 @@ from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
 from poinsot.orbits.from_cartesian import OrbitPoint, orbit_point
-from poinsot.quantities import Real, Rule, Time
+from poinsot.quantities import Angle, Inclination, Real, Rule, Time
 
-__all__ = ["ConicBlock", "ConicOrbit", "Radius", "check_surface", "in_plane", "plane_of", "shown"]
+__all__ = ["ConicBlock", "ConicOrbit", "Named", "Radius", "check_surface", "in_plane", "plane_of", "shown"]
 
 
 Radius = Annotated[Real, Rule(refuse_negative, "A point has the radius 0.")]
 """Radius of an attractor's surface."""
+
+
+Named = tuple[str, Any]
+"""An element with its name."""
+
+
+def _given(elements: dict[str, Any]) -> Named:
+    """Return the only element that is not None."""
+    name, value = exactly_one("elements", elements)
+    return name, member_array(name, value, ())
 
 
 def shown(path: str, doc: str) -> Any:
@@ -52,10 +63,22 @@ def check_surface(orbit: Any) -> None:
 
 
 class ConicOrbit(Orbit):
-    """A conic with a focus at the attractor, in a plane fixed in space."""
+    """Conic with a focus at the attractor, in a plane fixed in space.
+
+    Parameters
+    ----------
+    mu : float
+        Gravitational parameter of the attractor, in length^3 / time^2.
+    inclination, node, argument_of_periapsis : float
+        3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
+    epoch : float
+        Time to which the anomaly or the time since periapsis refers.
+    radius : float
+        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
+    """
 
     if TYPE_CHECKING:
-        # Fields or properties of the subclasses; numbers of any kind.
+        # Fields of the subclasses; numbers of any kind.
         eccentricity: Any
         inclination: Any
         node: Any
@@ -103,6 +126,73 @@ class ConicOrbit(Orbit):
         return cls(here.mu, **elements)
 
     @classmethod
+    @checked
+    def from_elements(
+        cls,
+        mu: Real,
+        *,
+        periapsis_distance: Real | None = None,
+        semimajor_axis: Real | None = None,
+        eccentricity: Real,
+        inclination: Inclination = 0.0,
+        node: Angle = 0.0,
+        argument_of_periapsis: Angle = 0.0,
+        true_anomaly: Angle | None = None,
+        mean_anomaly: Angle | None = None,
+        eccentric_anomaly: Angle | None = None,
+        epoch: Time = 0.0,
+        radius: Real = 0.0,
+    ) -> Self:
+        """Return the orbit with one of two lengths and one of three anomalies at the epoch.
+
+        A `KeplerOrbit` stores the true anomaly. Its rounding error changes the position on an ellipse of eccentricity e
+        by up to 1/sqrt(1 - e) roundings. A hyperbola has a < 0, the mean anomaly M = sqrt(mu/|a|^3) (t - t_p), and the
+        hyperbolic anomaly H as eccentric anomaly, M = e sinh H - H. A parabola requires the periapsis distance and the
+        true anomaly.
+
+        Parameters
+        ----------
+        mu : float
+            Gravitational parameter of the attractor, in length^3 / time^2.
+        periapsis_distance, semimajor_axis : float, optional
+            Exactly one of the two, in length.
+        eccentricity : float
+            Eccentricity, in [0, 1) for a `KeplerOrbit`, at least 1 for an `EscapeOrbit`.
+        inclination, node, argument_of_periapsis : float
+            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
+        true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
+            Exactly one of the three at the epoch, radians.
+        epoch : float
+            Time to which the anomaly refers.
+        radius : float
+            Radius of the attractor's surface, in length; 0: a point.
+
+        Returns
+        -------
+        KeplerOrbit or EscapeOrbit
+            An orbit of the class.
+
+        Raises
+        ------
+        ValueError
+            If the number of given lengths or anomalies is not exactly one, or they contradict the eccentricity.
+        """
+        lengths = {"periapsis_distance": periapsis_distance, "semimajor_axis": semimajor_axis}
+        anomalies = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
+        e, (length, anomaly) = member_array("eccentricity", eccentricity, ()), map(_given, (lengths, anomalies))
+        if length[0] == "periapsis_distance":
+            refuse_nonpositive(*length)
+        elements = cls._shape_from(e, length, anomaly, member_array("mu", mu, ()))
+        elements |= {"inclination": inclination, "node": node, "argument_of_periapsis": argument_of_periapsis}
+        elements |= {"epoch": epoch, "radius": radius}
+        return cls(mu, **elements)
+
+    @classmethod
+    @abstractmethod
+    def _shape_from(cls, e: Any, length: Named, anomaly: Named, mu: Any) -> dict[str, Any]:
+        """Return the elements in the plane of the orbit, by name, from a length and an anomaly with their names."""
+
+    @classmethod
     @abstractmethod
     def _shape_of(cls, here: OrbitPoint) -> tuple[dict[str, Any], float]:
         """Return the elements in the plane of the orbit, by name, and the true anomaly in radians."""
@@ -110,16 +200,16 @@ class ConicOrbit(Orbit):
     @property
     @abstractmethod
     def parameter(self) -> Any:
-        """The semi-latus rectum."""
+        """Semi-latus rectum p."""
 
     @property
     def frame(self) -> OrbitFrame:
-        """The moving axes radial (away from the attractor), transverse, normal."""
+        """Orbital axes: radial (away from the attractor), transverse and normal."""
         return OrbitFrame(self)
 
     @property
     def normal(self) -> NDArray[np.float64]:
-        """The unit vector along the orbital angular momentum, space axes."""
+        """Unit vector along the orbital angular momentum, space axes."""
         return np.stack(np.broadcast_arrays(*self.plane[2]), axis=-1)
 
     @property
@@ -129,7 +219,7 @@ class ConicOrbit(Orbit):
 
     @property
     def plane(self) -> tuple[functions.Vector, ...]:
-        """The directions to the periapsis, a quarter turn on, and normal, along space."""
+        """Unit vectors to the periapsis, 90 degrees ahead of it, and along the normal, space axes."""
         return plane_of(self.node, self.inclination, self.argument_of_periapsis)
 
     @of_scalars
@@ -139,7 +229,7 @@ class ConicOrbit(Orbit):
 
 
 class ConicBlock(OrbitBlock):
-    """One variable that stands for the true anomaly; the comoving axes are radial, transverse, normal."""
+    """Block of one variable that defines the true anomaly; the comoving axes are radial, transverse and normal."""
 
     orbit: Any
     variables: ClassVar[Mapping[str, int]] = {"anomaly": 1}
@@ -211,6 +301,6 @@ class ConicBlock(OrbitBlock):
 
     @property
     def _rate_aside(self) -> Scalar:
-        """The rate of the true anomaly a quarter turn from the periapsis."""
+        """Rate of the true anomaly at 90 degrees from the periapsis."""
         value: Scalar = functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
         return value

@@ -1,4 +1,4 @@
-"""Osculating elements: those of the two-body orbit that goes on from a position with a velocity."""
+"""Osculating elements of the two-body orbit through a position and velocity."""
 
 from __future__ import annotations
 

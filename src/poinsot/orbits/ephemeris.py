@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 
 
 class PolynomialArc(Orbit):
-    """One piece of an ephemeris: a polynomial of s, the time less the middle over half the length of the piece.
+    """Piece of an ephemeris: a polynomial of s, the time from the middle in units of half the length of the piece.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ class PolynomialArc(Orbit):
         Gravitational parameter.
     terms : int
     middle, half_length : float
-        The time in the middle of the piece, and half its length.
+        Time in the middle of the piece, and half the length of the piece.
     coefficients : array (3, terms)
-        Of the powers of s, from the constant on, in the components of the position, space axes.
+        Coefficients of the powers of s, beginning with the constant, of the position, space axes.
     """
 
     mu: Real
@@ -77,7 +77,7 @@ DISTANCE_SAMPLES = np.linspace(-1, 1, 17)
 
 
 class _Pieces(Table):
-    """The polynomials of an ephemeris."""
+    """Polynomials of an ephemeris."""
 
     title = "ephemeris"
 

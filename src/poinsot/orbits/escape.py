@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.checked import checked
-from poinsot.errors import exactly_one, member_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import elapsed
-from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius
+from poinsot.orbits.conic import ConicBlock, ConicOrbit, Named, Radius
 from poinsot.orbits.from_cartesian import OrbitPoint
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
 from poinsot.quantities import Angle, Duration, Inclination, Real, Rule, Time
@@ -44,20 +42,12 @@ class EscapeOrbit(ConicOrbit):
 
     Parameters
     ----------
-    mu : float
-        Gravitational parameter of the attractor, in length^3 / time^2.
     periapsis_distance : float
         Periapsis distance q, in length.
     eccentricity : float
         Eccentricity, at least 1.
-    inclination, node, argument_of_periapsis : float
-        3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
     time_since_periapsis : float
         Time since periapsis at the epoch; negative before the passage.
-    epoch : float
-        Time to which `time_since_periapsis` refers.
-    radius : float
-        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
 
     Raises
     ------
@@ -83,64 +73,12 @@ class EscapeOrbit(ConicOrbit):
     radius: Radius = 0.0
 
     @classmethod
-    @checked
-    def from_elements(
-        cls,
-        mu: Real,
-        *,
-        periapsis_distance: Real | None = None,
-        semimajor_axis: Real | None = None,
-        eccentricity: Real,
-        inclination: Inclination = 0.0,
-        node: Angle = 0.0,
-        argument_of_periapsis: Angle = 0.0,
-        true_anomaly: Angle | None = None,
-        mean_anomaly: Angle | None = None,
-        eccentric_anomaly: Angle | None = None,
-        epoch: Time = 0.0,
-        radius: Real = 0.0,
-    ) -> EscapeOrbit:
-        """Return the orbit with one of two lengths and one of three anomalies at the epoch.
-
-        A hyperbola has a < 0, the mean anomaly M = sqrt(mu/|a|^3) (t - t_p), and the hyperbolic anomaly H as eccentric
-        anomaly, M = e sinh H - H. A parabola requires the periapsis distance and the true anomaly.
-
-        Parameters
-        ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
-        periapsis_distance, semimajor_axis : float, optional
-            Exactly one of the two, in length.
-        eccentricity : float
-            Eccentricity, at least 1.
-        inclination, node, argument_of_periapsis : float
-            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
-        true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
-            Exactly one of the three at the epoch, radians.
-        epoch : float
-            Time to which the anomaly refers.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
-
-        Returns
-        -------
-        EscapeOrbit
-            The hyperbola or parabola.
-
-        Raises
-        ------
-        ValueError
-            If the number of given lengths or anomalies is not exactly one, or they contradict the eccentricity.
-        """
-        e = member_array("eccentricity", eccentricity, ())
+    @override
+    def _shape_from(cls, e: Any, length: Named, anomaly: Named, mu: Any) -> dict[str, Any]:
         ESCAPING.check("eccentricity", e)
-        lengths = {"periapsis_distance": periapsis_distance, "semimajor_axis": semimajor_axis}
-        anomalies = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
-        q = _periapsis_distance(e, *exactly_one("elements", lengths))
-        since = _scaled_time(e, *exactly_one("elements", anomalies)) * np.sqrt(q**3 / member_array("mu", mu, ()))
-        shape = {"periapsis_distance": q, "eccentricity": e, "time_since_periapsis": since}
-        plane = {"inclination": inclination, "node": node, "argument_of_periapsis": argument_of_periapsis}
-        return cls(mu, **shape, **plane, epoch=epoch, radius=radius)
+        q = _periapsis_distance(e, *length)
+        since = _scaled_time(e, *anomaly) * np.sqrt(q**3 / mu)
+        return {"periapsis_distance": q, "eccentricity": e, "time_since_periapsis": since}
 
     @classmethod
     @override
@@ -249,12 +187,12 @@ class EscapeOrbit(ConicOrbit):
 
 
 class EscapeBlock(ConicBlock):
-    """The variable is asinh(S_1)/32.
+    """Block of a parabola or hyperbola. The variable is asinh(S_1)/32.
 
-    It stays below one, the size of a quaternion, for the engine's step control looks at the largest variable; and its
-    error is one of the distance relative to itself. Whatever is read from it is one step of Newton's method for the
-    time of `universal_time` further, its own rate too: the error of the variable is squared, and does not grow
-    from far out to the periapsis as one of the time would.
+    It stays below one, the size of a quaternion, because the step control uses the largest variable. Its error is a
+    relative error of the distance. Every quantity, including the rate of the variable, is computed after one step of
+    Newton's method for the time of `universal_time`. The step squares the error of the variable, which therefore does
+    not grow towards the periapsis.
     """
 
     orbit: EscapeOrbit
@@ -302,13 +240,11 @@ ANOMALY_SCALE = 32.0
 """Scale of asinh(S_1). Distances of e^32 periapsis distances are beyond any orbit."""
 
 MIN_EXCESS = 1e-120
-"""Added to e - 1, so that no kernel divides by zero at a parabola."""
+"""Number added to e - 1, so that no kernel divides by zero at a parabola."""
 
 
-def _periapsis_distance(e: Any, name: str, value: Any) -> Any:
-    length = member_array(name, value, ())
+def _periapsis_distance(e: Any, name: str, length: Any) -> Any:
     if name == "periapsis_distance":
-        refuse_nonpositive(name, length)
         return length
     _refuse_parabola(e, "semimajor_axis", "Give the periapsis_distance.")
     if np.any(length >= 0):
@@ -319,9 +255,8 @@ def _periapsis_distance(e: Any, name: str, value: Any) -> Any:
     return length * (1 - e)
 
 
-def _scaled_time(e: Any, name: str, value: Any) -> Any:
+def _scaled_time(e: Any, name: str, anomaly: Any) -> Any:
     """Return the time since the periapsis times sqrt(mu / q^3)."""
-    anomaly = member_array(name, value, ())
     if name == "true_anomaly":
         largest = np.broadcast_to(_largest_anomaly(e), np.broadcast_shapes(e.shape, anomaly.shape))
         if np.any(np.abs(anomaly) >= largest):

@@ -21,7 +21,7 @@ __all__ = ["FixedPosition", "HeldPosition", "components"]
 
 
 class HeldPosition(Orbit):
-    """A body at a constant distance from the attractor: `mu`, and the position at one time."""
+    """Body at a constant distance from the attractor, given by `mu` and the position at one time."""
 
     mu: Positive
     _: KW_ONLY
@@ -29,7 +29,7 @@ class HeldPosition(Orbit):
 
     @property
     def periapsis_distance(self) -> Any:
-        """The distance, which stays."""
+        """Constant distance."""
         return np.linalg.norm(self.position, axis=-1)
 
 
@@ -74,5 +74,5 @@ class FixedPosition(HeldPosition):
 
 
 def components(vector: Any) -> functions.Vector:
-    """Return the three components of a field: scalars of any kind, or arrays of members."""
+    """Return the three components of a field, scalars of any kind or arrays of members."""
     return vector if isinstance(vector, functions.Vector) else functions.Vector(np.moveaxis(np.asarray(vector), -1, 0))

@@ -1,4 +1,4 @@
-"""The comoving axes of an orbit."""
+"""Comoving axes of an orbit."""
 
 from __future__ import annotations
 

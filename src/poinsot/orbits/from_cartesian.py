@@ -46,7 +46,7 @@ class OrbitPoint:
 
     @property
     def eccentricity(self) -> Any:
-        """The length of the eccentricity vector."""
+        """Length of the eccentricity vector."""
         return np.hypot(self.e_cos, self.e_sin)
 
     def plane(self, true_anomaly: Any) -> dict[str, Any]:

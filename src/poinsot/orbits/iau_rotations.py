@@ -1,4 +1,4 @@
-"""Numbers of rotation models: those of the IAU's working group, and the Earth's angle and precession."""
+"""Parameters of rotation models: values of the IAU working group, and rotation angle and precession of the Earth."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ Capitaine, Guinot and McCarthy 2000, A&A 355, 398."""
 def earth_at_zero(calendar: Calendar, ut1_minus_utc: float, of_date: bool) -> dict[str, float]:
     """Return the fields of the Earth's model at a calendar's zero, along the ICRF or along axes of date.
 
-    The matrix of precession is R3(-z) R2(theta) R3(-zeta), that of the turning R3 of the sidereal time.
+    The precession matrix is R3(-z) R2(theta) R3(-zeta), and the rotation is R3 of the sidereal time.
     """
     terrestrial, universal = (float(each.converted(np.zeros(1), calendar)[0]) for each in (J2000_TT, J2000_UTC))
     unit, instant = SECONDS[calendar.unit] * FAST.get(calendar.scale, 1.0), J2000_UTC.date(universal)

@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.checked import checked
-from poinsot.errors import exactly_one, member_array
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
 from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import NearbyAngle, angle_at, mean_motion_of
-from poinsot.orbits.conic import ConicBlock, ConicOrbit, Radius
+from poinsot.orbits.conic import ConicBlock, ConicOrbit, Named, Radius
 from poinsot.orbits.from_cartesian import OrbitPoint
 from poinsot.quantities import Angle, Inclination, Real, Rule, Time
 
@@ -46,19 +44,12 @@ class KeplerOrbit(ConicOrbit):
 
     Parameters
     ----------
-    mu : float
-        Gravitational parameter of the attractor, in length^3 / time^2.
     semimajor_axis : float
         Semimajor axis a, in length.
     eccentricity : float
         Eccentricity e, in [0, 1).
-    inclination, node, argument_of_periapsis, true_anomaly : float
-        Radians. Node, inclination and argument of periapsis are the 3-1-3 Euler angles that rotate the space axes to
-        the orbital plane and the periapsis. The true anomaly refers to the epoch.
-    epoch : float
-        Time at which the body is at `true_anomaly`.
-    radius : float
-        Radius of the attractor's surface, in length. A periapsis below it causes a warning with the depth. 0: a point.
+    true_anomaly : float
+        True anomaly at the epoch, radians.
 
     Raises
     ------
@@ -84,67 +75,17 @@ class KeplerOrbit(ConicOrbit):
     radius: Radius = 0.0
 
     @classmethod
-    @checked
-    def from_elements(
-        cls,
-        mu: Real,
-        *,
-        semimajor_axis: float,
-        eccentricity: Real,
-        inclination: Inclination = 0.0,
-        node: Angle = 0.0,
-        argument_of_periapsis: Angle = 0.0,
-        true_anomaly: Angle | None = None,
-        mean_anomaly: Angle | None = None,
-        eccentric_anomaly: Angle | None = None,
-        epoch: Time = 0.0,
-        radius: Real = 0.0,
-    ) -> KeplerOrbit:
-        """Return the ellipse with exactly one of three anomalies at the epoch.
-
-        The orbit stores the true anomaly. Its rounding error changes the position on an ellipse of eccentricity e by up
-        to 1/sqrt(1 - e) roundings.
-
-        Parameters
-        ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
-        semimajor_axis : float
-            Semimajor axis, in length.
-        eccentricity : float
-            Eccentricity, in [0, 1).
-        inclination, node, argument_of_periapsis : float
-            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
-        true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
-            Exactly one of the three at the epoch, radians.
-        epoch : float
-            Time to which the anomaly refers.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
-
-        Returns
-        -------
-        KeplerOrbit
-            The ellipse.
-
-        Raises
-        ------
-        ValueError
-            If the number of given anomalies is not exactly one, or the orbit is not an ellipse.
-        """
-        given = {"true_anomaly": true_anomaly, "mean_anomaly": mean_anomaly, "eccentric_anomaly": eccentric_anomaly}
-        name, value = exactly_one("elements", given)
-        anomaly: Any
-        anomaly, e = member_array(name, value, ()), member_array("eccentricity", eccentricity, ())
+    @override
+    def _shape_from(cls, e: Any, length: Named, anomaly: Named, mu: Any) -> dict[str, Any]:
         ELLIPTIC.check("eccentricity", e)
+        (name, angle), (kind, size) = anomaly, length
         if name == "mean_anomaly":
-            anomaly = functions.eccentric_anomaly(e, anomaly)
+            angle = functions.eccentric_anomaly(e, angle)
         if name != "true_anomaly":
-            half = 0.5 * anomaly
-            anomaly = 2 * np.arctan2(np.sqrt(1 + e) * np.sin(half), np.sqrt(1 - e) * np.cos(half))
-        shape = {"semimajor_axis": semimajor_axis, "eccentricity": eccentricity, "true_anomaly": anomaly}
-        plane = {"inclination": inclination, "node": node, "argument_of_periapsis": argument_of_periapsis}
-        return cls(mu, **shape, **plane, epoch=epoch, radius=radius)
+            half = 0.5 * angle
+            angle = 2 * np.arctan2(np.sqrt(1 + e) * np.sin(half), np.sqrt(1 - e) * np.cos(half))
+        a = size if kind == "semimajor_axis" else size / (1 - e)
+        return {"semimajor_axis": a, "eccentricity": e, "true_anomaly": angle}
 
     @classmethod
     @override
@@ -232,16 +173,15 @@ class KeplerOrbit(ConicOrbit):
         if near is not None:
             value: Scalar = near
             return value
-        rate = mean_motion_of(self.mu, self.semimajor_axis)
-        return angle_at(self.mean_anomaly_at_epoch, rate, time, self.epoch, whole)
+        return angle_at(self.mean_anomaly_at_epoch, self._precise_mean_motion, time, self.epoch, whole)
+
+    @cached_property
+    def _precise_mean_motion(self) -> Any:
+        return mean_motion_of(self.mu, self.semimajor_axis)
 
     @cached_property
     def _nearby_anomaly(self) -> NearbyAngle:
-        return NearbyAngle(self.mean_anomaly_at_epoch, self._squared_rate, self.epoch)
-
-    def _squared_rate(self, kind: Any) -> Any:
-        a = np.asarray(self.semimajor_axis, dtype=kind)[()]
-        return np.asarray(self.mu, dtype=kind)[()] / (a * a * a)
+        return NearbyAngle(self.mean_anomaly_at_epoch, self._precise_mean_motion, self.epoch)
 
     @cached_property
     def mean_anomaly_at_epoch(self) -> Any:

@@ -1,4 +1,4 @@
-"""The Lagrange points of the circular restricted three-body problem."""
+"""Lagrange points of the circular restricted three-body problem."""
 
 from __future__ import annotations
 
@@ -161,23 +161,23 @@ class LagrangePointPath(CirclingPair[RotatingPosition]):
 
     @cached_property
     def _places(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """The positions from primary and secondary at the epoch."""
+        """Positions relative to primary and secondary at the epoch."""
         if self.point in ("L4", "L5"):
             across = np.sqrt(0.75) if self.point == "L4" else -np.sqrt(0.75)
             primary, secondary = (0.5, across, 0.0), (-0.5, across, 0.0)
         else:
             distance = self._distance
-            along, beside = {
+            along_primary, along_secondary = {
                 "L1": (1 - distance, -distance),
                 "L2": (1 + distance, distance),
                 "L3": (-distance, -1 - distance),
             }[self.point]
-            primary, secondary = (along, 0.0, 0.0), (beside, 0.0, 0.0)
+            primary, secondary = (along_primary, 0.0, 0.0), (along_secondary, 0.0, 0.0)
         return self.separation * np.array(primary), self.separation * np.array(secondary)
 
     @cached_property
     def _distance(self) -> float:
-        """The distance from the nearer attractor over the separation: the positive root of Euler's quintic."""
+        """Distance from the nearer attractor over the separation: the positive root of Euler's quintic."""
         mu = self.mass_ratio
         quintic = np.polynomial.Polynomial(
             {

@@ -28,13 +28,13 @@ FUNCTION_ROUNDING = 1e-10
 MIN_IMPROVEMENT = 8
 """Smallest factor by which halving reduces the error of a smooth function."""
 CHECK_TIMES = 4096
-"""Times, evenly over the span, at which a fit is compared with its function once its pieces have converged; at least a
-hundredth as many in each piece."""
+"""Number of times, evenly over the span, at which a converged fit is compared with its function; at least a hundredth
+of this number in each piece."""
 ERROR_MARGIN = 2.0
 """Estimated error over the largest difference at the times of comparison: between these may be a larger one."""
 MAX_CONVERGENCE_RATIO = 0.5
-"""The error of an order of interpolation over that of the order before, above which nothing converges. Where it is
-small, the next order tells the error; of 300 tables of ellipses the true one was at most 30 times the ratio more."""
+"""Ratio of the errors of consecutive orders of interpolation above which the orders do not converge. If it is small,
+the next order measures the error: in 300 tables of ellipses the true error was larger by at most 30 times the ratio."""
 MAX_HALVINGS = 40
 """Largest number of halvings of a piece."""
 MAX_PIECES = 200_000
@@ -50,9 +50,9 @@ def values(coefficients: Array, half_lengths: Array, s: Array, order: int) -> Ar
 
 
 def powers(coefficients: Array) -> Array:
-    """Return the coefficients of the powers of s, shape (3, terms), from those of Chebyshev's polynomials.
+    """Return the coefficients of the powers of s, shape (3, terms), from Chebyshev coefficients.
 
-    No digits are lost where these fall off faster than the powers of two, as in a piece that its polynomial fits.
+    No digits are lost if the coefficients decrease faster than powers of two, as in a converged piece.
     """
     return np.asarray(coefficients @ _powers_of_chebyshev(coefficients.shape[-1]))
 
@@ -66,7 +66,7 @@ def _powers_of_chebyshev(terms: int) -> Array:
 
 
 class _ChebyshevFit(NamedTuple):
-    """Pieces in the order of time; the `broken` ones miss the function although they were halved to the end."""
+    """Pieces in the order of time; `broken` pieces miss the function after the last halving."""
 
     left: Array
     coefficients: Array
@@ -77,7 +77,7 @@ class _ChebyshevFit(NamedTuple):
 def fitted(
     position: Callable[[Array], Array], start: float, stop: float, tolerance: float
 ) -> tuple[Array, Array, float]:
-    """Return knots, coefficients and largest error of a function, in pieces halved until it is met.
+    """Return knots, coefficients and largest error of a fit to a function, in pieces halved until they converge.
 
     A jump of the function becomes a knot: the pieces on each side of it are fitted to the function on that side.
 
@@ -105,7 +105,7 @@ def fitted(
 
 
 def _halved(position: Callable[[Array], Array], start: float, stop: float, tolerance: float) -> _ChebyshevFit:
-    """Return the pieces of a function that is smooth but for jumps."""
+    """Return the pieces of a function that is smooth except at jumps."""
     left, right, before = np.array([start]), np.array([stop]), np.array([np.inf])
     done: list[_ChebyshevFit] = []
     for halving in range(MAX_HALVINGS + 1):
@@ -169,7 +169,7 @@ def _fits(position: Callable[[Array], Array], left: Array, right: Array) -> tupl
 
 
 def _worst(position: Callable[[Array], Array], coefficients: Array, left: Array, right: Array, count: int) -> Array:
-    """Return the largest differences of pieces to their function at times that had no part in the fit."""
+    """Return the largest differences of pieces from their function at times that the fit did not use."""
     s = 2 * np.mod(np.arange(1, max(count, CHECK_TIMES // 100) + 1) * GOLDEN, 1.0) - 1
     worst = np.zeros(len(left))
     for i in range(0, s.size, CHECK_TIMES // 100):
@@ -186,9 +186,9 @@ GOLDEN = 0.5 * (5**0.5 - 1)
 
 
 def interpolated(times: Array, positions: Array, velocities: Array) -> tuple[Array, float, float]:
-    """Return the coefficients (n - 1, 3, terms) between the rows of a table, the error, and what it comes from.
+    """Return the coefficients (n - 1, 3, terms) between the rows of a table, the error, and a difference.
 
-    That is the largest difference to an interpolation through two rows more.
+    The error follows from the largest difference from an interpolation through two more rows.
 
     Raises
     ------

@@ -29,7 +29,7 @@ AU = 149597870.7
 """km."""
 
 FIRST, LAST = -60 * JULIAN_CENTURY, 60 * JULIAN_CENTURY
-"""The years -4000 to 8000, for which VSOP2013 was made."""
+"""Years -4000 and 8000, the validity range of VSOP2013, in seconds."""
 
 MOON_IN_EARTH_AND_MOON = MU["MOON"] / MU["EARTH BARYCENTER"]
 

@@ -187,7 +187,7 @@ class _PrecessingPlane(ConicBlock):
         return self.orbit.angles_at(time)
 
     def omega(self, time: Scalar, own: Any) -> functions.Vector:
-        """Return the rates of the node about the third space axis and of the others about the normal."""
+        """Return the rate of the node about the third space axis plus the other rates about the normal."""
         _, inclination, periapsis = self.angles(time)
         latitude = periapsis + self.true_anomaly(time, own)
         tilted = self.orbit.node_rate * functions.sin(inclination)

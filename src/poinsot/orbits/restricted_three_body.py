@@ -38,7 +38,7 @@ Seen = TypeVar("Seen", bound=Orbit)
 
 
 class CirclingPair(Immutable, Generic[Seen]):
-    """Two attractors on circles about each other, the primary the heavier one."""
+    """Two attractors on circles about each other; the primary is the heavier one."""
 
     if TYPE_CHECKING:
         mu_primary: Any
@@ -52,12 +52,12 @@ class CirclingPair(Immutable, Generic[Seen]):
 
     @property
     def from_primary(self) -> Seen:
-        """The orbit of the body about the primary."""
+        """Orbit of the body about the primary."""
         return self._seen_from("primary")
 
     @property
     def from_secondary(self) -> Seen:
-        """The orbit of the body about the secondary."""
+        """Orbit of the body about the secondary."""
         return self._seen_from("secondary")
 
     @property
@@ -67,12 +67,12 @@ class CirclingPair(Immutable, Generic[Seen]):
 
     @property
     def mass_ratio(self) -> Any:
-        """mu, the part of the secondary in the mass of both."""
+        """Mass of the secondary over the mass of both, mu."""
         return self.mu_secondary / (self.mu_primary + self.mu_secondary)
 
     @property
     def mean_motion(self) -> Any:
-        """The rate of the attractors, sqrt((mu1 + mu2)/separation^3), radians per unit of time."""
+        """Mean motion of the attractors, sqrt((mu1 + mu2)/separation^3), radians per unit of time."""
         return functions.sqrt((self.mu_primary + self.mu_secondary) / self.separation**3)
 
     def _check_pair(self) -> None:
@@ -181,9 +181,9 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
 
 
 class ThreeBodyView(Orbit):
-    """The path of a body beside two attractors as seen from one of them.
+    """Path of a body near two attractors, relative to one of them.
 
-    Its formulas run on numbers alone; a kernel integrates the path along.
+    The formulas require numbers; a kernel integrates the path with the attitude.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ class ThreeBodyView(Orbit):
 
     @cached_property
     def block(self) -> SynodicBlock:
-        """The path integrated along."""
+        """Path, integrated with the attitude."""
         return SynodicBlock(self.path)
 
     @property
@@ -257,9 +257,9 @@ class SynodicBlock(OrbitBlock):
         x, y, z, u, v, w = own
         mu, n = self.path.mass_ratio, self.path.mean_motion
         far, near = (inverse * inverse * inverse for inverse in _inverse_distances(own).values())
-        pull = (1 - mu) * far
-        both = pull + mu * near
-        ahead = x - both * x + (1 - mu) - pull + 2 * v
+        of_primary = (1 - mu) * far
+        both = of_primary + mu * near
+        ahead = x - both * x + (1 - mu) - of_primary + 2 * v
         return functions.Vector((n * u, n * v, n * w, n * ahead, n * (y - both * y - 2 * u), -(n * (both * z))))
 
     @override

@@ -180,9 +180,9 @@ class RotationModel(PlanetAxes):
         return Vector(rising * (c * x - s * y) + ahead * (s * x + c * y) + pole * z)
 
     def _turn(self, time: Scalar) -> tuple[tuple[Vector, Vector, Vector], tuple[Scalar, Scalar]]:
-        """Return axes that do not turn with the planet, and cosine and sine of its angle about the third.
+        """Return axes that do not rotate with the planet, and cosine and sine of the rotation angle about the third.
 
-        The first one is where the equator rises through that of space.
+        The first axis is the ascending node of the planet's equator on the plane of the first two space axes.
         """
         (ca, sa), (cd, sd), turned = ((functions.cos(x), functions.sin(x)) for x in self.angles_at(time))
         still = Vector((-sa, ca, 0.0)), Vector((-sd * ca, -sd * sa, cd)), Vector((cd * ca, cd * sa, sd))
@@ -216,18 +216,6 @@ class NutatingRotation(RotationModel):
 
     Parameters
     ----------
-    right_ascension, declination, prime_meridian : float
-        Direction of the pole and prime meridian at the epoch, radians, relative to the space axes.
-    rate, right_ascension_rate, declination_rate : float
-        Rates of the prime meridian and of the pole, radians per unit of time.
-    acceleration : float
-        Second derivative of the prime meridian, radians per unit of time squared.
-    epoch : float
-        Time to which the angles and phases refer.
-    reference_frame : str
-        Name of the space axes.
-    calendar : Calendar, optional
-        Dates of the times.
     terms : int
         Number of periodic terms.
     periodic : array (terms, 5)

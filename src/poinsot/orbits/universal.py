@@ -41,7 +41,7 @@ def universal_time(eccentricity: Scalar, anomaly: Scalar) -> Scalar:
 def universal_place(eccentricity: Scalar, time: Scalar) -> tuple[Scalar, Scalar]:
     """Return S_1 and S_2 at a time, by Newton's method for x + e S_3 = t, which falls on x from above.
 
-    The last change, below a rounding of x, is made in the S_k: at a late time they are so much steeper.
+    The last change, below a rounding of x, is applied to the S_k, which at a late time are much steeper than x.
     """
     e = eccentricity
     here = number(time)

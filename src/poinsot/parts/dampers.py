@@ -32,8 +32,6 @@ class KaneDamper(Part):
         locked.
     coefficient : float
         Torque per angular velocity of the sphere relative to the body, not negative.
-    name : str
-        Name of the damper among the variables of a system. Several dampers require different names.
 
     Raises
     ------

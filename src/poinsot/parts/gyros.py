@@ -1,4 +1,4 @@
-"""Rotors in gimbals: control-moment gyroscopes, and gyroscopes that a spring and a damper hold."""
+"""Rotors in gimbals: control-moment gyroscopes, and gyroscopes with a spring and a damper."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PERPENDICULAR_TOLERANCE = 1e-9
 
 
 class Gimbal(Part):
-    """A rotor at a constant speed relative to a gimbal, which turns about an axis fixed in the body."""
+    """Rotor at a constant speed relative to a gimbal, which turns about an axis fixed in the body."""
 
     gimbal_axis: BodyUnitVector
     spin_axis: BodyUnitVector
@@ -51,7 +51,7 @@ class Gimbal(Part):
 
     @of_scalars
     def torque_of_turning(self, angle: Scalar, omega: functions.Vector) -> Scalar:
-        """Return the torque about the gimbal axis by which a turning body drives the rotor's axis to its own."""
+        """Return the torque about the gimbal axis that aligns the rotor with the angular velocity of the body."""
         return functions.dot(omega, functions.cross(self.gimbal_axis, self.spin(angle)))
 
 
@@ -73,8 +73,6 @@ class ControlMomentGyro(Gimbal):
         rotor, locked.
     gimbal_rate : float
         Angular velocity of the gimbal relative to the body, in angle per time.
-    name : str
-        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------
@@ -135,8 +133,6 @@ class GimballedRotor(Gimbal):
         Constant torque of the motor on the gimbal.
     stiffness, damping : float
         Torque per angle and per angular velocity of the gimbal relative to the body, not negative.
-    name : str
-        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------

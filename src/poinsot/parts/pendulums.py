@@ -49,8 +49,6 @@ class SloshPendulum(Part):
         Torque per angle at small angles, and per angular velocity; not negative.
     planar : bool
         True if the pendulum swings only in the plane of direction and across, with b = 0.
-    name : str
-        Name of the pendulum among the variables of a system. Several pendulums require different names.
 
     Examples
     --------
@@ -96,13 +94,13 @@ class SloshPendulum(Part):
 
     @property
     def _axes(self) -> tuple[Vector, Vector, Vector]:
-        """The axes of the angles: along the rod at rest, and those to which it swings."""
+        """Axis along the rod at rest, and the two axes towards which it swings."""
         down, across = Vector(components(self.direction)), Vector(components(self.across))
         return down, across, functions.cross(down, across)
 
     @property
     def _pivot(self) -> Vector:
-        """The pivot from the centre of mass of the rest."""
+        """Position of the pivot relative to the centre of mass of the rest."""
         pivot = Vector(components(self.pivot))
         hanging = pivot + self._axes[0] * self.length
         return pivot + hanging * (self.mass / (self.total_mass - self.mass))
@@ -136,7 +134,7 @@ class SloshPendulum(Part):
 
     @property
     def _hanging(self) -> Vector:
-        """The place of the mass at rest, from the centre of mass of the rest of the body."""
+        """Position of the mass at rest, relative to the centre of mass of the rest of the body."""
         return self._pivot + self._axes[0] * self.length
 
     @of_scalars

@@ -1,4 +1,4 @@
-"""Given motions inside a body: masses that move, and an inertia that changes."""
+"""Prescribed motions inside a body: moving masses, and a varying inertia."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SYMMETRY_TOLERANCE = 1e-12
 
 
 class Transition(Part):
-    """A part that goes from one place to another as a function of the time, smoothly at both ends."""
+    """Part that moves from one place to another as a function of the time, smoothly at both ends."""
 
     if TYPE_CHECKING:
         begin: Any
@@ -68,12 +68,12 @@ class Transition(Part):
 
     @property
     def inertia_change(self) -> NDArray[np.float64]:
-        """The change of the inertia from before to after, body axes; shape (3, 3) or (members, 3, 3)."""
+        """Change of the inertia over the whole transition, body axes; shape (3, 3) or (members, 3, 3)."""
         linear, square = self.with_numbers(self.numbers).changes()
         return tensor_array(linear + square)
 
     def refuse_inertia(self, inertia: NDArray[Any], when: str) -> None:
-        """Raise a ValueError for a tensor that no mass has."""
+        """Raise a ValueError for a tensor that no rigid body has."""
         masses = np.linalg.eigvalsh(np.trace(inertia, axis1=-2, axis2=-1)[..., None, None] / 2 * np.eye(3) - inertia)
         if np.any(masses[..., 0] < -SYMMETRY_TOLERANCE * masses[..., 2]):
             found = ", ".join(f"{x:.6g}" for x in np.linalg.eigvalsh(inertia).reshape(-1, 3)[0])
@@ -100,8 +100,6 @@ class VaryingInertia(Transition):
         Start time of the transition.
     duration : float
         Duration of the transition, positive.
-    name : str
-        Name of the part in a system. Default: from the class.
 
     Raises
     ------
@@ -155,8 +153,6 @@ class MovingMasses(Transition):
         Final positions, relative to the same point of the body.
     begin, duration : float
         Start time and duration of the motion; the duration is positive.
-    name : str
-        Name of the part in a system. Default: from the class.
 
     Examples
     --------
@@ -195,7 +191,7 @@ class MovingMasses(Transition):
         return (*super().structure, self.count)
 
     def _arms(self) -> list[tuple[Scalar, Vector, Vector]]:
-        """Return each mass with a and d; and then, as those of a mass -1 / M, the sums of m a and m d."""
+        """Return each mass with a and d, and the sums of m a and m d with the factor -1 / M."""
         each = list(zip(self.masses, map(Vector, self.positions), map(Vector, self.destinations), strict=True))
         rest = self.total_mass - sum(self.masses)
         center = sum((x * m for m, x, _ in each), start=NOTHING[0]) / -rest

@@ -1,4 +1,4 @@
-"""Rotors: at a constant speed, driven by a motor, or brought to a speed by one."""
+"""Rotors at a constant speed, driven by a motor, or controlled to a commanded speed."""
 
 from __future__ import annotations
 
@@ -31,8 +31,6 @@ class Gyrostat(Part):
     rotor_momentum : array (3,), body axes
         Momentum h, the sum over rotors of axial moment of inertia times relative speed times unit axis. The body's
         inertia tensor includes the rotors, locked.
-    name : str
-        Name of the part in a system. Default: from the class.
 
     Examples
     --------
@@ -50,7 +48,7 @@ class Gyrostat(Part):
 
 
 class Wheel(Part):
-    """A balanced wheel on an axis fixed in the body."""
+    """Balanced wheel on an axis fixed in the body."""
 
     axis: BodyUnitVector
     moment: Positive
@@ -111,8 +109,6 @@ class ReactionWheel(Wheel):
         Viscous friction, torque per speed relative to the body; not negative.
     torque : float
         Constant torque of the motor on the wheel.
-    name : str
-        Name of the wheel among the variables of a system. Several wheels require different names.
 
     Raises
     ------
@@ -159,8 +155,6 @@ class MomentumWheel(Wheel):
         Largest torque of the motor, positive.
     friction : float
         Viscous friction, torque per speed relative to the body; not negative.
-    name : str
-        Name of the wheel among the variables of a system. Several wheels require different names.
 
     Raises
     ------

@@ -44,8 +44,6 @@ class SpringMass(Part):
         Force per displacement, not negative.
     damping : float
         Force per speed, not negative.
-    name : str
-        Name of the part among the variables of a system. Default: from the class.
 
     Raises
     ------
@@ -81,12 +79,12 @@ class SpringMass(Part):
 
     @property
     def _arm(self) -> functions.Vector:
-        """The relaxed mass from the centre of mass of the rest."""
+        """Position of the mass at rest, relative to the centre of mass of the rest."""
         return functions.Vector(components(self.position)) * (self.total_mass / (self.total_mass - self.mass))
 
     @property
     def _lever(self) -> functions.Vector:
-        """The angular momentum of a unit of p, the same wherever the mass is on its line."""
+        """Angular momentum of a unit of p, independent of the position of the mass on its line."""
         return functions.cross(self._arm, components(self.direction))
 
     @override

@@ -40,8 +40,6 @@ class CreepingTide(Part):
         shorter than a rotation period, use `TidalTorque` with love_number k and time_lag relaxation_time.
     G : float
         Gravitational constant in the units of moments and orbit. Default: the SI value.
-    name : str
-        Name of the part among the variables of a system. Default: from the class.
 
     Examples
     --------

@@ -57,8 +57,6 @@ class ReactionWheels(Part):
         Limits of each motor and wheel, positive; speeds are relative to the body, in angle per time.
     friction, dry_friction : array (n,) or float
         Viscous friction, torque per speed, and dry friction, a torque; not negative.
-    name : str
-        Name of the wheels among the variables of a system. Default: from the class.
 
     Raises
     ------

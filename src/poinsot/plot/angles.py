@@ -1,4 +1,4 @@
-"""Euler angles against time: wrapped, with gaps where they begin anew, and with gimbal lock shaded."""
+"""Euler angles and librations against time: wrapped, with gaps at jumps, and with gimbal lock shaded."""
 
 from __future__ import annotations
 
@@ -10,20 +10,21 @@ from numpy.typing import NDArray
 from typing_extensions import Unpack
 
 from poinsot.algebra import quaternion as quat
+from poinsot.analysis.libration import librations as librations_of
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of, outer_cosine_and_sine
 from poinsot.mechanics.frame import LEVEL, Frame
-from poinsot.mechanics.parameters import same
-from poinsot.plot.curves import SeparateCurveOptions, against_time, jumps, reached
-from poinsot.plot.labels import angle_unit_of, one_rotation
+from poinsot.plot.curves import SeparateCurveOptions, in_one_panel, jumps, reached
+from poinsot.plot.labels import angle_unit_of, different_orbits, one_rotation
 from poinsot.plot.panels import count_degrees, plot
+from poinsot.propagation.bodies_of_motion import OfTwoBodies
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["different_orbits", "euler_angles", "roll_pitch_yaw"]
+__all__ = ["euler_angles", "librations", "roll_pitch_yaw"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ TURN = 2 * np.pi
 LOCKED = np.radians(5)
 """Distance from gimbal lock, radians, within which the first and the third angle vary rapidly."""
 WRAP_TOLERANCE = 1e-6
-"""Radians beyond half a turn where angles begin anew, or rounding would do it over and over at half a turn."""
+"""Angle beyond half a turn, radians, at which angles are wrapped, because rounding must not wrap half a turn."""
 MAX_CHANGE = 0.4
 """Fraction of a turn: a larger change between two samples interrupts the curve."""
 
@@ -42,7 +43,6 @@ def euler_angles(
     sequence: str = "313",
     frame: Frame | None = None,
     *,
-    ax: Axes | None = None,
     angle_unit: str | None = None,
     **options: Unpack[SeparateCurveOptions],
 ) -> Axes:
@@ -62,11 +62,6 @@ def euler_angles(
         Frame to which the angles refer, such as `orbit.frame`. Default: the space axes.
     {options}
 
-    Returns
-    -------
-    matplotlib Axes
-        The panel.
-
     Examples
     --------
     >>> pt.plot.euler_angles(motion, "321", angle_unit="mrad").get_ylabel()
@@ -76,7 +71,7 @@ def euler_angles(
     q = reached(motion).quaternion if frame is None else reached(motion).relative_to(frame).quaternion
     names = [f"$\\alpha_{i}$ about axis {axis}" for i, axis in enumerate(sequence, 1)]
     label = f"Euler angles {'-'.join(sequence)}" + (" from the frame" if frame is not None else "")
-    return _draw(motion, q, sequence, names, label, ax, angle_unit, **options)
+    return _draw(motion, q, sequence, names, label, angle_unit, **options)
 
 
 @plot
@@ -84,7 +79,6 @@ def roll_pitch_yaw(
     motion: Trajectory,
     orbit: Orbit | None = None,
     *,
-    ax: Axes | None = None,
     angle_unit: str | None = None,
     **options: Unpack[SeparateCurveOptions],
 ) -> Axes:
@@ -103,11 +97,6 @@ def roll_pitch_yaw(
         Orbit whose frame is radial, transverse, normal. Default: the only orbit of the system.
     {options}
 
-    Returns
-    -------
-    matplotlib Axes
-        The panel.
-
     Raises
     ------
     TypeError, ValueError
@@ -123,7 +112,41 @@ def roll_pitch_yaw(
     orbit = _only_orbit(motion) if orbit is None else orbit
     level = quat.product(quat.conjugate(LEVEL), motion.relative_to(orbit.frame).quaternion)
     label = "attitude relative to the orbital frame"
-    return _draw(motion, level, "321", ["yaw", "pitch", "roll"], label, ax, angle_unit, **options)
+    return _draw(motion, level, "321", ["yaw", "pitch", "roll"], label, angle_unit, **options)
+
+
+@plot
+def librations(
+    motion: OfTwoBodies,
+    body: str = "secondary",
+    *,
+    angle_unit: str | None = None,
+    **options: Unpack[SeparateCurveOptions],
+) -> Axes:
+    """Draw yaw, pitch and roll of one of two bodies relative to their orbit.
+
+    The angles of one motion are drawn in the interval of half a turn on either side.
+
+    Parameters
+    ----------
+    motion : Trajectory
+        Motion of two bodies, or an ensemble.
+    body : {"secondary", "primary"}
+        Body whose principal axes are drawn, oriented as in `pt.analysis.librations`.
+    {options}
+
+    Examples
+    --------
+    >>> pt.plot.librations(pair_motion, angle_unit="rad").get_ylabel()
+    'librations of the secondary [rad]'
+    """
+    reached(motion)
+    found = librations_of(motion, body)
+    angles = {name: getattr(found, name) for name in ("roll", "pitch", "yaw")}
+    unit = angle_unit_of(angle_unit, list(angles.values()))
+    curves = {name: unit.factor * each for name, each in angles.items()}
+    breaks = {name: jumps(each, MAX_CHANGE * TURN) for name, each in angles.items()}
+    return in_one_panel(motion, f"librations of the {body}{unit.label}", curves, breaks=breaks, **options)
 
 
 def _draw(
@@ -132,11 +155,10 @@ def _draw(
     sequence: str,
     names: Sequence[str],
     label: str,
-    ax: Axes | None,
     unit: str | None,
     **options: Unpack[SeparateCurveOptions],
 ) -> Axes:
-    """Draw the angles of a sequence that attitudes have; yaw, pitch and roll in the order in which they are named."""
+    """Draw the angles of a sequence for attitudes; names list yaw, pitch and roll in the order of their rotations."""
     angles, locked = _angles(q, sequence)
     if motion.is_ensemble:
         angles = np.moveaxis(_unwrapped(np.moveaxis(angles, -1, 0)), 0, -1)
@@ -146,7 +168,7 @@ def _draw(
         curves = dict(reversed(curves.items()))
     shaded = {"near gimbal lock": np.any(np.reshape(locked, (-1, locked.shape[-1])), axis=0)}
     breaks = {name: jumps(angles[..., i], MAX_CHANGE * TURN) for i, name in enumerate(names)}
-    panel: Axes = against_time(motion, {label + shown.label: curves}, ax, breaks=breaks, shaded=shaded, **options)[0]
+    panel = in_one_panel(motion, label + shown.label, curves, breaks=breaks, shaded=shaded, **options)
     parts: Sequence[Any] = panel.child_axes or [panel]
     for part in parts:
         count_degrees(part.yaxis, panel.get_ylabel())
@@ -156,7 +178,7 @@ def _draw(
 def _angles(q: Array, sequence: str) -> tuple[Array, NDArray[np.bool_]]:
     """Return the angles of unit quaternions within half a turn, shape (..., 3), and which are near gimbal lock.
 
-    The second is always there; the first and the third are NaN where they are not defined.
+    The second angle is always defined. The first and the third angle are NaN where they are undefined.
     """
     first, _, third = axes_of(sequence)
     row = rotation_matrix(q)[..., first, :]  # of the body axes along the first axis
@@ -179,15 +201,6 @@ def _unwrapped(angles: Array) -> Array:
     start = smooth[..., :1]
     reference = np.nan_to_num(start[:, np.argmax(np.all(known, axis=(0, 2)))])[:, None]
     return np.asarray(np.where(known, smooth - TURN * np.round((start - reference) / TURN), np.nan))
-
-
-def different_orbits(motion: Trajectory) -> list[Orbit]:
-    """Return the orbits of a system, each once, in the order of its forces."""
-    orbits: list[Orbit] = []
-    for orbit in motion.system.orbits:
-        if not any(same(orbit, known) for known in orbits):
-            orbits.append(orbit)
-    return orbits
 
 
 def _only_orbit(motion: Trajectory) -> Orbit:

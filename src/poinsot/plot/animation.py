@@ -1,4 +1,4 @@
-"""A motion as a film: GIF or MP4, drawn without a screen."""
+"""Animation of a motion as GIF or MP4, drawn without a screen."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ MAX_SECONDS = 600
 
 INCHES, DOTS = 4.8, 100
 VIEW = (22.0, -59.0)
-"""Elevation and azimuth of the eye in degrees, those in which the page starts."""
+"""Elevation and azimuth of the eye in degrees, equal to the initial view of the page."""
 
 AXIS, LONGEST_RATE, LONGEST_MOMENTUM, REACH, ROOM = 1.35, 1.55, 1.9, 1.85, 2.1
-"""Lengths in units of the largest extent of the body, as on the page; of two bodies that of their orbits."""
+"""Lengths in units of the largest extent of the body, as on the page; for two bodies, of their orbits."""
 
 MIN_LABELLED_SIZE = 0.5
 """Smallest size of a body whose vectors are labelled."""
 
 LIGHT, SHADE = np.array([0.83, 0.88, 0.92]), np.array([0.62, 0.71, 0.79])
-"""Colours of alternate octants of a body, by which its turn is seen."""
+"""Colours of alternate octants of a body, which make its rotation visible."""
 
 TRACE_FRAMES = 20
 """Number of frames for which the tip of an axis leaves a trace."""
@@ -122,12 +122,12 @@ def animate(
     return path
 
 
-# ---------------------------------------------------------------------- what moves
+# ---------------------------------------------------------------------- bodies
 
 
 @dataclass(frozen=True)
 class _AnimatedBody:
-    """One body at the times of the frames: in units of the picture, space axes."""
+    """Body at the times of the frames, in units of the picture, space axes."""
 
     corners: Array
     colours: Array
@@ -139,7 +139,7 @@ class _AnimatedBody:
     colour: str
 
     def triangles(self, i: int) -> Array:
-        """Return its triangles in a frame; shape (m, 3, 3)."""
+        """Return the triangles of the surface in a frame; shape (m, 3, 3)."""
         return np.asarray(self.place[i] + quat.rotate(self.attitude[i], self.corners))
 
 
@@ -162,7 +162,7 @@ def _bodies(motion: Trajectory, times: Array) -> list[_AnimatedBody]:
 def _moving(
     motion: Trajectory, times: Array, corners: Array, scale: float, colour: str, path: Array | None = None
 ) -> _AnimatedBody:
-    """Return a body at the times of the frames; one without a path is as large as the unit of the picture."""
+    """Return a body at the times of the frames; a body without a path has the size of the unit of the picture."""
     largest = float(np.max(np.linalg.norm(corners, axis=-1)))
     size = 1.0 if path is None else scale * largest
     octants = np.prod(np.mean(corners, axis=1), axis=-1) > 0
@@ -219,12 +219,12 @@ def _frames(motion: Trajectory, times: Array, eye: Array) -> Iterator[NDArray[np
         panel.set(xlim=(-ROOM, ROOM), ylim=(-ROOM, ROOM))
         panel.set_axis_off()
         _draw(panel, bodies, momentum[i] if len(bodies) == 1 else None, i, across, eye)
-        panel.text(0.02, 0.02, _said(motion, time), transform=panel.transAxes, color=BLACK)
+        panel.text(0.02, 0.02, _time_text(motion, time), transform=panel.transAxes, color=BLACK)
         canvas.draw()
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
-def _said(motion: Trajectory, time: float) -> str:
+def _time_text(motion: Trajectory, time: float) -> str:
     unit = motion.system.units["time"]
     return f"t = {time:.6g}" + ("" if unit == "1" else f" {unit}")
 
@@ -250,7 +250,7 @@ def _draw(panel: Axes, bodies: list[_AnimatedBody], momentum: Array | None, i: i
 
 
 def _draw_axes(panel: Axes, body: _AnimatedBody, i: int, across: Array, eye: Array) -> None:
-    """Draw the axes of a body, its rate, and the trace of its third axis, or of itself where it moves."""
+    """Draw the axes and the rate of a body, and the trace of its third axis, or of a moving body itself."""
     panel.plot(
         *(body.trace[max(0, i - TRACE_FRAMES) * TRACE_POINTS_PER_FRAME : i * TRACE_POINTS_PER_FRAME + 1] @ across).T,
         color=body.colour,

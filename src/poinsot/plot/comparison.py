@@ -1,4 +1,4 @@
-"""Angles between two attitudes against time."""
+"""Angles between two attitudes, and standard deviations of attitude and momentum, against time."""
 
 from __future__ import annotations
 
@@ -9,19 +9,23 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from poinsot.algebra import quaternion as quat
+from poinsot.analysis.transition_matrix import StateTransition
+from poinsot.errors import real_array
 from poinsot.mechanics.attitude import rotation_angle, unit_quaternion
 from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.state import State
-from poinsot.plot.curves import CurveOptions, SeparateCurveOptions, against_time, reached
-from poinsot.plot.labels import angle_unit_of, one_rotation
-from poinsot.plot.panels import Pair, plot
+from poinsot.mechanics.two_bodies import BODIES
+from poinsot.mechanics.units import DerivedUnits
+from poinsot.plot.curves import CurveOptions, PairOptions, SeparatePairOptions, against_time, in_one_panel, reached
+from poinsot.plot.labels import angle_unit_of, bracketed, momentum_label, one_member, one_rotation
+from poinsot.plot.panels import plot
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["attitude_error", "difference", "median_attitude"]
+__all__ = ["attitude_error", "difference", "median_attitude", "uncertainty"]
 
 Array = NDArray[np.float64]
 
@@ -40,9 +44,8 @@ def attitude_error(
     motion: Trajectory,
     other: Trajectory | Frame | ArrayLike | None = None,
     *,
-    axes: Pair = None,
     angle_unit: str | None = None,
-    **options: Unpack[SeparateCurveOptions],
+    **options: Unpack[SeparatePairOptions],
 ) -> NDArray[Any]:
     """Draw the rotation from a reference to the attitude: its angle (left) and its rotation vector, body axes (right).
 
@@ -55,11 +58,6 @@ def attitude_error(
         for each time. Default for an ensemble: its median attitude, which minimises the sum of the angles to the
         members.
     {options}
-
-    Returns
-    -------
-    array (2,) of matplotlib Axes
-        Left and right panel.
 
     Raises
     ------
@@ -87,17 +85,12 @@ def attitude_error(
     }
     past_half_a_turn = np.linalg.norm(np.diff(vector, axis=-2, prepend=vector[..., :1, :]), axis=-1) > np.pi
     [_, vectors] = curves.values()
-    return against_time(drawn, curves, axes, breaks=dict.fromkeys(vectors, past_half_a_turn), **options)
+    return against_time(drawn, curves, breaks=dict.fromkeys(vectors, past_half_a_turn), **options)
 
 
 @plot
 def difference(
-    motion: Trajectory,
-    other: Trajectory,
-    *,
-    ax: Axes | None = None,
-    angle_unit: str | None = None,
-    **options: Unpack[CurveOptions],
+    motion: Trajectory, other: Trajectory, *, angle_unit: str | None = None, **options: Unpack[CurveOptions]
 ) -> Axes:
     """Draw the angle of the rotation from one attitude to another, at the same times, on a log axis.
 
@@ -125,15 +118,78 @@ def difference(
     'difference of attitude [arcsec]'
     """
     reached(motion), reached(other, "other")
-    alike = _at_same_times(motion, other)
-    first, second = (motion if alike else motion(other.times)).of_bodies, other.of_bodies
+    same_times = _at_same_times(motion, other)
+    first, second = (motion if same_times else motion(other.times)).of_bodies, other.of_bodies
     if first.keys() != second.keys():
         one_rotation(motion), one_rotation(other, "other")
     angles = {body: _angle_between(first[body], each) for body, each in second.items()}
     unit = angle_unit_of(angle_unit, np.stack(list(angles.values())))
-    curves = {f"difference of attitude{unit.label}": {body: unit.factor * each for body, each in angles.items()}}
-    panel: Axes = against_time(motion if alike else other, curves, ax, log=True, **options)[0]
-    return panel
+    curves = {body: unit.factor * each for body, each in angles.items()}
+    label = f"difference of attitude{unit.label}"
+    return in_one_panel(motion if same_times else other, label, curves, log=True, **options)
+
+
+@plot
+def uncertainty(
+    transition: StateTransition,
+    initial: ArrayLike,
+    of_parameters: ArrayLike | None = None,
+    *,
+    angle_unit: str | None = None,
+    **options: Unpack[PairOptions],
+) -> NDArray[Any]:
+    """Draw the standard deviations of the rotation vector (left) and of the angular momentum (right), body axes.
+
+    For two bodies both are drawn for each, together with the standard deviations of the relative position and momentum,
+    space axes.
+
+    Parameters
+    ----------
+    transition : StateTransition
+        Transition of a motion, not of an ensemble. The coordinates of parts are not drawn.
+    initial : array (k, k)
+        Covariance at the initial time, as in `StateTransition.covariance`.
+    of_parameters : array (p, p), optional
+        Covariance of the parameters, as in `StateTransition.covariance`.
+    {options}
+
+    Returns
+    -------
+    array (2,) or (4,) of matplotlib Axes
+        Two panels for one body, four for two bodies.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the transition is of an ensemble or of planar motion.
+
+    Examples
+    --------
+    >>> transition = pt.analysis.state_transition(motion.system, motion.initial, motion.times)
+    >>> start = np.diag([1e-3] * 3 + [1e-2] * 3) ** 2  # of the rotation vector, rad, and of the angular momentum
+    >>> attitude, momentum = pt.plot.uncertainty(transition, start, angle_unit="arcsec", time_unit="min")
+    >>> attitude.get_xlabel()
+    'time [min]'
+    """
+    coordinates = transition.coordinates
+    if not coordinates[0].endswith("theta_1"):
+        raise ValueError(f"transition must be in space, from theta_1 on, got {coordinates[0]}. Leave formulation out.")
+    motion = one_member(transition.motion, "transition.motion")
+    covariance = transition.covariance(real_array("initial", initial, (None, None)), of_parameters)
+    deviations = dict(zip(coordinates, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1)).T, strict=True))
+    turned = [each for name, each in deviations.items() if name.endswith(("theta_1", "theta_2", "theta_3"))]
+    angle, units = angle_unit_of(angle_unit, turned), motion.system.units
+    curves = {
+        rf"$1\sigma$ of the attitude{angle.label}": _deviations_of("theta", deviations, r"\theta", angle.factor),
+        rf"$1\sigma$ of the angular momentum{momentum_label(units)}": _deviations_of("g", deviations, "g"),
+    }
+    if len(motion.of_bodies) > 1:
+        lengths = bracketed(units["length"]), bracketed(DerivedUnits(units).linear_momentum)
+        curves |= {
+            rf"$1\sigma$ of the position{lengths[0]}": _deviations_of("position", deviations, "r"),
+            rf"$1\sigma$ of the momentum{lengths[1]}": _deviations_of("momentum", deviations, "p"),
+        }
+    return against_time(motion, curves, log=True, **options)
 
 
 def median_attitude(q: Array) -> Array:
@@ -153,7 +209,7 @@ def median_attitude(q: Array) -> Array:
 
 
 def _against_reference(motion: Trajectory, other: Any) -> tuple[Trajectory, Array, Array]:
-    """Return the motion whose times are drawn, its attitudes, and the attitudes of the reference."""
+    """Return the motion that gives the times, its attitudes, and the attitudes of the reference."""
     if isinstance(other, Trajectory):
         reached(one_rotation(other, "other"), "other")
         if _at_same_times(motion, other):
@@ -192,3 +248,13 @@ def _at_same_times(motion: Trajectory, other: Trajectory) -> bool:
             "Compute both at the same times, or the first with dense output."
         )
     return False
+
+
+def _deviations_of(kind: str, deviations: dict[str, Array], symbol: str, factor: float = 1.0) -> dict[str, Array]:
+    """Return the curves of the coordinates of a kind, of each body, by their label."""
+    named = {name: name.rpartition(".") for name in deviations}
+    return {
+        rf"{body} $\sigma_{{{symbol}_{short[-1]}}}$".strip(): factor * deviations[name]
+        for name, (body, _, short) in named.items()
+        if short[:-2] == kind and body in ("", *BODIES)
+    }

@@ -10,14 +10,23 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
 from poinsot.plot.labels import BLACK, COLOURS, GREY, in_words
-from poinsot.plot.panels import PLAIN, dress, panels
+from poinsot.plot.panels import PLAIN, Pair, dress, panels
 from poinsot.plot.time_axis import TimeAxis, time_axis
 from poinsot.propagation.trajectory import Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["CurveOptions", "SeparateCurveOptions", "against_time", "jumps", "reached"]
+__all__ = [
+    "CurveOptions",
+    "PairOptions",
+    "SeparateCurveOptions",
+    "SeparatePairOptions",
+    "against_time",
+    "in_one_panel",
+    "jumps",
+    "reached",
+]
 
 Array = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
@@ -51,7 +60,7 @@ EDGE_MARGIN = 0.02
 NONE: Mapping[str, Booleans] = {}
 
 
-class CurveOptions(TypedDict, total=False):
+class TimeOptions(TypedDict, total=False):
     """Options of all plots of curves against time."""
 
     time_unit: str | None
@@ -59,8 +68,26 @@ class CurveOptions(TypedDict, total=False):
     title: str
 
 
+class CurveOptions(TimeOptions, total=False):
+    """Options of plots of curves in one panel."""
+
+    ax: Axes | None
+
+
+class PairOptions(TimeOptions, total=False):
+    """Options of plots of curves in two panels."""
+
+    axes: Pair
+
+
 class SeparateCurveOptions(CurveOptions, total=False):
     """Options of plots whose curves may be drawn in separate parts of the panel."""
+
+    separate: bool
+
+
+class SeparatePairOptions(PairOptions, total=False):
+    """Options of plots whose curves may be drawn in separate parts of two panels."""
 
     separate: bool
 
@@ -74,11 +101,19 @@ def reached(motion: Trajectory, name: str = "motion") -> Trajectory:
     return motion
 
 
+def in_one_panel(
+    motion: Trajectory, label: str, curves: Mapping[str, Array], *, ax: Axes | None = None, **options: Any
+) -> Axes:
+    """Draw named curves over the times of a motion in one panel, as `against_time`, and return the panel."""
+    panel: Axes = against_time(motion, {label: curves}, axes=ax, **options)[0]
+    return panel
+
+
 def against_time(
     motion: Trajectory,
     drawn: Mapping[str, Mapping[str, Array]],
-    given: Any = None,
     *,
+    axes: Any = None,
     time_unit: str | None = None,
     window: ArrayLike | None = None,
     separate: bool = False,
@@ -94,8 +129,8 @@ def against_time(
     shown = _within(motion, window)
     axis = time_axis(motion, time_unit, motion.times[shown])
     times = axis.places(motion.times[shown])
-    axes = panels(given, len(drawn), SIZES[len(drawn)], title)
-    for panel, (quantity, curves) in zip(axes, drawn.items(), strict=True):
+    places = panels(axes, len(drawn), SIZES[len(drawn)], title)
+    for panel, (quantity, curves) in zip(places, drawn.items(), strict=True):
         parts = _divided(panel, len(curves)) if separate and len(curves) > 1 else [panel] * len(curves)
         before = len(panel.get_legend_handles_labels()[1])
         covers = [0] * len(curves) if separate else _covered(list(curves.values()), shown, log)
@@ -113,12 +148,12 @@ def against_time(
             _mark_events(part, motion, motion.times[shown], axis)
         axis.mark(panel)
         dress(panel, axis.label, quantity, legend_of=parts[0])
-    for panel in axes if separate else ():
+    for panel in places if separate else ():
         _move_label_away(panel)
     members = [values for curves in drawn.values() for values in curves.values() if values.ndim > 1]
     if members:
-        axes[0].figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
-    return axes
+        places[0].figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
+    return places
 
 
 def _within(motion: Trajectory, window: ArrayLike | None) -> Booleans:
@@ -277,7 +312,7 @@ def jumps(values: Array, limit: float) -> Booleans:
 
 
 def _complete(values: Array) -> Array:
-    """Return the members that have a value at every time, or all if none has."""
+    """Return the members that reach every time, or all members if none does."""
     complete = ~np.any(np.isnan(values), axis=-1)
     return values[complete] if np.any(complete) else values
 

@@ -1,4 +1,4 @@
-"""Figures whose vector files keep their text as text."""
+"""Figures whose vector files contain text as text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 __all__ = ["TextFigure"]
 
 TEXT: dict[Any, Any] = {"svg.fonttype": "none", "pdf.fonttype": 42, "ps.fonttype": 42}
-"""Text in SVG, fonts that can be searched and edited in PDF and PostScript."""
+"""Options for text in SVG, and for fonts that can be searched and edited in PDF and PostScript."""
 
 VECTOR = (".pdf", ".svg", ".ps", ".eps")
 
@@ -20,10 +20,10 @@ DOTS_PER_INCH = 200
 
 
 class TextFigure(Figure):
-    """A figure of which `savefig` writes text as text."""
+    """Figure whose vector files contain text as text."""
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """Write the figure, as any figure of matplotlib does."""
+        """Write the figure to a file, as `Figure.savefig` of matplotlib."""
         vector = not hasattr(fname, "write") and fspath(fname).lower().endswith(VECTOR)
         if vector or str(options.get("format", "")) in {suffix[1:] for suffix in VECTOR}:
             options.setdefault("dpi", DOTS_PER_INCH)

@@ -211,7 +211,7 @@ def herpolhode(
     omega = unit.factor * motion.omega_space @ _upright(motion).T
     moments, axes = principal(motion.system.of_bodies[""])
     radii = herpolhode_radii(moments, unit.factor * motion.angular_momentum_body[-1] @ axes)
-    panel = one_panel(ax, (5.6, 5.8))
+    panel = one_panel((5.6, 5.8), ax)
     for radius in radii:
         panel.plot(*_circle(radius), color=GREY, linewidth=0.8)
     draw_path(panel, omega[:, :2], color=VERMILION, linewidth=1.1, label=r"$\omega$")
@@ -283,11 +283,11 @@ def _upright_labels(unit: Unit) -> list[str]:
     ]
 
 
-# ---------------------------------------------------------------------- what is drawn
+# ---------------------------------------------------------------------- directions
 
 
 def _upright(motion: Trajectory) -> Array:
-    """Return the matrix of the shortest rotation of space that takes G to the third axis."""
+    """Return the matrix of the shortest rotation of space that maps G to the third axis."""
     from scipy.spatial.transform import Rotation
 
     turn, _ = Rotation.align_vectors([[0, 0, 1]], motion.initial.angular_momentum_space[None])

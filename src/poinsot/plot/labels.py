@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from poinsot.mechanics.calendar import SECONDS
+from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.parameters import same
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
@@ -31,6 +33,7 @@ __all__ = [
     "angle_unit_of",
     "bracketed",
     "column_label",
+    "different_orbits",
     "in_words",
     "momentum_label",
     "one_body",
@@ -100,6 +103,15 @@ def one_member(motion: Trajectory, name: str = "motion") -> Trajectory:
     return motion
 
 
+def different_orbits(motion: Trajectory) -> list[Orbit]:
+    """Return the orbits of a system, each once, in the order of its forces."""
+    orbits: list[Orbit] = []
+    for orbit in motion.system.orbits:
+        if not any(same(orbit, known) for known in orbits):
+            orbits.append(orbit)
+    return orbits
+
+
 @dataclass(frozen=True)
 class Unit:
     """Unit of an axis: the factor from the numbers of a motion, and its text."""
@@ -133,7 +145,7 @@ def angle_unit_of(chosen: str | None, angles: ArrayLike) -> Unit:
 def rate_unit_of(units: Mapping[str, str], chosen: str | None, rates: ArrayLike | None = None) -> Unit:
     """Return the unit of an angular velocity: "deg/s", "rpm"; an angle alone is per unit of time of the system.
 
-    By default it is the one that suits the largest, and radians where the unit of time has no known length.
+    The default suits the largest rate. It is radians if the unit of time has no known length.
     """
     if chosen is None and rates is not None and units["time"] in TIME_UNITS:
         largest = _largest(rates)
@@ -172,7 +184,7 @@ def torque_unit_of(units: Mapping[str, str], chosen: str | None = None) -> Unit:
 
 
 def _measured(unit: str) -> tuple[float, dict[str, int]] | None:
-    """Return a unit in kg, m and s: its factor and its powers; None if it has a word that is not known."""
+    """Return the factor and the powers of a unit in kg, m and s; None for a unit with an unknown word."""
     factor, powers = 1.0, {"kg": 0, "m": 0, "s": 0}
     for word in unit.split():
         found = re.fullmatch(rf"({'|'.join(PREFIXES)})??({'|'.join(MEASURES)})(-?\d+)?", word)
@@ -187,7 +199,7 @@ def _measured(unit: str) -> tuple[float, dict[str, int]] | None:
 
 
 def _largest(values: ArrayLike) -> float:
-    """Return the largest size of finite numbers, 0 of none."""
+    """Return the largest magnitude of finite numbers, 0 for no numbers."""
     sizes = np.abs(np.asarray(values, dtype=float))
     return float(np.max(sizes, where=np.isfinite(sizes), initial=0.0))
 
@@ -219,7 +231,7 @@ def momentum_label(units: Mapping[str, str]) -> str:
 
 
 def bracketed(unit: str) -> str:
-    """Return a CF unit as people write it: "kg m2 s-1" becomes " [N m s]", "km s-1" becomes " [km s⁻¹]"."""
+    """Return a CF unit in its usual notation: "kg m2 s-1" becomes " [N m s]", "km s-1" becomes " [km s⁻¹]"."""
     if unit == "1":
         return " (dimensionless)"
     unit = NAMED_UNITS.get(unit, unit)

@@ -1,4 +1,4 @@
-"""Arrays of the 3D page: their encoding, and the selection among very many stored times."""
+"""Arrays of the 3D page: encoding, and selection among very many stored times."""
 
 from __future__ import annotations
 
@@ -63,10 +63,10 @@ def rows_of(times: Array, rate: Array, numbers: int, sharing: int = 1) -> PageTi
     Parameters
     ----------
     times, rate : array (n,)
-        The stored times, and the angular velocity of the fastest body there.
+        Stored times, and the angular velocity of the fastest body at these times.
     numbers : int
     sharing : int
-        How many motions share the page.
+        Number of motions that share the page.
     """
     budget = MAX_PAGE_BYTES / sharing
     order = np.arange(times.size)[:: 1 if times[-1] > times[0] else -1]
@@ -83,7 +83,7 @@ def rows_of(times: Array, rate: Array, numbers: int, sharing: int = 1) -> PageTi
 
 
 def packed(values: Array, kind: str = WIDE) -> dict[str, Any]:
-    """Return rows as numbers of a kind and their scale, which may be beyond the range of single precision."""
+    """Return rows as numbers of a kind and their scale, which may exceed the range of single precision."""
     largest = float(np.max(np.abs(values), initial=0.0)) or 1.0
     scale = largest / (1 if kind == WIDE else np.iinfo(kind).max)
     scaled = values / scale
@@ -91,5 +91,5 @@ def packed(values: Array, kind: str = WIDE) -> dict[str, Any]:
 
 
 def base64_of(values: Array, kind: str) -> str:
-    """Return numbers as letters."""
+    """Return numbers as text in base 64."""
     return base64.b64encode(values.astype(kind).tobytes()).decode()

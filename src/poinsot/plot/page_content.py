@@ -88,7 +88,7 @@ MAX_GHOSTS = 8
 
 
 def others_of(motion: Trajectory, given: Trajectory | Sequence[Trajectory] | None) -> list[Trajectory]:
-    """Return the motions to show together with the first one; of an ensemble, equally spaced members."""
+    """Return the motions to show together with the first one; from an ensemble, equally spaced members."""
     motions = [given] if isinstance(given, Trajectory) else list(given or ())
     others = [each for one in motions for each in (one if one.is_ensemble else (one,))]
     for other in others:
@@ -126,7 +126,7 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
         "times": base64_of(times, "<f8"),
         "arrays": {name: rows.packed(values) for name, values in own["arrays"].items()},
         "envelopes": {} if rows.are_all else {name: rows.envelope(values) for name, values in plots.items()},
-        "rate": _pace(times, own["mean_rate"]),
+        "rate": _initial_speed(times, own["mean_rate"]),
         "second": 1 / TIME_UNITS[units] if (units := motion.system.units["time"]) in TIME_UNITS else None,
         "ghosts": [_ghost(other, len(others) + 1) for other in others],
         "calendar": calendar_of(motion),
@@ -138,7 +138,7 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
     """Return the content for one body."""
     rate = np.linalg.norm(motion.omega_body, axis=-1)
     mean_rate = float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0]))
-    around = surroundings_of(motion, _pace(motion.times, mean_rate))
+    around = surroundings_of(motion, _initial_speed(motion.times, mean_rate))
     return {
         "rates": {"body": rate},
         "plots": {"quaternion": motion.quaternion, "momenta": motion.conjugate_momenta},
@@ -152,7 +152,7 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
 
 
 def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
-    """Return another motion."""
+    """Return the content for another motion."""
     arrays = _moving(other)
     rates = [np.linalg.norm(values, axis=-1) for name, values in arrays.items() if name.endswith("omega_body")]
     numbers = sum(values.shape[-1] for values in arrays.values())
@@ -185,7 +185,7 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
         reach = max(reach, abs(share) * float(np.max(distance)) + bodies[name]["radius"])
     turning = np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2
     mean_rate = float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0]))
-    around = surroundings_of(motion, _pace(motion.times, mean_rate))
+    around = surroundings_of(motion, _initial_speed(motion.times, mean_rate))
     return {
         "rates": rates,
         "plots": {"distance": distance[:, None], "secondary_omega_body": motion.secondary.omega_body},
@@ -199,7 +199,7 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
 
 
 def _solid_of_mass(body: Body, mass: float) -> dict[str, Any]:
-    """Return the shapes as which one of two bodies is drawn, in the unit of length."""
+    """Return the drawn shapes of one of two bodies, in the unit of length."""
     sides, (_, axes), shape = extents(body, mass), gyration_radii(body), _shape(body.shape)
     sides = np.maximum(sides, MIN_EXTENT * np.max(sides))
     radius = body.shape.circumscribing_radius if shape is not None and body.shape is not None else np.max(sides)
@@ -211,8 +211,8 @@ def _solid_of_mass(body: Body, mass: float) -> dict[str, Any]:
     }
 
 
-def _pace(times: Array, mean_rate: float) -> float:
-    """Return the time that passes in a second at the speed in which the page starts."""
+def _initial_speed(times: Array, mean_rate: float) -> float:
+    """Return the time that passes in a second at the initial speed of the page."""
     turn = 2 * np.pi / mean_rate if mean_rate else np.inf
     return min(turn / SECONDS_PER_TURN, abs(float(times[-1] - times[0])) / MIN_MOTION_SECONDS)
 
@@ -252,7 +252,7 @@ def _labels(motion: Trajectory, rates: Mapping[str, Array]) -> dict[str, Any]:
 
 
 def _note(times: Array, rates: Mapping[str, Array]) -> str:
-    """Return a warning if a body turns too far between stored times; else nothing."""
+    """Return a warning if a body turns too far between stored times, otherwise no text."""
     turns = {name: np.max(np.maximum(rate[1:], rate[:-1]) * np.abs(np.diff(times))) for name, rate in rates.items()}
     fastest = max(turns, key=lambda name: turns[name])
     if turns[fastest] < np.pi:
@@ -264,7 +264,7 @@ def _note(times: Array, rates: Mapping[str, Array]) -> str:
 
 
 def _solids(motion: Trajectory) -> dict[str, Any]:
-    """Return the shapes as which the body is drawn, along its principal axes, and the attitude of these in it."""
+    """Return the drawn shapes of a body along its principal axes, and the attitude of these axes in the body."""
     body = motion.system.of_bodies[""]
     moments, _ = principal(body)
     extent, axes = gyration_radii(body)
@@ -277,7 +277,7 @@ def _solids(motion: Trajectory) -> dict[str, Any]:
 
 
 def _shape(shape: Shape | None) -> list[dict[str, Any]] | None:
-    """Return the parts of a shape from its centre of mass, within a unit sphere; None of a shape of another kind."""
+    """Return the parts of a shape from its centre of mass, within a unit sphere; None for a shape of another kind."""
     parts = parts_of(shape)
     if shape is None or parts is None:
         return None
@@ -302,7 +302,7 @@ def _part(part: Any, center: Array, scale: float) -> dict[str, Any]:
 
 
 def _invariable_plane(motion: Trajectory) -> dict[str, Any] | None:
-    """Return the plane omega . G = 2T and the radius of a disc that holds the herpolhode; None without one."""
+    """Return the plane omega . G = 2T and the radius of a disc around the herpolhode; None without such a plane."""
     G, omega = motion.angular_momentum_space, motion.omega_space
     if not (_rolls(motion) and is_constant(G)):
         return None

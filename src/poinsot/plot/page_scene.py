@@ -23,8 +23,7 @@ from poinsot.mechanics.state import state_of
 from poinsot.orbits.attractors import MU, RADIUS
 from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
-from poinsot.plot.angles import different_orbits
-from poinsot.plot.labels import in_words, momentum_label, torque_unit_of
+from poinsot.plot.labels import different_orbits, in_words, momentum_label, torque_unit_of
 from poinsot.plot.page_arrays import packed
 from poinsot.propagation.bodies_of_motion import is_of_two_bodies
 from poinsot.propagation.trajectory import Trajectory
@@ -34,7 +33,7 @@ __all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]
 Array = NDArray[np.float64]
 
 TORQUES = ("#882255", "#44AA99", "#332288", "#AA4499", "#117733", "#999933")
-"""Colours of torques, those of Tol's muted scheme; of more torques the largest are drawn."""
+"""Colours of torques from Tol's muted scheme; only so many of the largest torques are drawn."""
 FIELDS = ("#56B4E9", "#0072B2")
 MOMENTA = ("#B15928", "#6A3D9A")
 
@@ -61,8 +60,8 @@ class Surroundings(NamedTuple):
     arrays: dict[str, Array]
 
 
-def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
-    """Return the surroundings of a body or a pair; `pace` is the time that passes on the page in a second."""
+def surroundings_of(motion: Trajectory, speed: float) -> Surroundings:
+    """Return the surroundings of a body or a pair; `speed` is the time that passes on the page in a second."""
     found = Surroundings({"vectors": []}, {})
     state = state_of(motion.phase, motion.times)
     instant = motion.system.dynamics.broadcast_to(state.shape).at(state, motion.environment)
@@ -74,7 +73,7 @@ def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
     _add_fields(found, motion, instant)
     _add_momenta(found, motion)
     found.content["facets"] = next(map(_polygons, _within(motion, Facets)), None)
-    _add_wheels(found, motion, pace)
+    _add_wheels(found, motion, speed)
     return found
 
 
@@ -82,15 +81,15 @@ def surroundings_of(motion: Trajectory, pace: float) -> Surroundings:
 
 
 def _add_orbit(found: Surroundings, motion: Trajectory) -> None:
-    """Add the orbit about the attractor that pulls most at the turning of the body, and the size of that."""
+    """Add the orbit about the attractor with the largest gravity gradient, and the size of this attractor."""
     suns = [force.sun for force in _within(motion, Sunlight)]
     orbits = different_orbits(motion)
     orbits = [orbit for orbit in orbits if not any(same(orbit, sun) for sun in suns)] or orbits
     if not orbits:
         return
     places = [_rows(motion.environment.position(orbit), motion) for orbit in orbits]
-    pulls = [_mu(orbit) / np.linalg.norm(place[0]) ** 3 for orbit, place in zip(orbits, places, strict=True)]
-    orbit, position = orbits[int(np.argmax(pulls))], places[int(np.argmax(pulls))]
+    gradients = [_mu(orbit) / np.linalg.norm(place[0]) ** 3 for orbit, place in zip(orbits, places, strict=True)]
+    orbit, position = orbits[int(np.argmax(gradients))], places[int(np.argmax(gradients))]
     velocity = _rows(motion.environment.velocity(orbit), motion)
     distance = np.linalg.norm(position, axis=-1)
     across = np.linalg.norm(np.cross(position, velocity), axis=-1)
@@ -112,7 +111,7 @@ def _add_orbit(found: Surroundings, motion: Trajectory) -> None:
 
 
 def _attractor(orbit: Orbit, motion: Trajectory) -> tuple[str, float | None]:
-    """Return the name of an attractor, and its radius in the unit of the orbit if that can be known."""
+    """Return the name of an attractor, and its radius in the unit of the orbit if it is known."""
     occulters = [each for each in _within(motion, Occulter) if same(each.orbit, orbit)]
     radius = float(occulters[0].radius) if occulters else None
     second = 1 / SECONDS.get(motion.system.units["time"], 1.0)
@@ -129,7 +128,7 @@ def _mu(orbit: Orbit) -> float:
 
 
 def _add_sun(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
-    """Add the direction to the Sun, and which part of it is seen behind occulters."""
+    """Add the direction to the Sun, and the part of its disc that occulters leave visible."""
     force = next(iter(_within(motion.system.dynamics.broadcast_to(motion.times.shape), Sunlight)), None)
     if force is None:
         return
@@ -154,7 +153,7 @@ def _add_torques(found: Surroundings, motion: Trajectory) -> None:
 
 
 def _add_fields(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
-    """Add magnetic fields where the body is."""
+    """Add magnetic fields at the position of the body."""
     fields: list[MagneticField] = []
     for field in _within(motion.system.dynamics.broadcast_to(motion.times.shape), MagneticField):
         if not any(same(field, known) for known in fields):
@@ -210,7 +209,7 @@ SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 
 def _sides(facets: Facets) -> Array:
-    """Return the lengths of the sides of a box of which facets are a part, as a column; NaN of other facets."""
+    """Return the lengths of the sides of a box that facets belong to, as a column; NaN for other facets."""
     sides = np.full((facets.count, 3, 1), np.nan)
     normals, areas = facets.normals[:6], np.asarray(facets.areas[:6])
     box = np.repeat(np.eye(3), 2, axis=0) * np.array([1, -1] * 3)[:, None]
@@ -222,13 +221,13 @@ def _sides(facets: Facets) -> Array:
     return sides
 
 
-def _add_wheels(found: Surroundings, motion: Trajectory, pace: float) -> None:
-    """Add the wheels whose axes are fixed in the body, and their angles, slowed down until an eye can follow."""
+def _add_wheels(found: Surroundings, motion: Trajectory, speed: float) -> None:
+    """Add the wheels with axes fixed in the body, and their angles, slowed down to a visible rate."""
     wheels = list(_speeds_of_wheels(motion))
     if not wheels:
         return
     axes, speeds = (np.concatenate(each, axis=-1) for each in zip(*wheels, strict=True))
-    slower = _round_number(float(np.max(np.abs(speeds))) * pace / FASTEST_WHEEL)
+    slower = _round_number(float(np.max(np.abs(speeds))) * speed / FASTEST_WHEEL)
     steps = 0.5 * (speeds[1:] + speeds[:-1]) * np.diff(motion.times)[:, None]
     found.arrays["wheel_angles"] = np.cumsum(np.vstack([0 * speeds[:1], steps]), axis=0) / slower
     found.content["wheels"] = {"axes": axes.T.tolist(), "slower": slower}
@@ -244,7 +243,7 @@ def _speeds_of_wheels(motion: Trajectory) -> Iterator[tuple[Array, Array]]:
 
 
 def _round_number(least: float) -> int:
-    """Return the first of 1, 2, 5, 10, 20, 50, ... that is not less."""
+    """Return the first of 1, 2, 5, 10, 20, 50, ... that is not less than a number."""
     rounds: Iterator[int] = (k * 10**power for power in itertools.count() for k in (1, 2, 5))
     return next(each for each in rounds if each >= least)
 
@@ -292,7 +291,7 @@ def _milliseconds(date: str) -> float:
 
 
 def _within(record: Any, kind: Any) -> Iterator[Any]:
-    """Yield the objects of a class among the forces of a motion or a system, and within them."""
+    """Yield the objects of a class among the forces of a motion or a system and their fields."""
     system = record.system if isinstance(record, Trajectory) else record
     return (each for force in system.forces for each in within(force) if isinstance(each, kind))
 

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Unpack
 
 from poinsot.plot.labels import BLUE, GREY, VERMILION, one_member, unit_of
-from poinsot.plot.panels import dress, one_panel, plot
+from poinsot.plot.panels import PanelOptions, dress, one_panel, plot
 from poinsot.plot.solid_parts import surfaces
 from poinsot.plot.solids import draw_path
 from poinsot.plot.time_axis import instant
@@ -29,10 +30,9 @@ BODIES = {"primary": BLUE, "secondary": VERMILION}
 def mutual_orbit(
     motion: OfTwoBodies,
     *,
-    ax: Axes | None = None,
     length_unit: str | None = None,
     time_unit: str | None = None,
-    title: str = "",
+    **options: Unpack[PanelOptions],
 ) -> Axes:
     """Draw the orbit of the secondary about the primary, and the outlines of both bodies at the last time, to scale.
 
@@ -63,7 +63,7 @@ def mutual_orbit(
     one_member(motion)
     across = _plane(motion)
     unit = unit_of("length_unit", motion.system.units["length"], length_unit)
-    path, panel = unit.factor * motion.position @ across, one_panel(ax, (6.4, 6.4), title)
+    path, panel = unit.factor * motion.position @ across, one_panel((6.4, 6.4), **options)
     draw_path(panel, path, color=GREY, linewidth=0.8, label="orbit of the secondary")
     places = {"primary": np.zeros(2), "secondary": path[-1]}
     for (body, colour), mass in zip(BODIES.items(), two_bodies(motion.system).masses, strict=True):
@@ -84,7 +84,7 @@ def _plane(motion: OfTwoBodies) -> Array:
     """Return the line of centres and the direction across it in the plane of the orbit, at the first time; (3, 2)."""
     out = motion.position[0] / np.linalg.norm(motion.position[0])
     onwards = motion.velocity[0] - motion.velocity[0] @ out * out
-    if not np.any(onwards):  # they fall straight towards each other
+    if not np.any(onwards):  # the bodies fall straight towards each other
         onwards = np.linalg.svd(out[None])[2][1]
     return np.stack([out, onwards / np.linalg.norm(onwards)], axis=-1)
 

@@ -6,7 +6,7 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any, TypedDict, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from poinsot.printable import described
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["PLAIN", "Pair", "count_degrees", "dress", "one_panel", "panels", "plot"]
+__all__ = ["PLAIN", "Pair", "PanelOptions", "count_degrees", "dress", "one_panel", "panels", "plot"]
 
 Pair = Any
 """Two axes of matplotlib, as a sequence or an array, or None."""
@@ -47,56 +47,65 @@ OPTIONS = {
 """Descriptions of the options that several plots share."""
 DEFAULTS = {"separate": False, "title": ""}
 """Defaults of options in groups; None for all others."""
+RETURNS = {
+    "ax": "matplotlib Axes\n    The panel; `ax.figure` is its figure, for `savefig`.",
+    "axes": "array (2,) of matplotlib Axes\n    Left and right panel; `axes[0].figure` is their figure, for `savefig`.",
+}
+"""Results of plots in one panel and in two panels."""
 
 TITLE_PAD = 28
-"""Points between axes and their title, for a legend."""
+"""Space between axes and their title for a legend, points."""
 PLAIN = (-4, 5)
 """Powers of ten between which numbers on the axes are written without one."""
 POWER_HEIGHT = 0.05
 """Height of the power of ten above a panel, as fraction of the height of the panel."""
 RIGHT_ANGLE, TICKS = 90.0, 5
-"""Degrees, and ticks an inch."""
+"""Right angle in degrees, and number of ticks per inch."""
 MARKUP = re.compile(r"\\[a-z]+|[${}_^]")
 SAMPLE, CHARACTER = 0.4, 0.06
 """Widths in a legend, inches: the sample of a line, and a letter."""
 
 
-def plot(function: Function) -> Function:
-    """Check the arguments of a public plot, and list its shared options in the docstring, at `{options}`.
+class PanelOptions(TypedDict, total=False):
+    """Options of plots in one panel."""
 
-    The signature of the plot names each option of the group `**options: Unpack[...]`.
+    ax: Axes | None
+    title: str
+
+
+def plot(function: Function) -> Function:
+    """Check the arguments of a public plot, and complete its docstring and its signature.
+
+    The docstring lists the shared options at `{options}`, and the panels as the result if it has no section `Returns`.
+    The signature names each option of the group `**options: Unpack[...]`.
     """
     checking: Any = checked(function)
     signature = _expanded(function)
     options = [OPTIONS[name] for name in signature.parameters if name in OPTIONS]
     if "3D" in str(signature.return_annotation):
         options = [option.replace("Panel to draw in.", "3D panel to draw in.") for option in options]
-    checking.__doc__ = inspect.cleandoc(function.__doc__ or "").replace("{options}", "\n".join(options))
+    text = inspect.cleandoc(function.__doc__ or "")
+    if "\nReturns\n" not in text:
+        options.append("\nReturns\n-------\n" + RETURNS["axes" if "axes" in signature.parameters else "ax"])
+    checking.__doc__ = text.replace("{options}", "\n".join(options))
     checking.__signature__ = signature
     return checking  # type: ignore[no-any-return]
 
 
 def _expanded(function: Callable[..., Any]) -> inspect.Signature:
-    """Return the signature of a plot with the keywords of its group of options in the order of `OPTIONS`."""
+    """Return the signature of a plot with its shared options, also of its group, in the order of `OPTIONS`."""
     signature = inspect.signature(function)
-    *named, last = signature.parameters.values()
-    if last.kind is not last.VAR_KEYWORD:
-        return signature
-    [group] = get_args(hint_of(last.annotation, function.__globals__))
-    keywords = [
-        inspect.Parameter(
-            name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=DEFAULTS.get(name),
-            annotation=group.__annotations__[name].__forward_arg__,
-        )
-        for name in OPTIONS
-        if name in group.__annotations__
-    ]
-    return signature.replace(parameters=[*named, *keywords])
+    found = dict(signature.parameters)
+    if (last := [*found.values()][-1]).kind is last.VAR_KEYWORD:
+        [group] = get_args(hint_of(found.pop(last.name).annotation, function.__globals__))
+        for name, hint in group.__annotations__.items():
+            default, annotation = DEFAULTS.get(name), hint.__forward_arg__
+            found[name] = inspect.Parameter(name, last.KEYWORD_ONLY, default=default, annotation=annotation)
+    shared = [found.pop(name) for name in OPTIONS if name in found]
+    return signature.replace(parameters=[*found.values(), *shared])
 
 
-def one_panel(ax: Axes | None, size: tuple[float, float], title: str = "") -> Axes:
+def one_panel(size: tuple[float, float], ax: Axes | None = None, title: str = "") -> Axes:
     """Return the given axes, or the axes of a new figure."""
     panel: Axes = panels(ax, 1, size, title)[0]
     return panel
@@ -134,7 +143,7 @@ def panels(given: Any, count: int, size: tuple[float, float], title: str = "") -
 
 
 def count_degrees(axis: Any, label: str) -> None:
-    """Put ticks at fractions of a right angle on an axis that has more than one, if its unit is the degree."""
+    """Put ticks at fractions of a right angle on an axis in degrees that is longer than a right angle."""
     from matplotlib.ticker import MaxNLocator
 
     if label.endswith("[deg]") and np.ptp(axis.get_view_interval()) > RIGHT_ANGLE:

@@ -1,4 +1,4 @@
-"""Drawn surfaces of a body: the parts of its shape, or the homogeneous ellipsoid with its moments."""
+"""Surfaces of a drawn body: the parts of its shape, or the homogeneous ellipsoid with its moments."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MAX_BALLS = 300
 
 
 def parts_of(shape: Shape | None) -> list[Any] | None:
-    """Return the parts of a shape; None where there is none, or one of another kind."""
+    """Return the parts of a shape; None without a shape, or if a part is of another kind."""
     parts = [] if shape is None else list(_parts(shape))
     drawable = all(isinstance(part, Cylinder | Ellipsoid | Mascons | Mesh) for part in parts)
     return parts if parts and drawable else None
@@ -45,9 +45,9 @@ def _parts(shape: Shape) -> Iterator[Shape]:
 
 
 def gyration_radii(body: Body) -> tuple[Array, Array]:
-    """Return the root of the mean squares along the principal axes times the mass and two, and these axes as columns.
+    """Return the root of twice the mass times the mean squares along the principal axes, and these axes as columns.
 
-    Sides of the homogeneous ellipsoid and box with the moments of the body are in proportion to them.
+    The sides of the homogeneous ellipsoid and box with the moments of the body are proportional to the radii.
     """
     moments, axes = principal(body)
     return np.sqrt(np.maximum(np.sum(moments) - 2 * moments, 0)), axes
@@ -63,7 +63,8 @@ def surfaces(body: Body, mass: float) -> list[Array]:
     parts = parts_of(body.shape)
     if parts is None:
         return [(SPHERE * extents(body, mass)).reshape(-1, 3) @ gyration_radii(body)[1].T]
-    return [_surface(part) - body.shape.center_of_mass for part in parts]
+    points = (part.positions if isinstance(part, Mascons) else _triangles(part, 1, 1).reshape(-1, 3) for part in parts)
+    return [each - body.shape.center_of_mass for each in points]
 
 
 def triangles(body: Body, mass: float = 1.0) -> Array:
@@ -74,7 +75,8 @@ def triangles(body: Body, mass: float = 1.0) -> Array:
     return np.asarray(np.concatenate([_triangles(part) for part in parts]) - body.shape.center_of_mass)
 
 
-def _triangles(part: Any) -> Array:
+def _triangles(part: Any, down: int = 3, around: int = 5) -> Array:
+    """Return the triangles of a part, with every so many of the points of a sphere and of a circle; (m, 3, 3)."""
     if isinstance(part, Mesh):
         return np.asarray(part.vertices[part.faces])
     if isinstance(part, Mascons):
@@ -82,29 +84,16 @@ def _triangles(part: Any) -> Array:
         radii = 0.6 * part.circumscribing_radius * np.cbrt(part.masses[heaviest] / np.sum(part.masses))
         ball = _grid(SPHERE[::10, ::15])
         return np.concatenate([place + r * ball for place, r in zip(part.positions[heaviest], radii, strict=True)])
-    own = _grid(SPHERE[::3, ::5] * part.semiaxes) if isinstance(part, Ellipsoid) else _tube(part.radius, part.height)
+    if isinstance(part, Ellipsoid):
+        own = _grid(SPHERE[::down, ::around] * part.semiaxes)
+    else:
+        rim = TUBE[::around] * (part.radius, part.radius, 0)
+        ends = np.array([1, 1, -1, -1])[:, None, None] * (0, 0, part.height / 2)
+        own = _grid(np.stack([0 * rim, rim, rim, 0 * rim]) + ends)
     return np.asarray(part.center_of_mass + own @ part._axes.T)
-
-
-def _tube(radius: float, height: float) -> Array:
-    rim = TUBE[::5] * (radius, radius, 0)
-    rings = np.stack([0 * rim, rim, rim, 0 * rim])
-    return _grid(rings + np.array([1, 1, -1, -1])[:, None, None] * (0, 0, height / 2))
 
 
 def _grid(points: Array) -> Array:
     """Return the triangles of a grid of points, rows from above down, columns about the third axis; (m, 3, 3)."""
     a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
     return np.concatenate([np.stack(each, axis=-2).reshape(-1, 3, 3) for each in ((a, b, c), (a, c, d))])
-
-
-def _surface(part: Any) -> Array:
-    if isinstance(part, Mesh):
-        return np.asarray(part.vertices)
-    if isinstance(part, Mascons):
-        return np.asarray(part.positions)
-    if isinstance(part, Ellipsoid):
-        own = (SPHERE * part.semiaxes).reshape(-1, 3)
-    else:
-        own = np.concatenate([TUBE * (part.radius, part.radius, side * part.height / 2) for side in (-1, 1)])
-    return np.asarray(part.center_of_mass + own @ part._axes.T)

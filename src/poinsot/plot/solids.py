@@ -1,7 +1,7 @@
-"""Ellipsoids and curves on them, drawn as solid bodies: the far side is faded.
+"""Ellipsoids and curves on them, drawn as solid bodies with a faded far side.
 
-The pictures are in parallel projection from one direction, `eye`. matplotlib sorts whole artists by depth,
-not their parts, so every curve is cut here into its near and its far parts, and the order of painting is set.
+The pictures are in parallel projection from one direction, `eye`. matplotlib sorts whole artists by depth, not their
+parts. Every curve is therefore cut into near and far parts, and the order of painting is set.
 """
 
 from __future__ import annotations
@@ -49,17 +49,17 @@ BELOW, LINE = 0.45, 0.27
 """Inches of the legend below, and of a line of the title above."""
 
 POINTS_PER_CHARACTER = 4
-"""Points by which the name of an axis goes away from it for each character of its ticks after the fifth."""
+"""Points between an axis and its name for each character of the ticks after the fifth."""
 
 
 @dataclass(frozen=True)
 class DrawnEllipsoid:
-    """An ellipsoid about the origin.
+    """Ellipsoid about the origin.
 
     Attributes
     ----------
     axes : array (3, 3)
-        The directions of its axes, as columns.
+        Directions of the axes of the ellipsoid, as columns.
     semiaxes : array (3,)
     """
 
@@ -84,9 +84,9 @@ class DrawnEllipsoid:
 
 
 class DrawnSolid:
-    """An ellipsoid drawn as seen from one direction.
+    """Ellipsoid drawn as seen from one direction.
 
-    Painted in this order: 1 the solid, 2 the curves on its far side, 3 those on its near side, 8 points.
+    The order of painting is: 1 the solid, 2 the curves on its far side, 3 the curves on its near side, 8 points.
     """
 
     def __init__(self, axes: Any, ellipsoid: DrawnEllipsoid, eye: Array) -> None:
@@ -117,7 +117,7 @@ class DrawnSolid:
             draw_path(self.axes, part, color=colour, linewidth=width, alpha=opacity, zorder=order, label=name, **style)
 
     def family(self, curves: Iterable[Array], colour: str, width: float, label: str | None = None) -> None:
-        """Draw curves of one kind, which have one name in the legend."""
+        """Draw curves of one kind, with one name in the legend."""
         for i, points in enumerate(curves):
             self.curve(points, colour, width, None if i else label)
 
@@ -140,14 +140,14 @@ def view_direction(view: ArrayLike) -> Array:
 
 
 def right_and_up(eye: Array) -> tuple[Array, Array]:
-    """Return the directions of space that are rightwards and upwards as seen from another."""
+    """Return the directions of space that are rightwards and upwards in a view from a direction."""
     azimuth = np.arctan2(eye[1], eye[0])
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0])
     return right, np.cross(eye, right)
 
 
 def solid_axes(eye: Array, title: str, ax: Any = None) -> Any:
-    """Return 3D axes, a new figure's or those given, seen from a direction; artists are painted as they come."""
+    """Return the given 3D axes or axes of a new figure, seen from a direction; artists are painted in their order."""
     import matplotlib.pyplot as plt
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
@@ -198,7 +198,7 @@ def label_axes(axes: Any, labels: Sequence[str]) -> None:
 
 
 def finish(axes: Any, own_figure: bool) -> None:
-    """Put the legend below the picture, and let the picture fill a figure of its own."""
+    """Put the legend below the picture, and let the picture fill a new figure."""
     if own_figure:
         _fill(axes)
     if axes.get_legend_handles_labels()[0]:
@@ -215,7 +215,7 @@ def _fill(axes: Any) -> None:
     below = BELOW * bool(axes.get_legend_handles_labels()[0]) + ROOM
     above = LINE * (1 + figure.get_suptitle().count("\n")) + 2 * ROOM
     size = SIDE
-    for _ in range(2):  # the words keep their size
+    for _ in range(2):  # the size of the text is fixed
         low, high = _extent(axes)
         size *= min((SIDE - 2 * ROOM) / (high[0] - low[0]), TALLEST / (high[1] - low[1]))
         axes.set_position((0, 0, size / SIDE, size / figure.get_figheight()))
@@ -236,7 +236,7 @@ def _seen(axes: Any, points: Any) -> Array:
 
 
 def _corners(text: Any, axes: Any) -> Array:
-    """Return two corners of a text in space, pixels, moved from the place that matplotlib reports to the drawn one."""
+    """Return two corners of a text in space, pixels, moved from the reported position to the drawn one."""
     moved = axes.transData.transform([_seen(axes, text.get_position_3d()), text.get_position()])
     return np.asarray(text.get_window_extent().get_points() + moved[0] - moved[1])
 
@@ -244,7 +244,7 @@ def _corners(text: Any, axes: Any) -> Array:
 def _extent(axes: Any) -> tuple[Array, Array]:
     """Return the lower left and the upper right corner of the picture, inches.
 
-    Nothing is drawn but visible axes, which place their words by that: it would take most of the time of a picture.
+    Only visible axes are drawn, which places their text: drawing all would take most of the time of a picture.
     """
     figure = axes.figure
     axes.apply_aspect()
@@ -266,12 +266,12 @@ def _extent(axes: Any) -> tuple[Array, Array]:
 
 
 def draw_path(axes: Any, points: Array, **style: Any) -> None:
-    """Draw the line through points, shape (n, 2) or (n, 3): of very many as dots, also in a vector file."""
+    """Draw the line through points, shape (n, 2) or (n, 3), rasterised in a vector file if the points are many."""
     axes.plot(*points.T, rasterized=len(points) > MAX_POINTS, **style)
 
 
 def draw_point(axes: Any, point: Array, colour: str, label: str | None = None, opacity: float = 1.0) -> None:
-    """Draw a dot, in front of all else."""
+    """Draw a dot in front of all other artists."""
     axes.plot(
         *point[:, None], "o", color=colour, markeredgecolor="white", markersize=8, alpha=opacity, zorder=8, label=label
     )
@@ -294,7 +294,7 @@ def _circle(pole: Array) -> Array:
 
 
 def _widened(chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the choice with one neighbour more at each end, so that the parts of a curve meet."""
+    """Return a mask with one more neighbour at each end, so that the parts of a curve meet."""
     wider = chosen.copy()
     wider[1:] |= chosen[:-1]
     wider[:-1] |= chosen[1:]

@@ -132,11 +132,11 @@ def _draw_axes(panel: Any, moments: Array, eye: Array) -> None:
         panel.text(*(1.1 * out * near), label, ha="center", va="center", path_effects=halo, zorder=9)
 
 
-# ---------------------------------------------------------------------- what is drawn
+# ---------------------------------------------------------------------- directions
 
 
 def _directions(name: str, state: State | Trajectory | None) -> Array:
-    """Return the directions of g that states or a trajectory have, along the body axes; shape (n, 3)."""
+    """Return the directions of g of states or of a trajectory, along the body axes; shape (n, 3)."""
     if state is None:
         return np.empty((0, 3))
     g = np.atleast_2d(state.angular_momentum_body)

@@ -61,7 +61,7 @@ class TimeAxis:
         return np.asarray(date.jd1 - UNIX_EPOCH + date.jd2 + dates.date2num(np.datetime64("1970-01-01")))
 
     def mark(self, panel: Axes) -> None:
-        """Write dates at the ticks, if it is an axis of dates."""
+        """Write dates at the ticks of an axis of dates."""
         if self.calendar is None:
             return
         import matplotlib.dates as mdates
@@ -74,7 +74,7 @@ class TimeAxis:
 
 
 def time_axis(motion: Trajectory, chosen: str | None, times: ArrayLike | None = None) -> TimeAxis:
-    """Return the axis of times of a motion, all or some: dates where it has a calendar, unless a unit is chosen."""
+    """Return the axis of some or all times of a motion: dates for a calendar, unless a unit is chosen."""
     times = np.asarray(motion.times if times is None else times, dtype=float)
     calendar, units = motion.calendar, motion.system.units
     if chosen == "date" and calendar is None:
@@ -90,7 +90,7 @@ def time_axis(motion: Trajectory, chosen: str | None, times: ArrayLike | None = 
 
 
 def instant(motion: Trajectory, index: int, chosen: str | None) -> str:
-    """Return one of the times of a motion in words: "time 12.5 s", "2029-04-13T21:46:00 TDB"."""
+    """Return one of the times of a motion as text: "time 12.5 s", "2029-04-13T21:46:00 TDB"."""
     axis, time = time_axis(motion, chosen), float(motion.times[index])
     if axis.calendar is not None:
         return _dated(axis.calendar, time)

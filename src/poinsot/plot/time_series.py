@@ -10,9 +10,16 @@ from typing_extensions import Unpack
 
 from poinsot.algebra import quaternion as quat
 from poinsot.plot.comparison import median_attitude
-from poinsot.plot.curves import CurveOptions, SeparateCurveOptions, against_time, reached
+from poinsot.plot.curves import (
+    CurveOptions,
+    SeparateCurveOptions,
+    SeparatePairOptions,
+    against_time,
+    in_one_panel,
+    reached,
+)
 from poinsot.plot.labels import bracketed, column_label, in_words, one_rotation, rate_unit_of, torque_unit_of, unit_of
-from poinsot.plot.panels import Pair, plot
+from poinsot.plot.panels import plot
 from poinsot.printable import quoted
 from poinsot.propagation.bodies_of_motion import OfTwoBodies
 from poinsot.propagation.columns import unit_of_column
@@ -41,8 +48,8 @@ MIN_RELATIVE_TORQUE = 1e-12
 
 
 @plot
-def quaternions(motion: Trajectory, *, axes: Pair = None, **options: Unpack[SeparateCurveOptions]) -> NDArray[Any]:
-    """Draw the four components of q (left) and of Q (right) against time, as in the figures of the paper.
+def quaternions(motion: Trajectory, **options: Unpack[SeparatePairOptions]) -> NDArray[Any]:
+    """Draw the components of q (left) and of Q (right, in the unit of the system) against time, as in the paper.
 
     Parameters
     ----------
@@ -51,11 +58,6 @@ def quaternions(motion: Trajectory, *, axes: Pair = None, **options: Unpack[Sepa
         members with bands between the quartiles and between the 5th and the 95th percentile. The median attitude
         resolves the sign of q and -q, which are the same attitude.
     {options}
-
-    Returns
-    -------
-    array (2,) of matplotlib Axes
-        Left and right panel in the units of the system; `axes[0].figure` is their figure, for `savefig`.
 
     Examples
     --------
@@ -69,12 +71,12 @@ def quaternions(motion: Trajectory, *, axes: Pair = None, **options: Unpack[Sepa
         "Euler parameters $q$": _named("$q_{}$", sign * motion.quaternion, 0),
         momenta: _named("$Q_{}$", sign * motion.conjugate_momenta, 0),
     }
-    return against_time(motion, curves, axes, **options)
+    return against_time(motion, curves, **options)
 
 
 @plot
 def angular_velocity(
-    motion: Trajectory, *, axes: Pair = None, rate_unit: str | None = None, **options: Unpack[SeparateCurveOptions]
+    motion: Trajectory, *, rate_unit: str | None = None, **options: Unpack[SeparatePairOptions]
 ) -> NDArray[Any]:
     """Draw the inertial angular velocity along the body axes (left) and along the space axes (right).
 
@@ -84,11 +86,6 @@ def angular_velocity(
         Motion of one body, or an ensemble. For two bodies, the left panel shows the primary and the right panel the
         secondary, each along its body axes.
     {options}
-
-    Returns
-    -------
-    array (2,) of matplotlib Axes
-        Left and right panel.
 
     Examples
     --------
@@ -104,12 +101,12 @@ def angular_velocity(
     if len(rates) == 1:
         in_space = _named(r"$\omega_{{s{}}}$", unit.factor * motion.omega_space, 1)
         curves[f"angular velocity, space axes{unit.label}"] = in_space
-    return against_time(reached(motion), curves, axes, **options)
+    return against_time(reached(motion), curves, **options)
 
 
 @plot
 def angular_momentum(
-    motion: Trajectory, *, axes: Pair = None, momentum_unit: str | None = None, **options: Unpack[SeparateCurveOptions]
+    motion: Trajectory, *, momentum_unit: str | None = None, **options: Unpack[SeparatePairOptions]
 ) -> NDArray[Any]:
     """Draw the angular momentum of body and parts along the body axes (left) and along the space axes (right).
 
@@ -118,11 +115,6 @@ def angular_momentum(
     motion : Trajectory
         Motion of one body, or an ensemble.
     {options}
-
-    Returns
-    -------
-    array (2,) of matplotlib Axes
-        Left and right panel.
 
     Examples
     --------
@@ -134,13 +126,11 @@ def angular_momentum(
         f"angular momentum, body axes{unit.label}": _named("$g_{}$", unit.factor * motion.angular_momentum_body, 1),
         f"angular momentum, space axes{unit.label}": _named("$G_{}$", unit.factor * motion.angular_momentum_space, 1),
     }
-    return against_time(reached(motion), curves, axes, **options)
+    return against_time(reached(motion), curves, **options)
 
 
 @plot
-def part_variables(
-    motion: Trajectory, part: str = "", *, ax: Axes | None = None, **options: Unpack[SeparateCurveOptions]
-) -> Axes:
+def part_variables(motion: Trajectory, part: str = "", **options: Unpack[SeparateCurveOptions]) -> Axes:
     """Draw the variables of a part, `motion.own`.
 
     Parameters
@@ -178,14 +168,11 @@ def part_variables(
     names, values = components(own[part]), np.moveaxis(motion.own[part], -1, 0)
     label = f"variables of {part}{column_label(motion.system, f'own_{part}')}"
     curves = {name.replace("_", " "): value for name, value in zip(names, values, strict=True)}
-    panel: Axes = against_time(reached(motion), {label: curves}, ax, **options)[0]
-    return panel
+    return in_one_panel(reached(motion), label, curves, **options)
 
 
 @plot
-def distance(
-    motion: OfTwoBodies, *, ax: Axes | None = None, length_unit: str | None = None, **options: Unpack[CurveOptions]
-) -> Axes:
+def distance(motion: OfTwoBodies, *, length_unit: str | None = None, **options: Unpack[CurveOptions]) -> Axes:
     """Draw the distance of the centres of mass of two bodies.
 
     Parameters
@@ -194,26 +181,18 @@ def distance(
         Motion of two bodies, or an ensemble.
     {options}
 
-    Returns
-    -------
-    matplotlib Axes
-        The panel.
-
     Examples
     --------
     >>> pt.plot.distance(pair_motion, length_unit="km", time_unit="h").get_ylabel()
     'distance of the centres of mass [km]'
     """
     unit = unit_of("length_unit", motion.system.units["length"], length_unit)
-    curves = {f"distance of the centres of mass{unit.label}": {"": unit.factor * motion.distance}}
-    panel: Axes = against_time(reached(motion), curves, ax, **options)[0]
-    return panel
+    label = f"distance of the centres of mass{unit.label}"
+    return in_one_panel(reached(motion), label, {"": unit.factor * motion.distance}, **options)
 
 
 @plot
-def torques(
-    motion: Trajectory, *, ax: Axes | None = None, torque_unit: str | None = None, **options: Unpack[CurveOptions]
-) -> Axes:
+def torques(motion: Trajectory, *, torque_unit: str | None = None, **options: Unpack[CurveOptions]) -> Axes:
     """Draw the magnitude of the torque of each force, on a log axis.
 
     Parameters
@@ -221,11 +200,6 @@ def torques(
     motion : Trajectory
         Motion of one body with forces, or an ensemble. Torques between the body and its parts are not drawn.
     {options}
-
-    Returns
-    -------
-    matplotlib Axes
-        The panel.
 
     Raises
     ------
@@ -248,12 +222,11 @@ def torques(
         in_words(name): np.where(size > MIN_RELATIVE_TORQUE * np.nanmax(size, initial=0), unit.factor * size, np.nan)
         for name, size in sizes.items()
     }
-    panel: Axes = against_time(reached(motion), {f"torque{unit.label}": shown}, ax, log=True, **options)[0]
-    return panel
+    return in_one_panel(reached(motion), f"torque{unit.label}", shown, log=True, **options)
 
 
 @plot
-def drift(motion: Trajectory, *, ax: Axes | None = None, **options: Unpack[CurveOptions]) -> Axes:
+def drift(motion: Trajectory, **options: Unpack[CurveOptions]) -> Axes:
     """Draw the relative drift of the conserved quantities, on a log axis.
 
     The norm error |q| - 1 and the tangency error q . Q / |Q| are zero in exact arithmetic. Each integral of motion is
@@ -285,7 +258,7 @@ def drift(motion: Trajectory, *, ax: Axes | None = None, **options: Unpack[Curve
     curves = {
         name: np.where(np.isnan(drift), drift, np.maximum(np.abs(drift), MIN_DRIFT)) for name, drift in drifts.items()
     }
-    panel: Axes = against_time(motion, {"relative drift": curves}, ax, log=True, **options)[0]
+    panel = in_one_panel(motion, "relative drift", curves, log=True, **options)
     panel.set_ylim(bottom=0.8 * MIN_DRIFT)
     return panel
 

@@ -58,12 +58,12 @@ Motions = Trajectory | Sequence[Trajectory]
 
 @dataclass(frozen=True)
 class View:
-    """A page that shows a motion; a notebook shows it as the value of a cell.
+    """Page that shows a motion; a notebook displays it as the value of a cell.
 
     Attributes
     ----------
     html : str
-        The whole page.
+        Text of the page.
     """
 
     html: str
@@ -172,7 +172,7 @@ def _page(motion: Trajectory, others: Motions | None, title: str) -> str:
 
 
 def _figure(name: str, symbols: list[str]) -> str:
-    """Return a plot with the numbers that are read in it."""
+    """Return the element of a plot with the readings of its numbers."""
     values = "\n".join(f"<span>{symbol} <output></output></span>" for symbol in symbols)
     return (
         f'<figure id="{name}">\n<figcaption><span class="label"></span>\n<span class="values">{values}</span>'

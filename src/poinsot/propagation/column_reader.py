@@ -1,35 +1,168 @@
-"""Columns of a motion, computed from the rows of a source."""
+"""Rows of a motion, and columns that are read or computed from them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.immutable import cached_property
+from poinsot.immutable import cached_property, read_only
 from poinsot.integration import equations
 from poinsot.integration.formulations import formulation_of
 from poinsot.integration.problem import Problem
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.environment import Dated, Environment, within
 from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.state import AnyState, changed, state_of
+from poinsot.mechanics.state import RIGID, AnyState, Phase, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.propagation.body_of_pair import body_systems
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
+from poinsot.propagation.event_record import NO_EVENTS, EventRecords
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
-from poinsot.propagation.row_source import LazyColumns, RowSource, recorded_columns, selected
 from poinsot.storage.run_record import RunRecord
+from poinsot.storage.selection import Chosen, rows_of
 
-__all__ = ["ColumnReader"]
+if TYPE_CHECKING:
+    from poinsot.storage.ensemble_store import EnsembleStore
+
+__all__ = ["NO_COLUMNS", "ColumnReader", "LazyColumns", "MotionRows"]
 
 Array = NDArray[np.float64]
 EVERY = slice(None)
+NO_COLUMNS: Mapping[str, Array] = read_only({})
 
 ROWS_PER_BLOCK = 16_384
 """Rows whose columns are computed together, so that intermediate results stay in the cache."""
+
+
+Columns = Mapping[str, Array]
+"""Recorded columns by name. Arrays of a store have the interface of arrays and are read when they are indexed."""
+
+Summary = Mapping[str, str | float]
+
+
+class LazyColumns(Columns):
+    """Columns by name, each read on first access.
+
+    Parameters
+    ----------
+    read : mapping
+        Functions that return the columns.
+    """
+
+    def __init__(self, read: Mapping[str, Callable[[], Array]]) -> None:
+        self._read = read
+        self._known: dict[str, Array] = {}
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._known:
+            self._known[name] = self._read[name]()
+        return self._known[name]
+
+    def __contains__(self, name: object) -> bool:  # without reading the column
+        return name in self._read
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._read)
+
+    def __len__(self) -> int:
+        return len(self._read)
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, Array]]]:
+        return dict, (dict(self),)
+
+
+class MotionRows:
+    """Rows of a motion in memory or in a store, with the records of its events.
+
+    Parameters
+    ----------
+    phase : mapping or callable
+        State variables by name, or a function that returns them on first access. Arrays of a store are read when they
+        are indexed.
+    columns : mapping or callable, optional
+        Recorded columns by name, or a function that returns them: columns that are read instead of computed.
+    events : EventRecords, optional
+        Records of the events.
+    summary : mapping, optional
+        Recorded part of the summary of the motion. Default: the summary follows from the rows.
+    store : EnsembleStore, optional
+        Store from which the rows are read.
+    """
+
+    def __init__(
+        self,
+        phase: Phase | Callable[[], Phase],
+        columns: Columns | Callable[[], Columns] = NO_COLUMNS,
+        events: EventRecords = NO_EVENTS,
+        summary: Summary | None = None,
+        store: EnsembleStore | None = None,
+    ) -> None:
+        self._phase, self._columns = phase, columns
+        self.events, self.summary, self.store = events, summary, store
+
+    @cached_property
+    def phase(self) -> Phase:
+        """State variables by name."""
+        return self._phase() if callable(self._phase) else self._phase
+
+    @property
+    def columns(self) -> Columns:
+        """Recorded columns by name."""
+        return self._columns() if callable(self._columns) else self._columns
+
+    @property
+    def recorded(self) -> LazyColumns:
+        """All columns that are read: state variables and recorded columns."""
+        read: dict[str, Callable[[], Array]] = {}
+        for name, values in self.phase.items():
+            if name == "orbit" and "quaternion" not in self.phase:
+                read["position"] = partial(_components, values, slice(3))
+                read["momentum"] = partial(_components, values, slice(3, None))
+            else:
+                read[name if name in RIGID else f"own_{name}"] = partial(np.asarray, values)
+        columns = self.columns
+        for name in columns:
+            read[name] = partial(_column, columns, name)
+        return LazyColumns(read)
+
+    def absent(self, member: int) -> str:
+        """Return the reason why a member has no rows yet; "" if it has rows."""
+        there = self.store is None or self.store.whole[member // self.store.chunk]
+        return "" if there else "the store does not have this member yet"
+
+    def in_memory(self) -> MotionRows:
+        """Return the rows with their arrays in memory."""
+        if self.store is None:
+            return self
+        read = {name: partial(np.asarray, values) for name, values in self.columns.items()}
+        return MotionRows(changed(self.phase, np.asarray), LazyColumns(read), self.events)
+
+    def isel(
+        self, members: Chosen | slice | None, at: NDArray[np.intp] | slice, events: EventRecords = NO_EVENTS
+    ) -> MotionRows:
+        """Return the rows of some members, None for one body, at some times, with the given records of events."""
+        rows, columns = partial(rows_of, members=members, at=at), self.columns
+        read = {name: partial(_rows_of_column, columns, name, rows) for name in columns}
+        return MotionRows(changed(self.phase, rows), LazyColumns(read), events)
+
+    def __reduce__(self) -> tuple[type, tuple[Phase, Columns, EventRecords, Summary | None, EnsembleStore | None]]:
+        return MotionRows, (self.phase, dict(self.columns), self.events, self.summary, self.store)
+
+
+def _column(columns: Columns, name: str) -> Array:
+    return np.asarray(columns[name])
+
+
+def _rows_of_column(columns: Columns, name: str, rows: Callable[[Array], Array]) -> Array:
+    return rows(columns[name])
+
+
+def _components(values: Array, places: slice) -> Array:
+    return np.array(values)[..., places]
 
 
 class ColumnReader:
@@ -43,13 +176,13 @@ class ColumnReader:
         Initial state, from which drifts are measured.
     times : array (n,)
         Times of the rows.
-    rows : RowSource
-        Source of the rows.
+    rows : MotionRows
+        Rows of the motion.
     run : RunRecord
         Run of the motion, whose formulation defines the variables of integrated orbits.
     """
 
-    def __init__(self, system: System, initial: AnyState, times: Array, rows: RowSource, run: RunRecord) -> None:
+    def __init__(self, system: System, initial: AnyState, times: Array, rows: MotionRows, run: RunRecord) -> None:
         self.system, self.initial, self.times, self.rows, self.run = system, initial, times, rows, run
 
     def __getstate__(self) -> dict[str, object]:
@@ -71,7 +204,7 @@ class ColumnReader:
         """Columns of the motion by name."""
         return columns_of(self.system, self._recorded)
 
-    def environment(self, rows: RowSource | None = None, times: Array | None = None) -> Environment:
+    def environment(self, rows: MotionRows | None = None, times: Array | None = None) -> Environment:
         """Return the environment at the times, or at the times of some rows."""
         t, columns = self.times if times is None else times, (self.rows if rows is None else rows).columns
         if ORBIT_VARIABLES not in columns or isinstance(self.system, RecordedSystem):
@@ -92,7 +225,7 @@ class ColumnReader:
 
     @property
     def _recorded(self) -> LazyColumns:
-        return recorded_columns(self.rows)
+        return self.rows.recorded
 
     def block(self, environment: Callable[[], Environment]) -> ColumnBlock:
         """Return all rows, with the function that returns their environment."""
@@ -135,7 +268,7 @@ class ColumnReader:
         step = count if dated else ROWS_PER_BLOCK // max(self.members, 1) or count
         for first in range(0, count, step):
             at = slice(first, first + step)
-            some, times = selected(rows, members, at), self.times[at]
+            some, times = rows.isel(members, at), self.times[at]
             state = state_of(some.phase, times)
             yield (
                 at,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,9 @@ from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState, PairState, named
 from poinsot.mechanics.system import System
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
-from poinsot.propagation.recorded import FORMULAS_MISSING, RecordedPart, RecordedSystem
-from poinsot.propagation.two_body_motion import two_bodies
 
 __all__ = [
     "COLUMNS",
@@ -80,6 +80,8 @@ class Column:
         column is only read.
     axis : str
         Dimension after the times; "" for scalars.
+    length : int
+        Length of this dimension; 0 for scalars and for variables of orbits, whose number depends on the run.
     scope : Scope
         Kind of motion that has the column.
     requires : set of Requirement
@@ -99,6 +101,12 @@ class Column:
     requires: frozenset[Requirement] = frozenset()
     attributes: Mapping[str, str] = field(default_factory=dict)
     drift_of: Integral | None = None
+    length: int = 0
+
+    def attributes_in(self, units: DerivedUnits, addition: str = "") -> dict[str, str]:
+        """Return the attributes of the variable of a dataset; the addition follows its meaning."""
+        unit = self.unit_in(units)
+        return {**({"units": unit} if unit else {}), "long_name": f"{self.meaning}{addition}", **self.attributes}
 
     def unit_in(self, units: DerivedUnits) -> str:
         """Return the unit in the units of a system, in CF notation; "" if it is unknown."""
@@ -128,11 +136,12 @@ def _of_body(
     axis: str = "axis",
     requires: frozenset[Requirement] = NOTHING,
 ) -> Column:
-    return Column(name, unit, meaning, compute, axis, OF_BODY, requires, {"frame": frame} if frame else {})
+    attributes, length = {"frame": frame} if frame else {}, 4 if axis == "parameter" else 3
+    return Column(name, unit, meaning, compute, axis, OF_BODY, requires, attributes, length=length)
 
 
 def _of_pair(name: str, unit: str, meaning: str, compute: Formula) -> Column:
-    return Column(name, unit, meaning, compute, "axis", TWO_BODIES, NOTHING, {"frame": "space"})
+    return Column(name, unit, meaning, compute, "axis", TWO_BODIES, NOTHING, {"frame": "space"}, length=3)
 
 
 def _state(name: str) -> Formula:
@@ -145,7 +154,8 @@ def _orbit(place: slice) -> Formula:
 
 def _velocity(block: ColumnBlock) -> Array:
     momentum = block["momentum"]
-    return np.asarray(momentum / two_bodies(block.system).with_axes(momentum.ndim).reduced_mass)
+    pair = cast(TwoBodies, block.system.body)
+    return np.asarray(momentum / pair.with_axes(momentum.ndim).reduced_mass)
 
 
 def _norm_error(block: ColumnBlock) -> Array:
@@ -265,7 +275,7 @@ def _is_computable(column: Column, unknown: frozenset[Requirement]) -> bool:
 
 def _unknown_formulas(system: System) -> frozenset[Requirement]:
     """Return the kinds of formulas that a system from a file, or one of two bodies, does not have."""
-    parts = any(isinstance(part, RecordedPart) for part in system.parts)
+    parts = any(not isinstance(part, Part) for part in system.parts)
     return (PARTS if parts else frozenset()) | (frozenset() if system.dynamics.moves_alone else FORCES)
 
 
@@ -275,11 +285,11 @@ def _of_parts(system: System) -> dict[str, Column]:
     for part in (part for part in system.parts if part.size):
         name = f"own_{part.name}"
         meaning, axis = f"variables of the part {part.name}", f"component_{part.name}"
-        found[name] = Column(name, _unit_of_part(part), meaning, _own(part.name), axis)
+        found[name] = Column(name, _unit_of_part(part), meaning, _own(part.name), axis, length=part.size)
     return found
 
 
-def _unit_of_part(part: Part | RecordedPart) -> str:
+def _unit_of_part(part: Part) -> str:
     return "momentum" if set(part.momenta) == set(part.variables) else ""
 
 
@@ -374,8 +384,8 @@ class ColumnBlock:
             return AttributeError(no_attribute("a motion", name))
         if scopes == {Scope.TWO_BODIES}:
             return AttributeError(f"a motion of one body has no {name}: it belongs to a motion of two bodies.")
-        if scopes and isinstance(self.system, RecordedSystem):
-            return ValueError(f"{name} {FORMULAS_MISSING}")
+        if scopes and not isinstance(self.system, System):
+            return self.system.formula_missing(name)
         if scopes:
             return AttributeError(f"one of two bodies has no {name} of its own: take the {name} of the pair.")
         known = ", ".join((*columns_of(self.system, self._recorded), *self._recorded))

@@ -17,7 +17,7 @@ from poinsot.mechanics.system import System
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.propagation.column_reader import ColumnReader
-from poinsot.propagation.columns import RENAMED, Column, columns_of_states
+from poinsot.propagation.columns import RENAMED, Column
 from poinsot.propagation.recorded import RecordedPart
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.storage.run_record import RunRecord
@@ -59,11 +59,16 @@ def dataset_of_motion(
     """
     import xarray
 
-    system, units, table, arrays = motion.system, DerivedUnits(motion.system.units), motion.table, motion.read(names)
+    system, units, table = motion.system, DerivedUnits(motion.system.units), motion.table
+    arrays = motion.read(names) if names else {}
     leading = ("member", "time") if motion.is_ensemble else ("time",)
-    along = {name: _along(leading, table[name], arrays[name], units) for name in table if name in arrays}
+    along = {
+        name: ((*leading, column.axis) if column.axis else leading, arrays[name], column.attributes_in(units))
+        for name, column in table.items()
+        if name in arrays
+    }
     return xarray.Dataset(
-        along | dict(_initial(motion.initial, system, units)) | dict(_bodies(motion.initial, system, units)),
+        along | dict(_initial(motion.initial, table, units)) | dict(_bodies(motion.initial, system, units)),
         coords={
             "time": ("time", motion.times, {"units": system.units["time"], **_attributes_of_time(calendar)}),
             "parameter": ["0", "1", "2", "3"],
@@ -212,19 +217,12 @@ Variable = tuple[tuple[str, ...], Array, dict[str, str]]
 """Variable of a dataset: its dimensions, values and attributes."""
 
 
-def _along(leading: tuple[str, ...], column: Column, values: Array, units: DerivedUnits) -> Variable:
-    dims = (*leading, column.axis) if column.axis else leading
-    return dims, values, {**_named(column.unit_in(units), column.meaning), **column.attributes}
-
-
-def _initial(state: AnyState, system: System, units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
+def _initial(state: AnyState, columns: Mapping[str, Column], units: DerivedUnits) -> Iterator[tuple[str, Variable]]:
     """Yield the variables of the initial state."""
-    columns = columns_of_states(system)
-    variables = {**state.rigid, **{f"own_{part.name}": state.own[part.name] for part in system.parts if part.size}}
-    for name, values in variables.items():
+    own = {f"own_{name}": values for name, values in state.own.items()}
+    for name, values in {**state.rigid, **{name: own[name] for name in columns if name in own}}.items():
         column = columns[name]
-        attributes = {**_named(column.unit_in(units), f"{column.meaning}, at the start"), **column.attributes}
-        yield f"initial_{name}", _fixed(values, attributes, column.axis)
+        yield f"initial_{name}", _fixed(values, column.attributes_in(units, ", at the start"), column.axis)
     for name, done in state.jumped.items():
         yield f"initial_jumped_{name}", _fixed(done, _named("1", f"1 if {name} has jumped at the start"))
     yield "initial_time", _fixed(state.time, _named(units.time, "time of the start"))

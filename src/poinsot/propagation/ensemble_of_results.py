@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,12 +22,15 @@ from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.stored_motion import result_in
 from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
-from poinsot.storage.ensemble import ChunkResult, Ensemble, digests
+from poinsot.storage.ensemble import ChunkResult, Ensemble
+from poinsot.storage.ensemble_store import plain_variables
+from poinsot.storage.fingerprint import digests
+from poinsot.storage.zarr_group import Attributes, Described
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Analysis", "analysed_in_chunks", "ensemble_of_results", "of_each", "results_in_chunks", "taken_out"]
+__all__ = ["Analysis", "analysed_in_chunks", "taken_out"]
 
 POINTS = "point"
 """Dimension of points, of which members have different numbers."""
@@ -41,7 +45,7 @@ OF_ONE = (*PROOF, "failures", "initial_state", "norm_error", "order", "state_var
 Compute = Callable[[NDArray[np.int_]], Any]
 
 
-def ensemble_of_results(
+def _ensemble_of_results(
     compute: Compute, members: int, last: float, problem: Mapping[str, Any]
 ) -> Ensemble[xarray.Dataset]:
     """Return results of members as an ensemble in chunks. No result depends on the other members.
@@ -58,22 +62,28 @@ def ensemble_of_results(
         Arguments by name, of which a store contains the digests; `system` is one of them.
     """
     first: xarray.Dataset = compute(np.arange(1)).dataset  # in which an unknown number of points is none
-    along = (str(name) for name, each in first.data_vars.items() if each.dims[:1] == ("member",))
-    names = tuple(name for name in along if not name.startswith(PROOF))
+    along = [name for name, each in first.data_vars.items() if each.dims[:1] == ("member",)]
+    rows = plain_variables(first[along].drop_vars(first.coords, errors="ignore"))
+    variables = {name: _described(members, *row) for name, row in rows.items() if not name.startswith(PROOF)}
     shared = first.drop_dims(["member", POINTS], errors="ignore")
     own = {name: value for name, value in shared.attrs.items() if not name.startswith(OF_ONE)}
     return Ensemble(
         members=members,
         last=last,
         problem=digests(problem),
-        names=names,
-        stored=tuple(name for name in names if POINTS not in first[name].dims),
-        member_bytes=sum(int(first[name].nbytes) for name in names),
+        variables=variables,
+        stored=tuple(name for name, about in variables.items() if POINTS not in about.dims),
+        member_bytes=sum(about.member_bytes for about in variables.values()),
         fixed=shared.drop_attrs(deep=False).assign_attrs({**own, "system": repr(problem["system"])}),
-        template=lambda names: first[[*names]],
         compute=functools.partial(_computed, compute),
         open=result_in,
     )
+
+
+def _described(members: int, dims: tuple[str, ...], values: NDArray[np.generic], attributes: Attributes) -> Described:
+    """Return the description of a variable of all members, from the variable of one member."""
+    one = Described.of(dims, values, attributes)
+    return replace(one, shape=(members, *one.shape[1:]))
 
 
 def _computed(compute: Compute, members: slice, names: tuple[str, ...], progress: Progress) -> ChunkResult:
@@ -88,7 +98,8 @@ def _computed(compute: Compute, members: slice, names: tuple[str, ...], progress
         progress(who.size)
     run_of, data = getattr(result, "motion", result), result.dataset
     points = {} if POINTS not in data.dims else _points(data, members.start)
-    return ChunkResult.of(run_of, members.start, data[[*names]], points, interrupted)
+    rows = {name: data[name].values for name in names}
+    return ChunkResult.of(run_of.failures, run_of.run, members.start, rows, points, interrupted)
 
 
 class Analysis(NamedTuple):
@@ -115,7 +126,7 @@ class Analysis(NamedTuple):
 
 
 def analysed_in_chunks(plan: Plan, analysis: Analysis, progress: bool | None) -> xarray.Dataset:
-    """Return the dataset of an analysis of an ensemble, computed in chunks."""
+    """Return the dataset of an analysis of an ensemble in chunks; a terminal shows the progress by default."""
     function, system, state, times, settings, varied = analysis
     counts = common_members(system, state)
     if not counts:
@@ -126,20 +137,15 @@ def analysed_in_chunks(plan: Plan, analysis: Analysis, progress: bool | None) ->
 
     def some(members: NDArray[np.int_]) -> Any:
         given = members_of(system, members), members_of(whole, members), times
-        return function(*given, **shared, **of_each(varied, members), threads=threads, progress=False)
+        return function(*given, **shared, **_of_each(varied, members), threads=threads, progress=False)
 
     problem = {"function": function.__qualname__, "system": system, "times": times, "settings": {**shared, **varied}}
     states = {"states": (dict(whole.phase), whole.time, *whole.jumped.items())}
-    ensemble = ensemble_of_results(some, counts[0], float(times[-1]), problem | states)
-    return results_in_chunks(ensemble, plan, progress)
-
-
-def results_in_chunks(ensemble: Ensemble[xarray.Dataset], plan: Plan, progress: bool | None) -> xarray.Dataset:
-    """Return the results of an ensemble, chunk by chunk, shown on a terminal by default."""
+    ensemble = _ensemble_of_results(some, counts[0], float(times[-1]), problem | states)
     return run_in_chunks(ensemble, plan, sys.stderr.isatty() if progress is None else progress)
 
 
-def of_each(arguments: Mapping[str, Any], members: NDArray[np.int_]) -> dict[str, Any]:
+def _of_each(arguments: Mapping[str, Any], members: NDArray[np.int_]) -> dict[str, Any]:
     """Return arguments of some members; arguments that all members share stay."""
     return {name: np.asarray(x)[members] if np.ndim(x) else x for name, x in arguments.items()}
 

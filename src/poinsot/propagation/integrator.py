@@ -5,49 +5,30 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.cuda.run import CudaRun, check_device
+from poinsot.display.progress import Progress
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, OneMotion, Sink
 from poinsot.integration.run import Run
 from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
-from poinsot.mechanics.state import AnyState, Phase
+from poinsot.mechanics.members import members_of
+from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System
+from poinsot.propagation.column_reader import NO_COLUMNS, MotionRows
 from poinsot.propagation.columns import ORBIT_VARIABLES
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords, crossings
-from poinsot.propagation.row_source import ComputedRows
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.memory import refuse_larger_than_memory
 from poinsot.storage.run_record import Method, RunRecord
 
 __all__ = ["Integrator"]
-
-
-class ArraysByName(Protocol):
-    """Arrays by name."""
-
-    def __getitem__(self, name: str, /) -> NDArray[np.float64]:
-        """Return an array."""
-
-
-class SinkRows(Protocol):
-    """Rows of a sink."""
-
-    times: NDArray[np.float64]
-
-    @property
-    def phase(self) -> Phase:
-        """State variables by name."""
-
-    @property
-    def rows(self) -> ArraysByName:
-        """State variables and further rows by name."""
 
 
 @dataclass(eq=False)
@@ -90,32 +71,47 @@ class Integrator:
         return kind(self.problem, self.variables, state, times, sink, self.settings).integrate()
 
     def motion(self, state: AnyState, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
-        """Return the motion from a state, or that of the members from theirs, and what is known about the run."""
-        members = state.time.shape
+        """Return the motion from a state, or the motions of members from their states, and the report of the run."""
+        problem, members, orbits = self.problem, state.time.shape, self._of_orbits
+        kept: Memory | OneMotion = OneMotion()
         if members:
-            numbers = sum(self.variables.sizes.values()) + sum(size for (size,) in self._of_orbits.values())
+            numbers = sum(self.variables.sizes.values()) + sum(size for (size,) in orbits.values())
             refuse_larger_than_memory(members[0], times.size, numbers)
-        kept = Memory(self.variables, members[0], times, **self._of_orbits) if members else OneMotion()
-        report = self.run(state, times, kept)
-        return self.trajectory(state, kept, report, times), report
-
-    def trajectory(self, state: AnyState, kept: SinkRows, report: Report, times: NDArray[np.float64]) -> Trajectory:
-        """Return the motion from the rows of a sink."""
-        problem, variables, many, events = self.problem, self.variables, bool(state.time.ndim), NO_EVENTS
-        method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR
+            kept = Memory(self.variables, members[0], times, **orbits)
+        report, events = self.run(state, times, kept), NO_EVENTS
         if problem.events:
             rising = bool(times[0] <= times[-1])
-            events = EventRecords.of(crossings(problem.system, problem.events, variables, report.events, rising))
-        columns = (lambda: {ORBIT_VARIABLES: kept.rows["orbits"]}) if self._of_orbits else dict
-        return Trajectory(
-            problem.system,
-            state,
-            kept.times,
-            ComputedRows(lambda: kept.phase, columns, events),
-            RunRecord.of(report.totals, method, variables.formulation.name, self.settings.precision),
-            (report.dense, *report.dense.ends) if report.dense else None,
-            report.failures if many else {},
-        )
+            events = EventRecords.of(crossings(problem.system, problem.events, self.variables, report.events, rising))
+        columns = (lambda: {ORBIT_VARIABLES: kept.rows["orbits"]}) if orbits else NO_COLUMNS
+        rows, dense = MotionRows(lambda: kept.phase, columns, events), report.dense
+        run = self.run_record(report, bool(members))
+        polynomials = (dense, *dense.ends) if dense else None
+        failures = report.failures if members else {}
+        return Trajectory(problem.system, state, kept.times, rows, run, polynomials, failures), report
+
+    def motion_of_members(
+        self, state: AnyState, times: NDArray[np.float64], members: slice, progress: Progress
+    ) -> tuple[Trajectory, Report]:
+        """Return the motions of some members of an ensemble, and the report of their run."""
+        some = dataclasses.replace(members_of(self, members), settings=self.settings._replace(progress=progress))
+        return some.motion(members_of(state, members), times)
+
+    def motion_without_rows(
+        self, state: AnyState, times: NDArray[np.float64], provenance: Mapping[str, Any]
+    ) -> Trajectory:
+        """Return the motion of all members before the integration: not a number at all times, in no memory."""
+        shape = (*state.time.shape, times.size)
+        phase = {name: np.broadcast_to(np.nan, (*shape, size)) for name, size in self.variables.sizes.items()}
+        orbits = self._of_orbits
+        columns = {ORBIT_VARIABLES: np.broadcast_to(np.nan, (*shape, *orbits["orbits"]))} if orbits else NO_COLUMNS
+        report = Report(np.zeros(shape[0], dtype=int), tolerance=self.settings.tolerance, wall_time=np.nan)
+        run = self.run_record(report, True)
+        return Trajectory(self.system, state, times, MotionRows(phase, columns), run, provenance=provenance)
+
+    def run_record(self, report: Report, many: bool) -> RunRecord:
+        """Return the record of a run of one body or of many members."""
+        method = Method.TAYLOR_OF_MEMBERS if many else Method.TAYLOR
+        return RunRecord.of(report.totals, method, self.variables.formulation.name, self.settings.precision)
 
     @property
     def _of_orbits(self) -> dict[str, tuple[int]]:

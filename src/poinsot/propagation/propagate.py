@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import partial
 from typing import cast
 
 from typing_extensions import Unpack
@@ -25,8 +26,8 @@ from poinsot.propagation.arguments import (
     checked_formulation,
     checked_threads,
 )
-from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
 from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
@@ -132,7 +133,9 @@ def propagate(
     if not (plan and plan.client):  # whose workers have devices of their own
         integrator.check_device(bool(members))
     if members and plan:
-        ensemble = ensemble_of_motions(integrator, state, t, plan.provenance)
+        whole = integrator.motion_without_rows(state, t, plan.provenance)
+        integrate = partial(integrator.motion_of_members, state, t)
+        ensemble = ensemble_of_motions(whole, variables, problem.events, integrator.settings, integrate)
         return cast("Trajectory", run_in_chunks(ensemble, plan, shown))
     motion, report = integrator.motion(state, t)
     if members:

@@ -137,6 +137,11 @@ class RecordedSystem(Immutable):
 
     forces_space = torques_body
 
+    @staticmethod
+    def formula_missing(name: str) -> ValueError:
+        """Return the error for a quantity that requires the formulas of the forces."""
+        return _formula_missing(name)
+
     def _refuse_parts(self, name: str) -> None:
         if self.parts:
             raise ValueError(
@@ -172,14 +177,16 @@ class RecordedEvent(Event):
         raise ValueError(f"{self.name} must have its formula to be computed, got none in the store.")
 
 
-FORMULAS_MISSING = "must have its forces to be computed, got none in the file. The motion has its values."
+def _formula_missing(name: str) -> ValueError:
+    """Return the error for a quantity that requires the formulas of the forces."""
+    return ValueError(f"{name} must have its forces to be computed, got none in the file. The motion has its values.")
 
 
 def recorded_integral(name: str, attributes: Mapping[str, object]) -> Integral:
     """Return an integral of which a file contains the values along a motion."""
 
     def unknown(_: AnyState) -> NoReturn:
-        raise ValueError(f"{name} {FORMULAS_MISSING}")
+        raise _formula_missing(name)
 
     symbol, meaning = str(attributes.get("symbol", name)), str(attributes.get("long_name", name))
     return Integral(name, symbol, meaning, unknown, attributes.get("kind") == "energy")

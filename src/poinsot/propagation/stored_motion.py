@@ -1,36 +1,49 @@
-"""The motion of an ensemble in a store, whose arrays are read on access."""
+"""Motions of an ensemble: computed in chunks for a store, and read from the store on access."""
 
 from __future__ import annotations
 
+import functools
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.display.progress import Progress
+from poinsot.integration.report import Report
+from poinsot.integration.settings import RunSettings
+from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.state import RIGID, AnyState, Phase, state_of
+from poinsot.mechanics.state import RIGID, Phase, state_of
 from poinsot.mechanics.system import System
+from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import described
-from poinsot.propagation.columns import ORBIT_VARIABLES, RENAMED
-from poinsot.propagation.dataset import with_present_names
-from poinsot.propagation.event_record import NO_EVENTS, EventRecord, EventRecords
+from poinsot.propagation.column_reader import MotionRows
+from poinsot.propagation.columns import ORBIT_VARIABLES, RENAMED, Column, Requirement
+from poinsot.propagation.dataset import state_variables, with_present_names
+from poinsot.propagation.event_record import EventRecord, EventRecords
 from poinsot.propagation.recorded import RecordedEvent
-from poinsot.propagation.row_source import StoreRows
+from poinsot.propagation.scenario_of_motion import with_texts
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.storage.ensemble_store import EnsembleStore
-from poinsot.storage.reductions import reduced
+from poinsot.storage.ensemble import ChunkResult, Ensemble
+from poinsot.storage.ensemble_store import EnsembleStore, Variables
 from poinsot.storage.run_record import RunRecord
+from poinsot.storage.zarr_group import Described
+
+if TYPE_CHECKING:
+    import xarray
+from poinsot.storage.fingerprint import digests
+from poinsot.storage.reductions import reduced
 from poinsot.storage.selection import Chosen
 from poinsot.storage.zarr_group import JoinedArrays
 
 __all__ = [
     "arrays_in",
     "crossings_in",
+    "ensemble_of_motions",
     "events_in",
     "failures_in",
-    "motion_in",
     "phase_in",
     "result_in",
     "run_in",
@@ -40,20 +53,6 @@ __all__ = [
     "told_crossings",
     "told_events",
 ]
-
-
-def motion_in(
-    store: EnsembleStore, system: System, initial: AnyState, run: RunRecord, events: EventRecords = NO_EVENTS
-) -> Trajectory | None:
-    """Return the motion of a system; None if the store does not contain the state variables."""
-    phase = phase_in(store)
-    if phase is None:
-        return None
-    arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)], dtype=float)
-    columns = {ORBIT_VARIABLES: arrays[ORBIT_VARIABLES]} if ORBIT_VARIABLES in arrays else {}
-    return Trajectory(
-        system, initial, times, StoreRows(store, phase, columns, events), run, failures=failures_in(store)
-    )
 
 
 def arrays_in(store: EnsembleStore) -> dict[str, NDArray[np.float64]]:
@@ -118,10 +117,10 @@ def events_in(attributes: Mapping[str, Any]) -> list[RecordedEvent]:
         raise ValueError(f"events must be a list of names, got {described(text)}.") from None
 
 
-def told_crossings(motion: Trajectory, first: int = 0) -> dict[str, tuple[tuple[str, ...], Any, dict[str, Any]]]:
-    """Return the events of a motion as variables of a file; `first` is the number of its first member."""
+def told_crossings(events: Sequence[EventRecord], first: int = 0) -> Variables:
+    """Return the records of events as variables of a file; `first` is the number of the first member."""
     variables: dict[str, Any] = {}
-    for number, found in enumerate(motion.events):
+    for number, found in enumerate(events):
         name = f"event_{number}"
         variables[f"{name}_time"] = (name,), found.times, {}
         variables[f"{name}_member"] = (name,), found.members + first, {}
@@ -203,3 +202,95 @@ def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table
         chunks = np.intersect1d(chunks, np.atleast_1d(members) // store.chunk)
     for number in chunks.tolist():
         yield store.extra_of(number)[0]
+
+
+# ---------------------------------------------------------------------- the ensemble in chunks
+
+
+def ensemble_of_motions(
+    whole: Trajectory,
+    variables: StateVector,
+    events: Sequence[Event],
+    settings: RunSettings,
+    integrate: Callable[[slice, Progress], tuple[Trajectory, Report]],
+) -> Ensemble[Trajectory | xarray.Dataset]:
+    """Return the motions of members from their states, at the same times, as an ensemble in chunks.
+
+    Parameters
+    ----------
+    whole : Trajectory
+        Motion of all members without rows.
+    variables : StateVector
+        Integrated variables of all members.
+    events : sequence of Event
+        Events to detect.
+    settings : RunSettings
+        Settings of the run.
+    integrate : callable
+        Returns the motion of some members and the report of their run.
+    """
+    system, state, times, run, table = whole.system, whole.initial, whole.times, whole.run, whole._reader.table
+    phase, fixed = whole._rows.phase, whole.variables(())
+    names = state_variables(system, phase)
+    described = with_texts(fixed, system, run, whole.provenance)
+    method = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
+    problem = {
+        "function": "propagate",
+        "system": system,
+        "states": (dict(state.phase), state.time, *state.jumped.items()),
+        "times": times,
+        "events": events,
+        "settings": (variables.formulation.name, settings.tolerance, settings.device),
+    }
+    needed = {Requirement.ORBITS}
+    if "not_rerunnable" in described.attrs:  # states do not define energies again
+        needed |= {Requirement.FORCES, *([Requirement.PARTS] if system.parts else [])}
+    required = (name for name, column in table.items() if column.requires & needed)
+    return Ensemble(
+        members=state.time.size,
+        last=float(times[-1]),
+        problem=digests(problem),
+        variables=_described(table, whole),
+        stored=(*names, *required),
+        member_bytes=8 * times.size * (variables.size + sum(variables.sizes.values())),
+        fixed=described.assign_attrs(
+            {**method, "tolerance": run.tolerance, "order": 0, "steps": 0, **told_events(events)}
+        ),
+        compute=functools.partial(_integrated, integrate),
+        open=functools.partial(_opened, whole, events),
+    )
+
+
+def _described(columns: Mapping[str, Column], whole: Trajectory) -> dict[str, Described]:
+    """Return the description of each column of all members, by name."""
+    units, shape, found = DerivedUnits(whole.system.units), (whole.initial.time.size, whole.times.size), {}
+    for name, column in columns.items():
+        length = column.length or (whole._rows.columns[name].shape[-1] if column.axis else 0)
+        dims = ("member", "time", *([column.axis] if length else []))
+        found[name] = Described(dims, (*shape, *([length] if length else [])), "float64", column.attributes_in(units))
+    return found
+
+
+def _integrated(
+    integrate: Callable[[slice, Progress], tuple[Trajectory, Report]],
+    members: slice,
+    names: tuple[str, ...],
+    progress: Progress,
+) -> ChunkResult:
+    """Integrate some members."""
+    motion, report = integrate(members, progress)
+    rows, extra = motion._reader.read(names), told_crossings(motion._rows.events.records, members.start)
+    return ChunkResult.of(motion.failures, motion.run, members.start, rows, extra, report.interrupted)
+
+
+def _opened(whole: Trajectory, events: Sequence[Event], store: EnsembleStore) -> Trajectory | xarray.Dataset:
+    """Return the motion in a store, which is read on access; the dataset of a store without state variables."""
+    phase = phase_in(store)
+    if phase is None:
+        return store.dataset()
+    arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)], dtype=float)
+    columns = {ORBIT_VARIABLES: arrays[ORBIT_VARIABLES]} if ORBIT_VARIABLES in arrays else {}
+    found = stored_events(events, whole.system, sizes_of(whole._rows.phase), functools.partial(crossings_in, store))
+    rows = MotionRows(phase, columns, found, store.summary, store)
+    run, failures = run_in(store, whole.run), failures_in(store)
+    return Trajectory(whole.system, whole.initial, times, rows, run, failures=failures, provenance=whole.provenance)

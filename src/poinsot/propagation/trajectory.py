@@ -22,12 +22,11 @@ from poinsot.mechanics.system import System
 from poinsot.printable import described
 from poinsot.propagation import motion_report
 from poinsot.propagation.body_of_pair import body_systems
-from poinsot.propagation.column_reader import ColumnReader
+from poinsot.propagation.column_reader import ColumnReader, MotionRows
 from poinsot.propagation.dataset import dataset_of_motion, dataset_of_store, with_present_names
 from poinsot.propagation.dense_states import Dense, dense_states
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.quantities_of_motion import QuantitiesOfMotion
-from poinsot.propagation.row_source import ComputedRows, RowSource, selected
 from poinsot.propagation.two_body_motion import refuse_one_body
 from poinsot.quantities import Times
 from poinsot.storage.run_record import Method, RunRecord
@@ -42,7 +41,7 @@ Array = NDArray[np.float64]
 Several = slice | Sequence[int] | NDArray[np.int_] | NDArray[np.bool_]
 EVERY = slice(None)
 NOTHING = ReadOnlyDict()
-KEPT_PROVENANCE = ("title", "calendar", "reference_frame")
+SHARED_PROVENANCE = ("title", "calendar", "reference_frame")
 """Provenance that also describes a part of a motion, or one of two bodies. The scenario describes the whole."""
 
 
@@ -83,7 +82,7 @@ class Trajectory(QuantitiesOfMotion):
     run: RunRecord
     failures: dict[int, str]
     provenance: dict[str, Any]
-    _rows: RowSource
+    _rows: MotionRows
     _dense: Dense | None
     _pair: Trajectory | None
     _seals: ClassVar[bool] = False
@@ -93,10 +92,11 @@ class Trajectory(QuantitiesOfMotion):
         system: System,
         initial: AnyState,
         times: Array,
-        rows: RowSource,
+        rows: MotionRows,
         run: RunRecord,
         dense: Dense | None = None,
         failures: Mapping[int, str] | None = None,
+        provenance: Mapping[str, Any] = NOTHING,
     ) -> None:
         if failures.__class__ is not dict and not isinstance(failures, Mapping | None):
             raise TypeError(f"failures must be a mapping of members to reasons, got {described(failures)}.")
@@ -107,7 +107,7 @@ class Trajectory(QuantitiesOfMotion):
             times=times,
             run=run,
             failures=owned(dict(failures)) if failures else NOTHING,
-            provenance=NOTHING,
+            provenance=owned(dict(provenance)) if provenance else NOTHING,
             _rows=rows,
             _reader=ColumnReader(system, initial, times, rows, run),
             _dense=dense,
@@ -182,9 +182,8 @@ class Trajectory(QuantitiesOfMotion):
             dense = partial(_interpolated, self, body), *self._dense[1:]
         system, initial = body_systems(self.system)[body], self.initial.of_bodies[body]
         run = dataclasses.replace(self.run, method=Method.ONE_OF_TWO)
-        rows = ComputedRows(partial(_phase_of, self._reader, body))
-        motion = Trajectory(system, initial, self.times, rows, run, dense, self.failures)
-        motion._complete(provenance=self._kept_provenance)
+        rows = MotionRows(partial(_phase_of, self._reader, body))
+        motion = Trajectory(system, initial, self.times, rows, run, dense, self.failures, self._shared_provenance)
         motion._pair, motion._body = self, body
         return motion
 
@@ -280,10 +279,8 @@ class Trajectory(QuantitiesOfMotion):
             events = events.of_members(members, system)
         chosen = range(1) if members is None else np.atleast_1d(members).tolist()
         failures = {new: why for new, old in enumerate(chosen) if (why := self._why_ended(old))}
-        rows = selected(self._rows, members, at, events)
-        motion = Trajectory(system, initial, self.times[at], rows, self.run, self._dense, failures)
-        motion._complete(provenance=self._kept_provenance)
-        return motion
+        rows, provenance = self._rows.isel(members, at, events), self._shared_provenance
+        return Trajectory(system, initial, self.times[at], rows, self.run, self._dense, failures, provenance)
 
     def _why_ended(self, member: int) -> str | None:
         """Return the reason why a member has no motion to the end; None if it has one."""
@@ -337,8 +334,8 @@ class Trajectory(QuantitiesOfMotion):
         return dataset_of_motion(self._reader, names, *known)
 
     @property
-    def _kept_provenance(self) -> dict[str, Any]:
-        return {key: self.provenance[key] for key in KEPT_PROVENANCE if key in self.provenance}
+    def _shared_provenance(self) -> dict[str, Any]:
+        return {key: self.provenance[key] for key in SHARED_PROVENANCE if key in self.provenance}
 
     @property
     def calendar(self) -> Calendar | None:

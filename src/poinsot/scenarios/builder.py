@@ -1,4 +1,4 @@
-"""The parts of a scenario, made from its text; every error names the file, the line and the key."""
+"""Parts of a scenario, made from its text. Every error names the file, the line and the key."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ __all__ = ["Parts"]
 
 Array = NDArray[np.float64]
 FROM = ("from_primary", "from_secondary")
-"""What may follow the name of a path near two attractors."""
+"""Endings of references to the orbits about the two attractors of a path."""
 
 RATES = ("omega_body", "omega_space", "angular_momentum_body", "angular_momentum_space")
 ORBIT = ("position", "velocity")
@@ -49,7 +49,7 @@ AT_REST: dict[str, Any] = {"attitudes": [(1.0, 0.0, 0.0, 0.0)] * 2, "omega_body"
 
 
 PAIRS = {"conjugate_momenta": ("quaternion",), "euler_momenta": ("euler_angles", "sequence")}
-"""What goes with momenta."""
+"""Keys that momenta require, and the sequence of Euler angles."""
 
 ATTITUDES = ("quaternion", "matrix", "euler_angles", "roll_pitch_yaw")
 
@@ -66,10 +66,10 @@ STAND_IN: dict[str, Any] = {"state": {}, "times": {}}
 
 
 class Parts:
-    """What the text of a scenario says, checked, and the parts of a propagation made from it.
+    """Checked contents of a scenario, and the parts of a propagation that it describes.
 
-    Errors call the text by the name of its file; `whole` texts must have state and times. The folder has the files, and
-    the data the arrays, that the text names.
+    Errors begin with the name of the file. `whole` texts must contain state and times. The folder contains the files,
+    and the data contain the arrays, that the text names.
     """
 
     def __init__(
@@ -98,15 +98,15 @@ class Parts:
         self._turns: dict[Path, Array] = {}
         self._spread()
 
-    # ------------------------------------------------------------------ what holds for the whole file
+    # ------------------------------------------------------------------ calendar and ensemble
 
     def _calendar_of(self, data: dict[str, Any]) -> None:
-        """Find the unit of time, and what the times are as dates."""
-        said, told = data.get("units"), data.get("calendar")
-        unit = said.get("time") if isinstance(said, dict) else None
+        """Find the unit of time, and the calendar of the times."""
+        units, calendar = data.get("units"), data.get("calendar")
+        unit = units.get("time") if isinstance(units, dict) else None
         self.calendar: Calendar | None = None
-        if isinstance(told, dict) and {"zero", "scale"} <= set(told) <= {"zero", "scale", "unit"}:
-            self.calendar = self._errors.called(("calendar",), _calendar, **told)
+        if isinstance(calendar, dict) and {"zero", "scale"} <= set(calendar) <= {"zero", "scale", "unit"}:
+            self.calendar = self._errors.called(("calendar",), _calendar, **calendar)
             if unit not in (None, self.calendar.unit):
                 rule = f"must be the unit of the calendar, {self.calendar.unit}"
                 raise self._errors.at(("units", "time"), f"{rule}, got {short(unit)}.")
@@ -226,7 +226,7 @@ class Parts:
         return ("forces",) if forces else ("body",)
 
     def _part(self, group: Group, table: dict[str, Any], place: Path) -> Any:
-        """Return what a table describes."""
+        """Return the part of a scenario that a table describes."""
         maker = makers(group)[table.get("type") or str(default_of(group))]
         keys = [key for key in maker.keys if key.name in table]
         values = {key.name: self._value(key, table[key.name], (*place, key.name)) for key in keys}
@@ -252,7 +252,7 @@ class Parts:
         return value
 
     def _orbit(self, reference: str, place: Path) -> Any:
-        """Return the orbit of a name, or the orbit about one attractor of a path beside two."""
+        """Return the orbit of a name, or the orbit about one of the two attractors of a path."""
         name, _, side = reference.partition(".")
         tables = self.values.get("orbits", {})
         if name not in tables:
@@ -361,11 +361,11 @@ class Parts:
             state = self._errors.called(place, State.from_euler, table[names[0]], table[momenta], sequence, time, own)
         return state
 
-    def _only(self, place: Path, names: Iterable[str], beside: str) -> None:
-        """Refuse what does not go with something else in a table."""
+    def _only(self, place: Path, names: Iterable[str], other: str) -> None:
+        """Raise a ValueError for a key of a table that another key excludes."""
         for name in self._table(place):
             if name not in names:
-                raise self._errors.at((*place, name), f"must not be beside {beside}, got both.")
+                raise self._errors.at((*place, name), f"must not be given together with {other}, got both.")
 
     def _attitude(self, place: Path) -> Array:
         table = self._table(place)
@@ -394,7 +394,7 @@ class Parts:
         return quat.product(q, np.asarray(Rotation.from_rotvec(self._turns[place]).as_quat(scalar_first=True)))
 
     def _frame(self, reference: str, there: Any = None, pair: Any = None) -> Frame:
-        """Return the axes of a name, of two bodies those of their orbit too."""
+        """Return the axes of a name. The name of the axes of the mutual orbit of two bodies is "orbit"."""
         if there is not None and reference == "orbit":
             velocity = there.momentum / np.asarray(pair.reduced_mass)[..., None]
             return RelativeOrbitFrame(lambda _: (there.position, velocity, np.zeros(3)))
@@ -474,8 +474,8 @@ class Parts:
         run = dict(self.values.get("run", {}))
         if run.get("method") == "closed form":
             if system.forces or is_of_two_bodies(system):
-                beside = "beside forces" if system.forces else "for two bodies"
-                raise self._errors.at(("run", "method"), f"must be integration {beside}, got 'closed form'.")
+                where = "together with forces" if system.forces else "for two bodies"
+                raise self._errors.at(("run", "method"), f"must be integration {where}, got 'closed form'.")
             self._only(("run",), ("method",), "the closed form")
         if isinstance(run.get("tolerance"), np.ndarray):
             precision = run.get("precision", "double")

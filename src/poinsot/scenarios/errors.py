@@ -62,7 +62,10 @@ class Errors:
             inside = f" in {table if table.endswith(']') else f'[{table}]'}" if table else ""
             return ValueError(f"{self._where(place)}unknown key {quoted(place[-1])}{inside}.{near}")
         if kind == "missing":
-            return self.at((*place, str(first["loc"][-1])), MISSING)
+            key = str(first["loc"][-1])
+            if not place and key in ("body", "state", "times"):
+                return ValueError(f"{self._where(place)}missing table [{key}].")
+            return self.at((*place, key), MISSING)
         if kind == "value_error":
             named = re.sub(r"^\w+", lambda _: str(place[-1]), str(first["ctx"]["error"]))  # of a table in a key too
             return self.prefixed(place, named)

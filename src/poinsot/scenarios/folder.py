@@ -1,4 +1,4 @@
-"""The files that a scenario may name: those in its own folder and below, and no other."""
+"""Files that a scenario may name: files in its own folder and below."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ __all__ = ["Folder"]
 
 
 class Folder:
-    """Opens files by the names that a scenario in this folder has for them; `used` are those that were asked for.
+    """Folder of a scenario, whose files the scenario may name. `used` lists the names of opened files.
 
-    A text without a folder can name no file.
+    The text of a scenario without a folder must not name files.
     """
 
     def __init__(self, path: Path | None) -> None:

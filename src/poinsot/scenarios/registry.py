@@ -1,7 +1,7 @@
-"""What a scenario can name: every body, force, orbit, shape and gravity field, and the functions that make one.
+"""Parts that a scenario can name: every body, force, orbit, shape and gravity field, and the functions that make one.
 
-Classes are found among the subclasses, a user's own too, and functions in the modules; their arguments are read by
-their annotations. What ships in a new module needs no line here.
+The registry finds classes among subclasses, also classes of users, and functions in modules. Their annotations define
+the keys. A new module of the package requires no entry.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import functools
 import importlib
 import inspect
 import pkgutil
-import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from itertools import filterfalse
@@ -24,6 +23,7 @@ from numpy.typing import ArrayLike
 
 import poinsot
 from poinsot.checked import hint_of, names_beside
+from poinsot.docstrings import parameter_entries
 from poinsot.errors import real_array
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
@@ -45,7 +45,7 @@ from poinsot.subclasses import is_own, subclasses
 __all__ = ["RENAMED", "RENAMED_TYPES", "Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
 
 Group = str | type
-"""What a table makes: one of `BASES`, or a record of a class that another one has among its fields."""
+"""Kind of a table: one of `BASES`, or the class of a record that is a field of another record."""
 
 BASES: dict[Group, tuple[type, ...]] = {
     "body": (Body, TwoBodies),
@@ -56,7 +56,7 @@ BASES: dict[Group, tuple[type, ...]] = {
 }
 
 DEFAULTS: dict[Group, str] = {"body": "Body", "rigid": "Body", "frame": "RotatingFrame"}
-"""Types of the tables that need not say one; of a record it is its class."""
+"""Default types of tables. The default type of a record is its class."""
 
 PACKAGES = ("control", "forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
 """Their modules have the classes that ship, and functions that make one."""
@@ -121,7 +121,7 @@ class Maker:
 
 
 def makers(group: Group) -> dict[str, Maker]:
-    """Return what a table of a group may name as its type, by name; the package's own go before others."""
+    """Return the makers that a table of a group can select as its type. Makers of the package precede others."""
     if group == "part":
         return {name: maker for name, maker in makers("shape").items() if maker.call is not Assembly}
     if group == "rigid":
@@ -134,7 +134,7 @@ def _bases(group: Group) -> tuple[type, ...]:
 
 
 def default_of(group: Group) -> str | None:
-    """Return the type of a table of a group that says none; None where it must say one."""
+    """Return the default type of a table of a group, or None if the table must state its type."""
     if isinstance(group, type):
         return None if inspect.isabstract(group) else group.__name__
     return DEFAULTS.get(group)
@@ -199,7 +199,7 @@ def _import_all() -> list[Any]:
 
 
 def _makes(way: Any, bases: tuple[type, ...]) -> bool:
-    """Whether a class, or what a function returns, is one of a group."""
+    """Return True if a class, or the result of a function, belongs to a group."""
     if isinstance(way, type):
         return issubclass(way, bases)
     result = hint_of(_function(way).__annotations__.get("return"), _function(way).__globals__)
@@ -212,8 +212,8 @@ def _function(call: Any) -> Any:
 
 
 def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) -> Maker | None:
-    """Return what makes something by the arguments of a call; None if a file cannot have one that it needs."""
-    hints, said = _hints(call), _described(call.__doc__)
+    """Return the maker of a call with its arguments as keys; None if a file cannot contain a required argument."""
+    hints, entries = _hints(call), parameter_entries(call.__doc__)
     keys, takes_calendar = [], False
     for parameter in inspect.signature(call).parameters.values():
         hint, required = hints.get(parameter.name, Any), parameter.default is parameter.empty
@@ -228,7 +228,8 @@ def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) 
         if kind:
             default = parameter.default if isinstance(parameter.default, float | int | str) else None
             axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
-            words = " ".join([said.get(parameter.name, ""), *axes]).strip()
+            words = " ".join([*entries.get(parameter.name, "").split("\n")[1:], *axes])
+            words = " ".join(words.split())
             former = next((old for (kind, old), new in RENAMED.items() if (kind, new) == (name, parameter.name)), "")
             more: Any = {"group": group, "spread": spread, "or_number": OR_NUMBER in extras_of(hint), "former": former}
             keys.append(Key(parameter.name, kind, words, rank, required, default, **more))
@@ -238,19 +239,19 @@ def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) 
 
 
 def _hints(call: Any) -> dict[str, Any]:
-    """Return what the annotations of a record or of the arguments of a function stand for, by name."""
+    """Return the type hints of the fields of a record, or of the arguments of a function, by name."""
     if not (isinstance(call, type) and dataclasses.is_dataclass(call)):
         function = _function(inspect.getattr_static(call, "__init__") if isinstance(call, type) else call)
         space = getattr(function, "__globals__", {})
-        return {name: hint_of(said, space) for name, said in inspect.get_annotations(function).items()}
-    said = {name: (base, says) for base in call.__mro__[::-1] for name, says in inspect.get_annotations(base).items()}
+        return {name: hint_of(stated, space) for name, stated in inspect.get_annotations(function).items()}
+    owners = {name: (base, hint) for base in call.__mro__[::-1] for name, hint in inspect.get_annotations(base).items()}
     named = inspect.signature(call).parameters
-    hints = {name: hint_of(said[name][1], names_beside(said[name][0])) for name in named}
+    hints = {name: hint_of(owners[name][1], names_beside(owners[name][0])) for name in named}
     return {name: hint.type if isinstance(hint, dataclasses.InitVar) else hint for name, hint in hints.items()}
 
 
 def _ways(hint: Any) -> tuple[Any, ...]:
-    """Return the alternatives of a hint, without what is said beside them."""
+    """Return the alternatives of a hint without their metadata."""
     if get_origin(hint) is Annotated:
         return _ways(get_args(hint)[0])
     if get_origin(hint) not in (Union, UnionType):
@@ -286,7 +287,7 @@ def _group_of(cls: type) -> Group:
 
 
 def _several(kind: str, group: Group) -> tuple[str, Group]:
-    """Return kind and group of several; shapes beside each other are the parts of one."""
+    """Return kind and group of several values. Several shapes are the parts of one assembly."""
     return f"{kind}s", "part" if group == "shape" else group
 
 
@@ -350,15 +351,3 @@ def _on_one_of_two(maker: Maker) -> Maker:
 
     call.__module__ = maker.call.__module__  # whose it is
     return dataclasses.replace(maker, call=call, keys=(*maker.keys, ON))
-
-
-def _described(doc: str | None) -> dict[str, str]:
-    """Return what a docstring says of its parameters, by name."""
-    _, _, section = inspect.cleandoc(doc or "").partition("Parameters\n----------\n")
-    section = re.split(r"\n\n[A-Z]\w+\n---", section)[0]
-    said: dict[str, str] = {}
-    for entry in re.split(r"\n(?=\S)", section):
-        heading, _, body = entry.partition("\n")
-        names = heading.partition(" : ")[0]
-        said |= {name.strip("* "): " ".join(body.split()) for name in names.split(",")}
-    return said

@@ -1,4 +1,4 @@
-"""The tables and keys of a scenario, as pydantic checks them and a JSON Schema tells them to editors."""
+"""Tables and keys of a scenario, which pydantic checks and a JSON Schema describes to editors."""
 
 from __future__ import annotations
 
@@ -28,14 +28,21 @@ from pydantic import (
 from poinsot.errors import real_numbers
 from poinsot.integration.formulations import formulations
 from poinsot.integration.settings import PRECISIONS
+from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import quoted
-from poinsot.scenarios.quantities import quantity
+from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
 from poinsot.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
 
-__all__ = ["MAX_TIMES", "STARTS", "STATE", "converted", "scenario_model", "schema", "short"]
+__all__ = ["MAX_TIMES", "STARTS", "STATE", "converted", "quantity", "scenario_model", "schema", "short"]
+
+_QUANTITY = re.compile(
+    r"\s*(?P<number>[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)\s*(?P<unit>[A-Za-z]+(\s*/\s*[A-Za-z]+)?)\s*"
+)
+
+EXAMPLES = {"angle": "'45 deg'", "rate": "'0.1 deg/s'", "time": "'8 h'"}
 
 STRICT = ConfigDict(extra="forbid", protected_namespaces=())
 
@@ -238,9 +245,9 @@ def _one_of(names: Iterable[str]) -> Any:
 
 
 def _union(group: Group, inside: Groups = OUTSIDE) -> Any:
-    """Return a table that says by its type which keys it has.
+    """Return the model of a table whose type determines its keys.
 
-    Within one of its own group, as a law within a sampled law, it has no table of that group again.
+    Within a table of the same group, such as a law within a sampled law, no further table of this group is allowed.
     """
     default, known = default_of(group), makers(group)
     if group in inside:
@@ -258,7 +265,7 @@ def _union(group: Group, inside: Groups = OUTSIDE) -> Any:
 
 
 def _made(maker: Maker, default: str | None, group: Group, inside: Groups) -> Any:
-    """Return the model of a table in those of groups: one for all places where it has the same keys."""
+    """Return the model of a table within tables of groups. All places with the same keys share one model."""
     around = inside | {group} if any(key.group for key in maker.keys) else OUTSIDE
     within_one = isinstance(group, type) and issubclass(group, Force)  # where it cannot be on one of two bodies
     return _model(maker, default, "_within_another" if within_one else "", around)
@@ -320,11 +327,11 @@ def _number(kind: str, rank: int = 0, or_number: bool = False) -> Any:
     one: dict[str, Any] = {"type": "number"} if kind == "number" else {"type": ["number", "string"]}
     several: dict[str, Any] = {"type": "array", "items": one if rank < 2 else {"type": "array", "items": one}}
     if rank:
-        said = several if rank > 1 else {"type": "array", "items": {"anyOf": [one, several]}}
-        said = {"anyOf": [one, said]} if or_number else said
+        described = several if rank > 1 else {"type": "array", "items": {"anyOf": [one, several]}}
+        described = {"anyOf": [one, described]} if or_number else described
     else:
-        said = {"anyOf": [one, several]}
-    return Annotated[Any, BeforeValidator(functools.partial(_checked, kind)), WithJsonSchema(said)]
+        described = {"anyOf": [one, several]}
+    return Annotated[Any, BeforeValidator(functools.partial(_checked, kind)), WithJsonSchema(described)]
 
 
 def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
@@ -342,7 +349,7 @@ def _checked(kind: str, value: Any, info: ValidationInfo) -> Any:
 
 
 def _named_array(name: str, value: dict[str, Any], arrays: Mapping[str, Any] | None) -> Any:
-    """Return an array that is beside the text, in a result."""
+    """Return an array of a result that the text names."""
     if arrays is None:
         raise ValueError(f"{name} must be numbers, got the name of an array in a result. Run the result.")
     if value.keys() != {"data"} or not isinstance(value["data"], str) or value["data"] not in arrays:
@@ -365,6 +372,44 @@ def converted(value: Any, kind: str, unit: str | None, name: str) -> Any:
     if abs(value) > MAX_INTEGER and isinstance(value, int):
         raise ValueError(f"{name} must be at most 2^53 where it is whole, got more. Write it with a decimal point.")
     return value
+
+
+def quantity(text: str, kind: str, time_unit: str | None) -> float:
+    """Return an angle in radians, a rate in radians per unit of time, or a time in units of time.
+
+    The message of a ValueError begins with "must", after which the caller's name of the key is inserted.
+
+    Parameters
+    ----------
+    text : str
+        A number and a unit.
+    kind : {"angle", "rate", "time"}
+    time_unit : {"s", "min", "h", "d"}, optional
+        Unit of numbers without a unit.
+    """
+    given = quoted(text)
+    found = _QUANTITY.fullmatch(text) if len(text) < 100 else None
+    if found is None:
+        raise ValueError(f"must be a number, alone or with a unit such as {EXAMPLES[kind]}, got {given}.")
+    unit = "".join(found["unit"].split())
+    angle, _, per = "/".join(NAMED_RATES.get(unit, (unit,))).partition("/")
+    angles, times = ", ".join(ANGLE_UNITS), ", ".join(SECONDS)
+    known = {
+        "angle": (unit in ANGLE_UNITS, f"an angle in {angles}"),
+        "time": (unit in SECONDS, f"a time in {times}"),
+        "rate": (angle in ANGLE_UNITS and per in SECONDS, f"a rate: rpm, or an angle ({angles}) over a time ({times})"),
+    }
+    is_known, rule = known[kind]
+    if not is_known:
+        raise ValueError(f"must be {rule}, got {given}.")
+    if kind == "angle":
+        return float(found["number"]) * ANGLE_UNITS[unit]
+    if time_unit is None:
+        hint = f"Say units.time: {times}."
+        raise ValueError(f"must be a number where the file does not state its unit of time, got {given}. {hint}")
+    if kind == "time":
+        return float(found["number"]) * (SECONDS[unit] / SECONDS[time_unit])
+    return float(found["number"]) * (ANGLE_UNITS[angle] * SECONDS[time_unit] / SECONDS[per])
 
 
 def short(value: Any) -> str:

@@ -21,7 +21,7 @@ from poinsot.shapes.assembly import Assembly
 __all__ = ["Text", "rebuilt_system", "shape_of", "text_of"]
 
 MAX_WRITTEN = 100
-"""Numbers of one array in a text; longer ones are named there, and are variables beside it."""
+"""Largest size of an array in a text. The text names longer arrays, which are variables of the same file."""
 
 HEADER = "# Written for a system made in Python. State and times are variables of the file that has this text.\n"
 
@@ -112,7 +112,7 @@ class _Writer:
         for name, value in made_of.items():
             records, place = records_in(value), f"{heading.strip('[]')}.{name}"
             if not records:
-                fields[name] = self._kept(value)
+                fields[name] = self._short_or_named(value)
             elif isinstance(records[0], Orbit | CirclingPair):
                 names = [self._name_of(orbit) for orbit in records]
                 fields[name] = names if isinstance(value, tuple) else names[0]
@@ -121,7 +121,7 @@ class _Writer:
                 inner += [self.section(place, each) for each in records]
         return "\n".join([_table(heading, fields), *inner])
 
-    def _kept(self, value: Any) -> Any:
+    def _short_or_named(self, value: Any) -> Any:
         """Return a value, or the name of a long array."""
         if not isinstance(value, np.ndarray) or value.size <= MAX_WRITTEN:
             return value

@@ -9,7 +9,7 @@ from typing import Any
 __all__ = ["MAX_CHARACTERS", "MAX_KEYS", "MAX_NUMBERS", "Path", "lines_of", "parsed_toml"]
 
 MAX_CHARACTERS = 1_000_000
-"""Of a scenario: what is read in a second."""
+"""Limits of a scenario, which takes a second to read."""
 
 MAX_NUMBERS = 20_000
 MAX_KEYS = 5_000
@@ -26,7 +26,7 @@ _TOKEN = re.compile(
 )
 
 Path = tuple[str | int, ...]
-"""Of a key: ("forces", 0, "orbit")."""
+"""Path of a key, such as ("forces", 0, "orbit")."""
 
 
 def parsed_toml(text: str, name: str) -> dict[str, Any]:
@@ -43,11 +43,11 @@ def parsed_toml(text: str, name: str) -> dict[str, Any]:
     except RecursionError:
         raise ValueError(f"{name} must have lists at most some hundred deep, got deeper ones.") from None
     except ValueError as error:
-        raise ValueError(_told(str(error), text, name)) from None
+        raise ValueError(_message(str(error), text, name)) from None
 
 
-def _told(error: str, text: str, name: str) -> str:
-    """Return what is wrong as a sentence with its line."""
+def _message(error: str, text: str, name: str) -> str:
+    """Return the message of an error of the parser, with its line."""
     found = re.fullmatch(r"(.*?) \(at line (\d+), column \d+\)", error)
     if found is None:
         return f"{name} must be TOML, got {error}."
@@ -74,7 +74,7 @@ def lines_of(text: str) -> dict[Path, int]:
 
 
 class _Lines:
-    """Takes the words of a text one by one, and notes the line of each key."""
+    """Reader of the words of a text, which records the line of each key."""
 
     def __init__(self) -> None:
         self.found: dict[Path, int] = {}

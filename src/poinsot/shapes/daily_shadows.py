@@ -21,7 +21,7 @@ CUT = np.sqrt(2.0)
 """Angle from the first axis to the meridian at which rotation phases begin; no regular mesh has edges there."""
 
 MAX_PAIRS = 4_000_000
-"""Pairs of an arc and a latitude of the Sun that are processed at once, at most."""
+"""Largest number of pairs of an arc and a latitude of the Sun in one block."""
 
 
 class _Outlines(NamedTuple):

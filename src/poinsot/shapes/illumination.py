@@ -24,19 +24,22 @@ CONE_MARGIN = 1e-5
 """Widening of the cones around faces, in cosines, because their axes have 24 bits."""
 
 MAX_SHADED = 20_000
-"""Faces of a mesh with shadows, which are sought among all pairs."""
+"""Largest number of faces of a mesh with shadows, which the search for pairs limits."""
 
 HEIGHT_ROUNDING = 1e-12
 """Rounding error of a height over a face, in radii of the mesh."""
 
 
 class Lighting:
-    """The faces of a mesh as a distant light sees them, from its centre of mass."""
+    """Faces of a mesh under a distant light; positions are relative to the centre of mass."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.vertices, self.faces = mesh.vertices - mesh.center_of_mass, mesh.faces
         self.corners = self.vertices[self.faces]
-        self.areas, self.normals = mesh.face_areas, np.nan_to_num(mesh.face_normals)  # a flat triangle is never lit
+        self.areas, self.normals = (
+            mesh.face_areas,
+            np.nan_to_num(mesh.face_normals),
+        )  # a degenerate triangle is never illuminated
         self.centers = mesh.face_centers - mesh.center_of_mass
         self._low = HEIGHT_ROUNDING * mesh.circumscribing_radius
 
@@ -80,7 +83,7 @@ class Lighting:
             yield first + start, second
 
     def _shade(self, lit: Flags, directions: Array, face: NDArray[np.int64], other: NDArray[np.int64]) -> None:
-        """Take the light from faces whose centroids others hide; the rays that miss a cone around them are left out."""
+        """Set faces whose centroids are hidden to False. Rays that miss a cone around the other face are skipped."""
         rows = max(1, MAX_PAIRS // max(1, len(directions)))
         for start in range(0, len(face), rows):
             one, two = face[start : start + rows], other[start : start + rows]
@@ -117,12 +120,12 @@ def illuminated_faces(mesh: Mesh, directions: ArrayLike, shadows: bool = True) -
     directions : array (..., 3)
         Directions to the light, axes of the shape, of any nonzero length.
     shadows : bool
-        True to include shadows of other faces. With False, all faces oriented towards the light are lit.
+        True to include shadows of other faces. With False, all faces oriented towards the light are illuminated.
 
     Returns
     -------
     bool array (..., faces)
-        True for each lit face.
+        True for each illuminated face.
 
     Raises
     ------
@@ -157,7 +160,7 @@ def illuminated_areas(mesh: Mesh, directions: ArrayLike) -> Array:
     Returns
     -------
     array (..., faces)
-        Lit area of each face.
+        Illuminated area of each face.
 
     Raises
     ------
@@ -184,9 +187,9 @@ def _unit_directions(directions: ArrayLike) -> Array:
 
 
 def ray_hits(directions: Array, corners: Array) -> Flags:
-    """Return whether rays (n, 3) from the origin meet triangles (n, 3, 3), from either side.
+    """Return True where rays (n, 3) from the origin meet triangles (n, 3, 3), from either side.
 
-    The three volumes of a ray with the edges have the sign of that of the triangle (Moeller and Trumbore 1997, J.
+    The three volumes of a ray with the edges have the sign of the volume of the triangle (Moeller and Trumbore 1997, J.
     Graphics Tools 2, 21). A volume of zero, where a ray meets an edge, counts as either sign: the volume at an edge of
     two triangles is the same for both, so that no ray passes between them.
     """
@@ -220,13 +223,13 @@ def _basis(normal: Array) -> Array:
 def _upper(polygon: Array, heights: Array) -> Array:
     """Return the part of a convex polygon where heights at its corners, which are linear between them, are positive."""
     after, heights_after = np.roll(polygon, -1, axis=0), np.roll(heights, -1)
-    kept: list[Array] = []
+    corners: list[Array] = []
     for here, there, a, b in zip(polygon, after, heights, heights_after, strict=True):
         if a >= 0:
-            kept.append(here)
+            corners.append(here)
         if a * b < 0:
-            kept.append(here + (there - here) * (a / (a - b)))
-    return np.reshape(kept, (-1, polygon.shape[1]))
+            corners.append(here + (there - here) * (a / (a - b)))
+    return np.reshape(corners, (-1, polygon.shape[1]))
 
 
 def _without(pieces: list[Array], cut: Array) -> list[Array]:

@@ -121,7 +121,7 @@ class Mesh(Shape):
 
     @property
     def _face_vectors(self) -> Array:
-        """The normals of the faces, twice as long as their areas."""
+        """Normals of the faces, with twice the areas as lengths."""
         first, second, third = np.moveaxis(self.vertices[self.faces], 1, 0)
         return np.cross(second - first, third - first)
 

@@ -73,7 +73,7 @@ def winding_numbers(corners: Array, points: Array) -> Array:
 
 
 class Triangles:
-    """Triangles with their outward normals, which are of length 0 where there is no area."""
+    """Triangles with their outward unit normals; the normal of a degenerate triangle is zero."""
 
     def __init__(self, vertices: Array, faces: Faces) -> None:
         self.vertices, self.faces = vertices, faces

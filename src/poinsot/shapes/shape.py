@@ -1,4 +1,4 @@
-"""The interface of every shape: mass, centre of mass, inertia, gravity field, potential and attraction at a point."""
+"""Interface of every shape: mass, centre of mass, inertia, gravity field, potential and attraction at a point."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Shape(Immutable):
 
     @property
     def definition(self) -> tuple[str, dict[str, Any]]:
-        """The name of what makes the shape again, and its arguments by name: those of its class that it has."""
+        """Name of the constructor of the shape, and its arguments by name."""
         names = inspect.signature(type(self)).parameters
         return type(self).__name__, {name: getattr(self, name) for name in names if hasattr(self, name)}
 

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 FLAT_TOLERANCE = 64 * np.finfo(float).eps
-"""The volume over that of the box around a surface below which it encloses nothing but rounding."""
+"""Largest volume of a surface without content, relative to the volume of the box around it, by rounding."""
 
 SAMPLED_FACES = 8
 """Number of faces whose centroids decide whether one surface is inside another."""
@@ -51,10 +51,10 @@ def check_outwards(vertices: Array, faces: Faces, sharing: Faces) -> None:
 
 
 def repaired(vertices: Array, faces: Faces) -> Faces:
-    """Return the faces without those of no area by their indices, without doubles, and wound to one side.
+    """Return the faces without degenerate and repeated ones, wound to one side.
 
-    Components whose faces disagree are turned outwards; then each that is wound inwards and in no other, together with
-    all that is inside it.
+    Components whose faces disagree are turned outwards. Then each outermost component that is wound inwards is turned,
+    together with the components inside it.
     """
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     faces = faces[np.sort(np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1])]
@@ -74,7 +74,7 @@ def _turned(faces: Faces, which: NDArray[np.bool_]) -> Faces:
 
 
 class _Surfaces:
-    """The closed surfaces of a mesh, by the number of the one to which each face belongs."""
+    """Closed surfaces of a mesh, from the number of the surface of each face."""
 
     def __init__(self, vertices: Array, faces: Faces, component: Faces) -> None:
         order = np.argsort(component, kind="stable")
@@ -100,7 +100,7 @@ class _Surfaces:
         return wrong
 
     def _overlapping(self, i: int) -> Faces:
-        """Return the others whose boxes overlap that of one."""
+        """Return the other surfaces whose boxes overlap the box of surface i."""
         apart = (self.low > self.high[i]).any(axis=1) | (self.high < self.low[i]).any(axis=1)
         apart[i] = True
         return np.flatnonzero(~apart)
@@ -131,7 +131,7 @@ def _shared_edges(faces: Faces) -> tuple[Faces, NDArray[np.bool_]]:
 
 
 def _sides(count: int, sharing: Faces, agree: NDArray[np.bool_]) -> tuple[Faces, NDArray[np.bool_]]:
-    """Return the component of each face, and whether it must be turned to agree with the others in it.
+    """Return the component of each face, and True if the face must be turned to agree with the component.
 
     Each face has two sides, joined across an edge with the sides of its neighbour that look the same way.
     """

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
 
@@ -15,12 +15,13 @@ from poinsot.storage.ensemble_store import MAX_CHUNK_BYTES
 from poinsot.storage.memory import available_memory
 from poinsot.storage.selection import refuse_other_names
 from poinsot.storage.workers import check_client
+from poinsot.storage.zarr_group import Described, Numbers
 
 if TYPE_CHECKING:
     import xarray
     from distributed import Client
 
-__all__ = ["Chunking", "Plan", "Selection", "StoredVariable", "plan_of", "selected", "with_thinned_times"]
+__all__ = ["Chunking", "Plan", "Selection", "StoredVariable", "plan_of", "with_thinned_times"]
 
 MEMORY_SHARE = 16
 """The rows of a chunk take at most the available memory divided by this."""
@@ -78,6 +79,19 @@ class StoredVariable:
         """Name of the dimension of the times of the variable."""
         return f"time_{self.every}" if self.every > 1 else "time"
 
+    def described(self, variable: Described) -> Described:
+        """Return the description of the variable as it is stored."""
+        kind = self.dtype if variable.kind.startswith("float") else variable.kind
+        dims = tuple(self.times if dim == "time" else dim for dim in variable.dims)
+        lengths = zip(variable.dims, variable.shape, strict=True)
+        shape = tuple(-(-length // self.every) if dim == "time" else length for dim, length in lengths)
+        return replace(variable, dims=dims, shape=shape, kind=kind)
+
+    def rows(self, variable: Described, values: Numbers) -> Numbers:
+        """Return the stored rows of the variable, from the rows at all times."""
+        at = tuple(slice(None, None, self.every if dim == "time" else 1) for dim in variable.dims)
+        return values[at].astype(self.described(variable).dtype.newbyteorder("="), copy=False)
+
 
 Selection = Mapping[str, StoredVariable]
 """Options of the selected variables by name."""
@@ -100,8 +114,8 @@ class Plan:
 
     def selection(self, ensemble: Ensemble[Result]) -> Selection:
         """Return the variables of an ensemble that are computed: given ones, or all for a reduction, or the default."""
-        refuse_other_names("variables", self.variables, ensemble.names)
-        default = ensemble.stored if self.reduce is None else ensemble.names
+        refuse_other_names("variables", self.variables, ensemble.variables)
+        default = ensemble.stored if self.reduce is None else ensemble.variables
         return self.variables or dict.fromkeys(default, StoredVariable())
 
     def members_of_chunk(self, ensemble: Ensemble[Result]) -> int:
@@ -162,21 +176,6 @@ def _selection(variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
                 "An empty one, {}, keeps all of it."
             )
     return {str(name): StoredVariable(**options) for name, options in given.items()}
-
-
-def selected(data: xarray.Dataset, selection: Selection) -> xarray.Dataset:
-    """Return the selected variables of a dataset, each with its type and at its times."""
-    import xarray
-
-    found = {}
-    for name, options in selection.items():
-        variable = data.variables[name]
-        if options.every > 1 and "time" in variable.dims:
-            variable = variable.isel(time=slice(None, None, options.every))
-            dims = [options.times if dim == "time" else dim for dim in variable.dims]
-            variable = xarray.Variable(dims, variable.values, variable.attrs)
-        found[name] = variable.astype(options.dtype, copy=False) if variable.dtype.kind == "f" else variable
-    return xarray.Dataset(found, attrs=data.attrs)
 
 
 def with_thinned_times(data: xarray.Dataset, selection: Selection) -> xarray.Dataset:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -15,14 +15,14 @@ import numpy as np
 from poinsot.display.progress import Progress, bar
 from poinsot.errors import PropagationInterrupted
 from poinsot.printable import shortened
-from poinsot.storage.chunk_plan import Plan, Selection, selected, with_thinned_times
+from poinsot.storage.chunk_plan import Plan, Selection, with_thinned_times
 from poinsot.storage.ensemble import ChunkResult, Compute, Ensemble, Result
-from poinsot.storage.ensemble_store import EnsembleStore, coordinates_of, dataset_of_arrays, plain_variables
+from poinsot.storage.ensemble_store import EnsembleStore, Variables, coordinates_of, dataset_of_arrays, plain_variables
 from poinsot.storage.lease import lease
 from poinsot.storage.reductions import concatenated, reduced, reduction
 from poinsot.storage.store_opening import StoreDescription, UnwritableError, is_there, writing
 from poinsot.storage.workers import on_workers
-from poinsot.storage.zarr_group import StoreError
+from poinsot.storage.zarr_group import Attributes, Described, Numbers, StoreError
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -52,10 +52,14 @@ class ChunkTask:
         Computes some members.
     members, chunk : int
         Numbers of members, in all and in a chunk.
+    variables : mapping
+        Descriptions of the variables that are computed, by name.
     selection : mapping
-        Variables that are computed, and how they are stored.
+        Options of these variables.
     reduce : callable or None
         Function of the dataset of a chunk.
+    labels : xarray.Dataset or None
+        Coordinates and attributes of the datasets for a reduction.
     out : Path or None
         Store.
     """
@@ -63,9 +67,21 @@ class ChunkTask:
     compute: Compute
     members: int
     chunk: int
+    variables: Mapping[str, Described]
     selection: Selection
     reduce: Callable[[xarray.Dataset], xarray.Dataset] | None
+    labels: xarray.Dataset | None
     out: Path | None
+
+    @classmethod
+    def of(cls, ensemble: Ensemble[Result], plan: Plan, selection: Selection, chunk: int) -> ChunkTask:
+        """Return the task of an ensemble."""
+        variables = {name: ensemble.variables[name] for name in selection}
+        labels = None
+        if plan.reduce is not None:
+            coordinates = ensemble.fixed.coords.to_dataset().assign_attrs(ensemble.fixed.attrs)
+            labels = with_thinned_times(coordinates, selection)
+        return cls(ensemble.compute, ensemble.members, chunk, variables, selection, plan.reduce, labels, plan.out)
 
     def __call__(self, number: int, progress: Progress = False) -> Finished:
         """Compute a chunk and write or reduce it."""
@@ -80,33 +96,40 @@ class ChunkTask:
         members = self._members(number)
         if result.interrupted:
             return partial(Finished, number, 0, True)
-        reduced = None if self.reduce is None else reduction(self.reduce, self._labelled(result.data, members))
+        rows = {name: each.rows(self.variables[name], result.rows[name]) for name, each in self.selection.items()}
+        reduced = None
+        if self.reduce is not None and self.labels is not None:
+            reduced = reduction(self.reduce, self._labelled(self.labels, rows, members))
         if self.out is None:
             return partial(Finished, number, members.stop - members.start, reduced=reduced)
+        about = {"members": [members.start, members.stop], **result.about}
         if reduced is not None:
             store = EnsembleStore(self.out)
             other = np.flatnonzero(store.whole)[:1].tolist()
             before = [dataset_of_arrays(*store.extra_of(chunk)) for chunk in other]
             concatenated([*before, reduced])  # raises an error for other variables
-        return partial(self._write, self.out, number, result, reduced)
+            return partial(self._write, self.out, number, {}, plain_variables(reduced), about | coordinates_of(reduced))
+        return partial(self._write, self.out, number, rows, result.extra, about)
 
-    def _write(self, out: Path, number: int, result: ChunkResult, reduced: xarray.Dataset | None) -> Finished:
-        rows = plain_variables(selected(result.data, self.selection)) if reduced is None else {}
-        extra, labels = (result.extra, {}) if reduced is None else (plain_variables(reduced), coordinates_of(reduced))
+    def _write(
+        self, out: Path, number: int, rows: Mapping[str, Numbers], extra: Variables, about: Attributes
+    ) -> Finished:
         members = self._members(number)
         with writing(out):
-            about = {"members": [members.start, members.stop], **result.about, **labels}
             EnsembleStore(out).write(number, rows, extra, about)
         return Finished(number, members.stop - members.start)
 
     def _members(self, number: int) -> slice:
         return slice(number * self.chunk, min((number + 1) * self.chunk, self.members))
 
-    def _labelled(self, whole: xarray.Dataset, members: slice) -> xarray.Dataset:
+    def _labelled(self, labels: xarray.Dataset, rows: Mapping[str, Numbers], members: slice) -> xarray.Dataset:
         """Return the dataset for a reduction, with the numbers of members, the times and the other labels."""
-        data = selected(whole, self.selection)
-        labels = with_thinned_times(whole, self.selection).coords
-        own = {name: each.variable for name, each in labels.items() if {*each.dims} <= {*data.dims}}
+        import xarray
+
+        stored = {name: options.described(self.variables[name]) for name, options in self.selection.items()}
+        variables = {name: (about.dims, rows[name], about.attributes) for name, about in stored.items()}
+        data = xarray.Dataset(variables, attrs=labels.attrs)
+        own = {name: each.variable for name, each in labels.coords.items() if {*each.dims} <= {*data.dims}}
         return data.assign_coords({**own, "member": np.arange(members.start, members.stop)})
 
 
@@ -115,7 +138,7 @@ def run_in_chunks(ensemble: Ensemble[Result], plan: Plan, shown: bool) -> Result
     selection = plan.selection(ensemble)
     if plan.out is None:
         chunk = plan.members_of_chunk(ensemble)
-        return _reduced_in_memory(ensemble, plan, _task(ensemble, plan, selection, chunk), shown)
+        return _reduced_in_memory(ensemble, plan, ChunkTask.of(ensemble, plan, selection, chunk), shown)
     try:
         return _in_store(ensemble, plan, plan.out, selection, shown)
     except UnwritableError as error:
@@ -126,10 +149,6 @@ def run_in_chunks(ensemble: Ensemble[Result], plan: Plan, shown: bool) -> Result
             "same call "
             "computes it anew."
         ) from None
-
-
-def _task(ensemble: Ensemble[Result], plan: Plan, selection: Selection, chunk: int) -> ChunkTask:
-    return ChunkTask(ensemble.compute, ensemble.members, chunk, selection, plan.reduce, plan.out)
 
 
 def _reduced_in_memory(ensemble: Ensemble[Result], plan: Plan, task: ChunkTask, shown: bool) -> xarray.Dataset:
@@ -168,9 +187,9 @@ def _in_store(
             with writing(out):
                 held = until_then.enter_context(lease(out))
                 store = EnsembleStore(out)
-                store.mend(description.frame(store.chunk))
+                store.mend(description.header(store.chunk))
             store = EnsembleStore(out)
-            task, left = _task(ensemble, plan, selection, store.chunk), np.flatnonzero(~store.whole).tolist()
+            task, left = ChunkTask.of(ensemble, plan, selection, store.chunk), np.flatnonzero(~store.whole).tolist()
             _run(task, plan.client, left, store.finished, shown, lambda _: held.check())
     except KeyboardInterrupt:
         store = EnsembleStore(out)

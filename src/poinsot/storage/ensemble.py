@@ -1,4 +1,4 @@
-"""An ensemble as chunks and stores see it: names of variables, a template of one member, and what computes members.
+"""An ensemble as chunks and stores see it: descriptions of variables, and what computes members.
 
 Motions and results of analyses are ensembles of the same kind. Nothing here contains a system or a state.
 """
@@ -10,27 +10,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
 
 from poinsot.display.progress import Progress
-from poinsot.storage.fingerprint import fingerprint
 from poinsot.storage.run_record import RunRecord
+from poinsot.storage.zarr_group import Described, Numbers
 
 if TYPE_CHECKING:
     import xarray
 
     from poinsot.storage.ensemble_store import EnsembleStore, Variables
 
-__all__ = ["ChunkResult", "Ensemble", "digests"]
+__all__ = ["ChunkResult", "Ensemble"]
 
 Result = TypeVar("Result")
-
-
-class Computed(Protocol):
-    """Motion or result of an analysis: reasons why members failed, and how it was computed."""
-
-    @property
-    def failures(self) -> Mapping[int, str]: ...
-
-    @property
-    def run(self) -> RunRecord: ...
 
 
 class ChunkResult(NamedTuple):
@@ -38,8 +28,8 @@ class ChunkResult(NamedTuple):
 
     Attributes
     ----------
-    data : xarray.Dataset
-        Variables along `member`, then `time`.
+    rows : mapping
+        Numbers of each variable by name, members first.
     extra : mapping
         Dimensions, numbers and attributes of each extra array, which does not lie along members, by name.
     about : mapping
@@ -48,18 +38,24 @@ class ChunkResult(NamedTuple):
         True if Ctrl-C ended the computation before its end.
     """
 
-    data: xarray.Dataset
+    rows: Mapping[str, Numbers]
     extra: Variables
     about: Mapping[str, Any]
     interrupted: bool
 
     @classmethod
     def of(
-        cls, computed: Computed, first: int, data: xarray.Dataset, extra: Variables, interrupted: bool
+        cls,
+        failures: Mapping[int, str],
+        run: RunRecord,
+        first: int,
+        rows: Mapping[str, Numbers],
+        extra: Variables,
+        interrupted: bool,
     ) -> ChunkResult:
         """Return the result of members whose first one has a number in the ensemble."""
-        failures = {str(first + member): why for member, why in computed.failures.items()}
-        return cls(data, extra, {"failures": failures, "run": computed.run.of_chunk}, interrupted)
+        own = {str(first + member): why for member, why in failures.items()}
+        return cls(rows, extra, {"failures": own, "run": run.of_chunk}, interrupted)
 
 
 class Compute(Protocol):
@@ -80,16 +76,14 @@ class Ensemble(Generic[Result]):
         Last time.
     problem : mapping
         Digest of each argument by its name: a store resumes the same problem only.
-    names : tuple of str
-        Variables along members that can be computed.
+    variables : mapping
+        Description of each variable along members that can be computed, by name.
     stored : tuple of str
         Variables that are stored by default.
     member_bytes : int
         Bytes of the rows of one member during the computation.
     fixed : xarray.Dataset
         Variables that are the same for all chunks, and the attributes.
-    template : callable
-        Returns some variables of one member, with any numbers.
     compute : Compute
         Computes some members, here or in another process.
     open : callable
@@ -99,15 +93,9 @@ class Ensemble(Generic[Result]):
     members: int
     last: float
     problem: Mapping[str, str]
-    names: tuple[str, ...]
+    variables: Mapping[str, Described]
     stored: tuple[str, ...]
     member_bytes: int
     fixed: xarray.Dataset
-    template: Callable[[tuple[str, ...]], xarray.Dataset]
     compute: Compute
     open: Callable[[EnsembleStore], Result]
-
-
-def digests(problem: Mapping[str, Any]) -> dict[str, str]:
-    """Return the digest of each argument of a problem."""
-    return {name: fingerprint(value) for name, value in problem.items()}

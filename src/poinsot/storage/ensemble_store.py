@@ -50,7 +50,7 @@ __all__ = [
     "block_of",
     "coordinates_of",
     "dataset_of_arrays",
-    "frame_of",
+    "header_of",
     "plain_variables",
     "save_in_chunks",
 ]
@@ -169,9 +169,9 @@ class EnsembleStore:
 
     # ------------------------------------------------------------------ writing
 
-    def write(self, number: int, rows: Variables, extra: Variables, attributes: Attributes) -> None:
+    def write(self, number: int, rows: Mapping[str, Numbers], extra: Variables, attributes: Attributes) -> None:
         """Write a chunk: its rows of the arrays in shards, its extra arrays, and the attributes of its group."""
-        side_by_side(functools.partial(self._write_rows, name, rows[name][1], number) for name in self.sharded)
+        side_by_side(functools.partial(self._write_rows, name, rows[name], number) for name in self.sharded)
         folder = own_folder(self._folder_of(number))
         described = {name: Described.of(*plain_variable(name, *given)) for name, given in extra.items()}
         for name, about in described.items():
@@ -184,7 +184,7 @@ class EnsembleStore:
         self.described[name].written(self.folder / name, values, number)
         synced(self.folder / name)
 
-    def mend(self, frame: StoreHeader) -> None:
+    def mend(self, header: StoreHeader) -> None:
         """Write what is the same for all chunks anew if it is damaged or says other things, such as another title.
 
         Chunks that are damaged count as missing, and what writers left is removed. All of the store is read.
@@ -192,9 +192,9 @@ class EnsembleStore:
         for part in self.folder.rglob("*.part"):
             part.unlink(missing_ok=True)
         kept = {name: value for name, value in self.attributes.items() if name.startswith("version_")}
-        frame = frame._replace(attributes={**frame.attributes, **kept})
-        if (self.described, self.attributes) != (frame.described, frame.attributes) or not self._is_sound():
-            frame.write(self.folder)
+        header = header._replace(attributes={**header.attributes, **kept})
+        if (self.described, self.attributes) != (header.described, header.attributes) or not self._is_sound():
+            header.write(self.folder)
         for number in np.flatnonzero(self.whole).tolist():
             try:
                 self._check_chunk(number)
@@ -293,18 +293,27 @@ class StoreHeader(NamedTuple):
         write_group(folder, self.described, self.attributes)
 
 
-def frame_of(fixed: xarray.Dataset, empty: xarray.Dataset, members: int, chunk: int, said: Attributes) -> StoreHeader:
-    """Return what a store has before its chunks.
+def header_of(
+    fixed: xarray.Dataset, rows: Mapping[str, Described], members: int, chunk: int, about: Attributes
+) -> StoreHeader:
+    """Return the content of a store before its chunks.
 
-    `fixed` has all variables that are the same for all chunks and the attributes, `empty` those of one member that
-    grow by chunks; `said` is what else the store says: its `problem`, or the `summary` of a motion.
+    Parameters
+    ----------
+    fixed : xarray.Dataset
+        Variables that are the same for all chunks, and the attributes.
+    rows : mapping
+        Descriptions of the variables along members by name.
+    members, chunk : int
+        Numbers of members, in all and in a chunk.
+    about : mapping
+        Further attributes of the store: its `problem`, or the `summary` of a motion.
     """
     whole = plain_variables(fixed)
     described = {name: Described.of(*given) for name, given in whole.items()}
-    grown = {name: Described.of(*given) for name, given in plain_variables(empty).items()}
-    block = block_of(chunk, max((about.member_bytes for about in grown.values()), default=1))
-    shards = {name: about.in_shards(members, chunk, block) for name, about in grown.items()}
-    store = {"format": STORE_FORMAT, "members": members, "chunk": chunk, **said}
+    block = block_of(chunk, max((each.member_bytes for each in rows.values()), default=1))
+    shards = {name: each.in_shards(chunk, block) for name, each in rows.items()}
+    store = {"format": STORE_FORMAT, "members": members, "chunk": chunk, **about}
     return StoreHeader(
         whole, {**described, **shards}, plain_attributes({**fixed.attrs, **coordinates_of(fixed), "store": store})
     )
@@ -321,13 +330,15 @@ def save_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any])
     chunk = -(-members // max(-(-bytes_of_all // MAX_CHUNK_BYTES), 1)) if names else 0
     summary = {"summary": {name: plain(value) for name, value in sorted(about["summary"].items())}}
     folder.mkdir()
-    fixed, grown = data.drop_vars(names), data[names].drop_vars(data.coords, errors="ignore")
-    frame_of(fixed, grown.isel(member=slice(0, 1), missing_dims="ignore"), members, chunk, summary).write(folder)
+    rows = plain_variables(data[names].drop_vars(data.coords, errors="ignore"))
+    described = {name: Described.of(*each) for name, each in rows.items()}
+    header_of(data.drop_vars(names), described, members, chunk, summary).write(folder)
     store = EnsembleStore(folder)
     for number in range(store.whole.size):
         own = store.members_of(number)
         failures = {str(k): why for k, why in about["failures"].items() if own.start <= k < own.stop}
-        store.write(number, plain_variables(grown.isel(member=own)), {}, {"failures": failures, "run": about["run"]})
+        numbers = {name: values[own] for name, (_, values, _) in rows.items()}
+        store.write(number, numbers, {}, {"failures": failures, "run": about["run"]})
 
 
 def block_of(chunk: int, member_bytes: int) -> int:

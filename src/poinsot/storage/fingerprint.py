@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["fingerprint"]
+__all__ = ["digests", "fingerprint"]
 
 
 def fingerprint(value: Any) -> str:
@@ -25,6 +25,11 @@ def fingerprint(value: Any) -> str:
         digest.update(piece)
         digest.update(b"\0")
     return digest.hexdigest()
+
+
+def digests(problem: Mapping[str, Any]) -> dict[str, str]:
+    """Return the digest of each argument of a problem."""
+    return {name: fingerprint(value) for name, value in problem.items()}
 
 
 def _pieces(value: Any, within: tuple[int, ...]) -> Iterator[bytes]:

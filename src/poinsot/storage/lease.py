@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
 import platform
@@ -12,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NoReturn
 
+from poinsot.operating_system import REGULAR_FILE, lock
 from poinsot.printable import shortened
 
 __all__ = ["LEASE_SECONDS", "Lease", "lease"]
@@ -50,7 +50,7 @@ class Lease:
         self._number = self._opened()
 
     def _opened(self) -> int:
-        return os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+        return os.open(self._path, os.O_RDWR | os.O_CREAT | REGULAR_FILE, 0o666)
 
     def take(self) -> None:
         """Take the lease, or refuse."""
@@ -62,13 +62,14 @@ class Lease:
             self._refuse(owner)
         self._mine = True
         os.ftruncate(self._number, 0)
-        os.pwrite(self._number, json.dumps(self._token).encode(), 0)
+        os.lseek(self._number, 0, os.SEEK_SET)
+        os.write(self._number, json.dumps(self._token).encode())
         self._renewing.start()
 
     def _lock(self) -> bool:
         """Lock the file; return whether it still has its name, which its last owner may have taken away."""
         try:
-            fcntl.flock(self._number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(self._number)
         except BlockingIOError:
             self._refuse(self._owner())
         except OSError:  # a file system without locks: the lease alone counts
@@ -97,17 +98,27 @@ class Lease:
         if self._mine:
             self._renewing.join()
             if self._named().get("token") == self._token["token"]:
-                self._path.unlink(missing_ok=True)
+                self._remove()
         os.close(self._number)
+
+    def _remove(self) -> None:
+        try:
+            self._path.unlink(missing_ok=True)
+        except PermissionError:  # Windows removes no open file; the next owner may have opened it
+            os.close(self._number)
+            self._number = os.open(os.devnull, os.O_RDONLY)
+            with contextlib.suppress(OSError):
+                self._path.unlink()
 
     def _renew(self) -> None:
         while not self._ended.wait(LEASE_SECONDS / RENEWALS_PER_LEASE):
             with contextlib.suppress(OSError):
-                os.utime(self._number)
+                os.utime(self._number if os.utime in os.supports_fd else self._path)
 
     def _owner(self) -> dict[str, str | int]:
         """Return what the file that is open says of who has it."""
-        return _said(os.pread(self._number, 1000, 0))
+        os.lseek(self._number, 0, os.SEEK_SET)
+        return _said(os.read(self._number, 1000))
 
     def _age(self) -> float:
         """Return the seconds since the lease was renewed, by the clock of the file system."""

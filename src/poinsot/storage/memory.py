@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import resource
+import ctypes
+import mmap
+import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
 
 __all__ = ["available_memory", "refuse_larger_than_memory"]
 
@@ -37,13 +45,31 @@ def _of_machine() -> Iterator[int]:
     for line in _text(PROC / "meminfo").splitlines():
         if line.startswith("MemAvailable:"):
             yield 1024 * int(line.split()[1])
+    if sys.platform == "darwin":  # which lends the memory of other programs to files, and does not report how much
+        yield os.sysconf("SC_PHYS_PAGES") * mmap.PAGESIZE // 2
+    if sys.platform == "win32":
+        status = _MemoryStatus(ctypes.sizeof(_MemoryStatus))
+        if ctypes.windll.kernel32.GlobalMemoryStatusEx(ctypes.byref(status)):
+            yield int(status.available)
+
+
+class _MemoryStatus(ctypes.Structure):
+    """MEMORYSTATUSEX of Windows."""
+
+    _fields_ = (
+        *(("length", ctypes.c_uint32), ("load", ctypes.c_uint32)),
+        *((name, ctypes.c_uint64) for name in ("physical", "available", "page_total", "page_available")),
+        *((name, ctypes.c_uint64) for name in ("virtual", "virtual_available", "extended")),
+    )
 
 
 def _of_limits() -> Iterator[int]:
+    if resource is None:
+        return
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     sizes = _text(PROC / "self" / "statm").split()
     if most != resource.RLIM_INFINITY and sizes:
-        yield most - int(sizes[0]) * resource.getpagesize()
+        yield most - int(sizes[0]) * mmap.PAGESIZE
 
 
 def _of_cgroups() -> Iterator[int]:

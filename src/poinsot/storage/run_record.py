@@ -14,8 +14,8 @@ from typing_extensions import override
 
 from poinsot.immutable import read_only
 
-OF_RUN = ("order", "tolerance", "kernel", "lanes")
-"""Entries that are equal in all chunks of a run."""
+OF_CHUNK = ("order", "tolerance", "steps", "kernel", "lanes")
+"""Entries of a chunk of members; all but the steps are equal in all chunks of a run."""
 
 
 class Method(StrEnum):
@@ -78,14 +78,14 @@ class RunRecord:
     @property
     def of_chunk(self) -> dict[str, Any]:
         """Attributes of a chunk of members about its run, which `with_chunks` reads."""
-        return {name: getattr(self, name) for name in (*OF_RUN, "steps")}
+        return {name: getattr(self, name) for name in OF_CHUNK}
 
     def with_chunks(self, chunks: Sequence[Mapping[str, Any]]) -> RunRecord:
         """Return the record of the run that computed chunks, from their attributes."""
         if not chunks:
             return self
-        first = {name: chunks[0][name] for name in OF_RUN}
-        return replace(self, **first, steps=sum(each["steps"] for each in chunks))
+        first = {name: chunks[0][name] for name in OF_CHUNK}
+        return replace(self, **first | {"steps": sum(each["steps"] for each in chunks)})
 
     @property
     def entries(self) -> dict[str, str | float]:
@@ -131,5 +131,7 @@ def versions() -> dict[str, str]:
     """Return the versions of the package and of what computed."""
     from importlib import metadata
 
-    packages = {name: metadata.version(name) for name in ("poinsot", "llvmlite", "numpy", "scipy")}
-    return read_only({**packages, "python": platform.python_version()})
+    from poinsot import __version__
+
+    packages = {name: metadata.version(name) for name in ("llvmlite", "numpy", "scipy")}
+    return read_only({"poinsot": __version__, **packages, "python": platform.python_version()})

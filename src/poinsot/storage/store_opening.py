@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from poinsot.atomic_write import exists, new_folder
 from poinsot.printable import shortened
-from poinsot.storage.chunk_plan import Plan, Selection, selected, with_thinned_times
+from poinsot.storage.chunk_plan import Plan, Selection, with_thinned_times
 from poinsot.storage.ensemble import Ensemble, Result
-from poinsot.storage.ensemble_store import EnsembleStore, StoreHeader, frame_of
+from poinsot.storage.ensemble_store import EnsembleStore, StoreHeader, header_of
 from poinsot.storage.fingerprint import fingerprint
 from poinsot.storage.run_record import versions
-from poinsot.storage.zarr_group import GROUP, StoreError
+from poinsot.storage.zarr_group import GROUP, Described, StoreError
 
 if TYPE_CHECKING:
     import xarray
@@ -34,8 +34,8 @@ class StoreDescription:
     ----------
     fixed : xarray.Dataset
         Variables that are the same for all chunks, and the attributes.
-    template : xarray.Dataset
-        Variables of one member that grow by chunks.
+    rows : mapping
+        Descriptions of the stored variables along members by name.
     members : int
         Number of members.
     problem : mapping
@@ -43,7 +43,7 @@ class StoreDescription:
     """
 
     fixed: xarray.Dataset
-    template: xarray.Dataset
+    rows: Mapping[str, Described]
     members: int
     problem: Mapping[str, Any]
 
@@ -59,19 +59,19 @@ class StoreDescription:
             "reduce": "" if plan.reduce is None else fingerprint(plan.reduce),
             "versions": {name: own[name] for name in VERSIONS},
         }
-        template = selected(ensemble.template(tuple(stored)), stored)
-        return cls(with_thinned_times(ensemble.fixed, stored), template, ensemble.members, problem)
+        rows = {name: options.described(ensemble.variables[name]) for name, options in stored.items()}
+        return cls(with_thinned_times(ensemble.fixed, stored), rows, ensemble.members, problem)
 
-    def frame(self, chunk: int) -> StoreHeader:
+    def header(self, chunk: int) -> StoreHeader:
         """Return the content of the store before its chunks of so many members."""
-        return frame_of(self.fixed, self.template, self.members, chunk, {"problem": self.problem})
+        return header_of(self.fixed, self.rows, self.members, chunk, {"problem": self.problem})
 
     def make(self, out: Path, chunk: int) -> None:
         """Make the store without chunks, unless another run makes it at this moment."""
         try:
             with writing(out), new_folder(out, False, GROUP) as part:
                 part.mkdir()
-                self.frame(chunk).write(part)
+                self.header(chunk).write(part)
         except UnwritableError:
             if not out.exists():
                 raise

@@ -14,7 +14,7 @@ import math
 import os
 import stat
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -23,12 +23,17 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from poinsot.atomic_write import synced
+from poinsot.operating_system import REGULAR_FILE
 from poinsot.printable import quoted, shortened
+from poinsot.storage.checksum import crc32c
 
 __all__ = [
     "GROUP",
+    "Attributes",
     "Described",
     "JoinedArrays",
+    "Json",
+    "Numbers",
     "StoreError",
     "StoredArray",
     "check_descriptions",
@@ -95,12 +100,12 @@ class Described:
 
     @classmethod
     def of(cls, dims: tuple[str, ...], values: Numbers, attributes: Attributes) -> Described:
-        """Return that of an array in one block."""
+        """Return the description of an array in one block."""
         return cls(tuple(map(str, dims)), values.shape, values.dtype.name, plain_attributes(attributes))
 
-    def in_shards(self, members: int, chunk: int, block: int) -> Described:
-        """Return that of an array of more members in shards."""
-        return Described(self.dims, (members, *self.shape[1:]), self.kind, self.attributes, chunk, block)
+    def in_shards(self, chunk: int, block: int) -> Described:
+        """Return the description of the array in shards."""
+        return replace(self, chunk=chunk, block=block)
 
     @property
     def dtype(self) -> np.dtype[np.generic]:
@@ -457,7 +462,7 @@ def _part_of(path: Path) -> Path:
 
 def _plain_file(path: str, flags: int) -> int:
     """Open a file, to which no link leads, and which is none to wait for."""
-    number = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)
+    number = os.open(path, flags | REGULAR_FILE)
     if not stat.S_ISREG(os.fstat(number).st_mode):
         os.close(number)
         raise StoreError(f"{shortened(Path(path).name)} is no file")
@@ -466,11 +471,7 @@ def _plain_file(path: str, flags: int) -> int:
 
 def _checksum(content: bytes | memoryview | Numbers) -> bytes:
     """Return the CRC-32C of some bytes."""
-    import google_crc32c
-
-    whole = np.frombuffer(content, np.uint8)
-    whole.flags.writeable = False  # it takes no others
-    return int(google_crc32c.value(whole)).to_bytes(SIZE_OF_CHECKSUM, "little")
+    return crc32c(np.frombuffer(content, np.uint8)).to_bytes(SIZE_OF_CHECKSUM, "little")
 
 
 def plain_attributes(attributes: Attributes) -> dict[str, Json]:

@@ -13,13 +13,14 @@ import operator
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
-from typing import NamedTuple, TypeAlias, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from poinsot.taylor.decomposition import (
     Coefficient,
     Draft,
+    DraftOperand,
     Function,
     Monomial,
     Number,
@@ -36,9 +37,6 @@ __all__ = ["TIME", "CanonicalForm", "Root"]
 
 TIME = "time"
 """The name of the symbol of the time; a variable of the state vector is named by its place."""
-
-DraftOperand: TypeAlias = Coefficient | Monomial
-"""A coefficient, or the numbers of drafts that are multiplied."""
 
 
 class Root(NamedTuple):

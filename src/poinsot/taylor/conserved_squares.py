@@ -12,9 +12,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from poinsot.taylor.canonical_form import DraftOperand
-from poinsot.taylor.decomposition import Coefficient, Draft, Invariant, Monomial, Sum, Variable
-from poinsot.taylor.shared_products import operands_of
+from poinsot.taylor.decomposition import (
+    Coefficient,
+    Draft,
+    DraftOperand,
+    Invariant,
+    Monomial,
+    Sum,
+    Variable,
+    operands_of,
+)
 
 __all__ = ["without_squares"]
 

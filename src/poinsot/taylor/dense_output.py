@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import itertools
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Value, machine_code, vector
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Value, vector
+from poinsot.taylor.object_cache import function_of
 
 __all__ = ["Side", "StoredSteps"]
 
 Doubles = NDArray[np.float64]
+Steps = NDArray[np.void]
 Side = Literal["left", "right"]
 
 
@@ -28,12 +29,12 @@ class StoredSteps:
         Blocks of steps of a worker, at least one.
     """
 
-    def __init__(self, blocks: Sequence[NDArray[Any]]) -> None:
+    def __init__(self, blocks: Sequence[Steps]) -> None:
         self._blocks = [block for block in blocks if block.size] or list(blocks[:1])
         self._starts, self._low = np.concatenate([block["start"] for block in self._blocks]).T.copy()
         self._per_unit = np.concatenate([block["per_unit"] for block in self._blocks])
 
-    def __reduce__(self) -> Any:  # a copy has addresses of its own
+    def __reduce__(self) -> tuple[type[StoredSteps], tuple[list[Steps]]]:  # a copy has addresses of its own
         return type(self), (self._blocks,)
 
     @property
@@ -88,11 +89,9 @@ def _compiled(orders: int, size: int) -> Callable[..., Doubles]:
 
     module, pointers = Module(), 7
     module.function("evaluate", "void", [INTEGER, INTEGER, DOUBLE, *[POINTER] * pointers], body)
-    engine = machine_code(str(module))
-    types: list[Any] = [ctypes.c_int64, ctypes.c_int64, ctypes.c_double, *[ctypes.c_void_p] * pointers]
-    function = ctypes.CFUNCTYPE(None, *types)(engine.get_function_address("evaluate"))
+    function = function_of(module, "evaluate")
 
-    def evaluate(sign: float, *arrays: Doubles, engine: Any = engine) -> Doubles:  # noqa: ARG001
+    def evaluate(sign: float, *arrays: Doubles) -> Doubles:
         _, starts, *_, times = arrays
         out = np.empty((times.size, size))
         function(times.size, starts.size, sign, *(array.ctypes.data for array in (*arrays, out)))

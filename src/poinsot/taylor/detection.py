@@ -24,13 +24,12 @@ from typing import NamedTuple
 import numpy as np
 from typing_extensions import override
 
-from poinsot.taylor.context import Context, KernelPart, Work
 from poinsot.taylor.decomposition import Decomposition
-from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Structure, Value, vector
-from poinsot.taylor.rescaling import Rescaling
+from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Structure, Value, vector
+from poinsot.taylor.memory import Context, KernelPart, Work
 from poinsot.taylor.sign_changes import first_change
 
-__all__ = ["Detection", "bit_of"]
+__all__ = ["Detection"]
 
 SIMULTANEOUS = 16 * np.finfo(float).eps
 """Times that differ by less, relative to the time and to that in which the attitude changes, are one: events may
@@ -47,18 +46,6 @@ away ends half-way."""
 
 LINEAR_PART = 2.0**-26
 """The part of a step in which variables are linear."""
-
-MARKS = "crossed", "rising"
-"""Integers that mark events by bits: the events that happen, and the events whose values rise with time."""
-
-BITS_PER_WORD = 64
-"""Number of events that one integer marks."""
-
-
-def bit_of(event: int) -> tuple[int, int]:
-    """Return the integer that marks an event, by its number among such integers, and the bit of the event."""
-    word, bit = divmod(event, BITS_PER_WORD)
-    return word, 1 << bit
 
 
 class Cut(NamedTuple):
@@ -102,9 +89,10 @@ class Detection(KernelPart):
     """The part of a kernel that detects sign changes of conditions and events.
 
     Fields: `span`, the time of the run; `branches`, the conditions of the last step, and `next_branches`, those at the
-    end of a task; `signs` and `sign_uncertainty` of the values of events; `simultaneity`, the time within which events
-    coincide; `crossed` and `rising`; `shift`, the time from the start of a step to its events; `switched`, the count of
-    successive steps of length zero; and the block of recorded events.
+    end of a task; `signs` and `sign_uncertainty` of the values of events; `crossed`, for each event 1 or -1 where it
+    happens and its value rises or falls with time, otherwise 0; `simultaneity`, the time within which events coincide;
+    `shift`, the time from the start of a step to its events; `switched`, the count of successive steps of length zero;
+    and the block of recorded events.
 
     Parameters
     ----------
@@ -113,36 +101,28 @@ class Detection(KernelPart):
 
     Attributes
     ----------
-    count, events : int
-        Numbers of the watched functions, and of the values of events among them.
-    conditions : tuple of int
-        The parameters that hold the conditions.
-    record : structured type
-        Record of events at one time: task, `crossed`, `rising`, time, `simultaneity`, and variables.
+    count : int
+        Number of the watched functions: conditions, then values of events.
     """
 
-    def __init__(
-        self, context: Context, decomposition: Decomposition, rescaling: Rescaling, deadlines: Sequence[str]
-    ) -> None:
+    def __init__(self, context: Context, decomposition: Decomposition, deadlines: Sequence[str]) -> None:
         super().__init__(context)
-        self._rescaling, self._deadlines, self._orders = rescaling, deadlines, context.order + 1
-        self.count, self.events = len(decomposition.watched), len(decomposition.events)
-        self._words = max(-(-self.events // BITS_PER_WORD), 1)
-        self.conditions, self._crossings = decomposition.conditions, decomposition.events
-        self._stops, self._attitude = decomposition.stops, decomposition.attitude
+        self._deadlines, self._orders = deadlines, context.order + 1
+        self.count = len(decomposition.watched)
+        self._conditions, self._events = context.conditions, context.events
+        self._crossings, self._stops, self._attitude = decomposition.events, decomposition.stops, decomposition.attitude
         self._at_target = AT_TARGET * (2.0**-52 if context.wide else 1.0)
-        sizes = {"span": min(self.count, 1), "branches": len(self.conditions)}
-        sizes |= dict.fromkeys(("signs", "sign_uncertainty"), self.events)
-        marks = [(name, "i8", (self._words,)) for name in MARKS]
+        sizes = {"span": min(self.count, 1), "branches": len(self._conditions)}
+        sizes |= dict.fromkeys(("signs", "sign_uncertainty", "crossed"), self._events)
         near = [("simultaneity", "f8", ())]
-        self.of_tasks_and_lanes = [*((name, "f8", (size,)) for name, size in sizes.items()), *near, *marks]
-        self.of_tasks = [("next_branches", "f8", (len(self.conditions),))]
-        self.of_lanes = [("shift", "f8", ()), ("switched", "i8", ())]
-        self.polynomials = {"watched": (self.count, self._orders)}
-        if context.wide:
-            self.polynomials["watched_numbers"] = (2 * self.count, self._orders)
-        self.record = np.dtype([("task", "i8"), *marks, ("time", "f8"), *near, ("state", "f8", (context.variables,))])
-        self.functions = {"record_events": self._record_events} if self.events else {}
+        self.of_tasks_and_lanes = [*((name, "f8", (size,)) for name, size in sizes.items()), *near]
+        self.of_tasks = [("next_branches", "f8", (len(self._conditions),))]
+        polynomials = {"watched": self.count, "watched_numbers": context.wide * 2 * self.count}
+        self.of_lanes = [(name, "f8", (size, self._orders)) for name, size in polynomials.items()]
+        self.of_lanes += [("shift", "f8", ()), ("switched", "i8", ())]
+        arrays = [(name, "f8", (size,)) for name, size in (("crossed", self._events), ("state", context.variables))]
+        self.record = np.dtype([("task", "i8"), ("time", "f8"), *near, *arrays])
+        self.functions = {"record_events": self._record_events} if self._events else {}
 
     of_workers = [(name, "i8", ()) for name in ("records", "records_limit", "record_count")]  # noqa: RUF012
 
@@ -152,17 +132,17 @@ class Detection(KernelPart):
 
     @override
     def left(self, work: Work, task: Structure, lane: Value) -> None:
-        for i, place in enumerate(self.conditions):
+        for i, place in enumerate(self._conditions):
             task.array("next_branches")[i] = work.array("parameters")[lane + place * self.context.lanes]
 
     def forget_branches(self, work: Work, lane: Value) -> None:
         """Count a condition that switches in this step of a lane as no switch: its variables have jumped."""
-        for i in range(len(self.conditions)):
+        for i in range(len(self._conditions)):
             work.array("branches")[lane + i * self.context.lanes] = np.nan
 
     def has_room(self, work: Work, room: Value) -> Value:
         """Return whether there is room for the records of one more step."""
-        if not self.events:
+        if not self._events:
             return room
         return room & work.array("record_count", INTEGER)[0].is_("le", work.array("records_limit", INTEGER)[0])
 
@@ -176,7 +156,7 @@ class Detection(KernelPart):
     def defined(self, work: Work, finite: Value) -> Value:
         """Return where the values of all events are numbers too."""
         values = work.doubles("watched")
-        for i in range(len(self.conditions), self.count):
+        for i in range(len(self._conditions), self.count):
             finite = finite & (values[i * self._orders] * 0.0).is_("eq", 0.0)
         return finite
 
@@ -199,7 +179,7 @@ class Detection(KernelPart):
         near = self._simultaneity(work).larger(last_near[0])
         chosen, early, waits, whole = work.lines.constant(self.context.whole, -1), nowhere, nowhere, h
         linear = near.larger(LINEAR_PART * abs(h.high))
-        starts, first = self._starts(work, near, linear), len(self.conditions)
+        starts, first = self._starts(work, near, linear), len(self._conditions)
         wrong = list[Value]()
         for i, sign in enumerate(starts.signs):
             reach = (abs(h.high).larger(starts.passed[i])).intrinsic("copysign", way)
@@ -219,7 +199,7 @@ class Detection(KernelPart):
         h = self._at_targets(work, h, chosen.is_("ge", first), near)
         stops = self._recorded(work, starts, wrong, active) | (self._switched(work) & ~waits)
         waits = waits | stops
-        for i, place in enumerate(self.conditions):
+        for i, place in enumerate(self._conditions):
             branches = work.doubles("branches")
             branches[i] = waits.choose(branches[i], work.doubles("parameters")[place])
         crossed = [mask | (~waits & chosen.is_("eq", i)) for i, mask in enumerate(wrong)]
@@ -230,10 +210,10 @@ class Detection(KernelPart):
     def _at_targets(self, work: Work, h: Value, is_event: Value, near: Value) -> Value:
         """Return the time of a zero. An event within some roundings of an output time, a sample or the end is there."""
         found = h
-        for target in ("end", "output_time") if self.events else ():
+        for target in ("end", "output_time") if self._events else ():
             ahead = self._ahead(work, target)
             h = (is_event & abs(ahead - h).is_("le", self._at_target * near)).choose(ahead, h)
-        for target in self._deadlines if self.events else ():  # a sample comes before its events
+        for target in self._deadlines if self._events else ():  # a sample comes before its events
             ahead = self._ahead(work, target)
             h = (is_event & abs(ahead - found).is_("le", self._at_target * near)).choose(ahead, h)
         return h
@@ -286,9 +266,9 @@ class Detection(KernelPart):
         between the start and its zero.
         """
         way = work.doubles("way")[0]
-        signs = [1.0 - 2.0 * work.doubles("parameters")[place] for place in self.conditions]
+        signs = [1.0 - 2.0 * work.doubles("parameters")[place] for place in self._conditions]
         starts = _Starts(signs, [near] * len(signs), [], {})
-        for i in range(self.events):
+        for i in range(self._events):
             value, slope = (work.doubles("watched")[len(starts.signs) * self._orders + n] for n in (0, 1))
             slope = work.per_unit(slope)
             sign, uncertainty, shift = work.doubles("signs")[i], work.doubles("sign_uncertainty"), -value / slope
@@ -308,57 +288,41 @@ class Detection(KernelPart):
         """Return where a condition that stops a lane has switched since its last step, if it has taken one."""
         switched = work.lines.constant(vector(BOOL, self.context.lanes), 0)
         for i in self._stops:
-            change = work.doubles("parameters")[self.conditions[i]] - work.doubles("branches")[i]
+            change = work.doubles("parameters")[self._conditions[i]] - work.doubles("branches")[i]
             switched = switched | abs(change).is_("gt", 0.5)
         return switched
 
     def _cross(self, work: Work, signs: Sequence[Value], crossed: Sequence[Value], moves: Value) -> None:
         """Switch conditions and change the signs of events; mark the events at the end of the step."""
-        first = len(self.conditions)
-        for i, place in enumerate(self.conditions):
+        first = len(self._conditions)
+        for i, place in enumerate(self._conditions):
             held = work.doubles("parameters")[place]
             work.doubles("parameters")[place] = crossed[i].choose(1.0 - held, held)
-        for name in MARKS if self.events else ():
-            for word, marked in enumerate(self._bits(work, signs, [mask & moves for mask in crossed[first:]], name)):
-                work.integers(name)[word] = marked
-        for i in range(self.events):
-            sign = signs[first + i]
-            work.doubles("signs")[i] = crossed[first + i].choose(-sign, sign)
-
-    def _bits(self, work: Work, signs: Sequence[Value], crossed: Sequence[Value], name: str) -> list[Value]:
-        """Return the marks of the events that happen, or of the events among them that rise with time."""
-        way, first = work.doubles("way")[0], len(self.conditions)
-        words = [work.integers("crossed")[0] * 0] * self._words
-        for i, mask in enumerate(crossed):
-            chosen = mask & (signs[first + i] * way).is_("lt", 0.0) if name == "rising" else mask
-            words[i // BITS_PER_WORD] = words[i // BITS_PER_WORD] | (chosen.to_integer() << i % BITS_PER_WORD)
-        return words
+        way = work.doubles("way")[0]
+        for i, (sign, mask) in enumerate(zip(signs[first:], crossed[first:], strict=True)):
+            work.doubles("crossed")[i] = (mask & moves).choose(-(sign * way), 0.0)
+            work.doubles("signs")[i] = mask.choose(-sign, sign)
 
     def _recorded(self, work: Work, starts: _Starts, wrong: Sequence[Value], active: Value) -> Value:
         """Record the events at the start of the step, and return where one stops the lane."""
         nowhere = work.lines.constant(vector(BOOL, self.context.lanes), 0)
-        if not self.events:
+        if not self._events:
             return nowhere
-        known = [work.doubles("signs")[i].is_("ne", 0.0) for i in range(self.events)]
-        crossed = [mask & sign for mask, sign in zip(wrong[len(self.conditions) :], known, strict=True)]
-        for name in MARKS:
-            bits = work.integers(name)
-            for word, marked in enumerate(self._bits(work, starts.signs, crossed, name)):
-                bits[word] = bits[word] ^ marked  # an event whose sign changes back is not there yet
-        marks, happens, stops = list[Value](), nowhere, nowhere
-        for word in range(self._words):
-            rising = work.integers("rising")[word]
-            crossings = list(enumerate(self._crossings[word * BITS_PER_WORD : (word + 1) * BITS_PER_WORD]))
-            falls, rises = (sum(1 << i for i, x in crossings if x.direction == way) for way in (-1, 1))
-            stopping = sum(1 << i for i, x in crossings if x.stops)
-            which = work.integers("crossed")[word] & ~((rising & falls) | (~rising & rises))
-            work.integers("crossed")[word] = which
-            stops, happens = stops | (which & stopping).is_("ne", 0), happens | which.is_("ne", 0)
-            marks.append(which)
-        shift = starts.shifts[0] * 0.0
-        for i, own in enumerate(starts.shifts):
-            word, bit = bit_of(i)
-            shift = ((marks[word] & bit).is_("ne", 0) & ~stops).choose(own, shift)
+        way, first = work.doubles("way")[0], len(self._conditions)
+        crossed, marks, happens, stops = work.doubles("crossed"), list[Value](), nowhere, nowhere
+        for i, crossing in enumerate(self._crossings):
+            changes = wrong[first + i] & work.doubles("signs")[i].is_("ne", 0.0)
+            # An event whose sign changes back is not there yet.
+            back = crossed[i].is_("ne", 0.0).choose(way.like(0.0), -(starts.signs[first + i] * way))
+            direction = changes.choose(back, crossed[i])
+            if crossing.direction:
+                direction = direction.is_("eq", crossing.direction).choose(direction, 0.0)
+            crossed[i] = direction
+            marks.append(direction.is_("ne", 0.0))
+            happens, stops = happens | marks[i], stops | marks[i] if crossing.stops else stops
+        shift = way.like(0.0)
+        for mask, own in zip(marks, starts.shifts, strict=True):
+            shift = (mask & ~stops).choose(own, shift)
         work.doubles("shift")[0] = shift
         work.for_each(active & happens, "record_events")
         return stops
@@ -366,13 +330,11 @@ class Detection(KernelPart):
     def _record_events(self, work: Work, lane: Value) -> None:
         """Record the events at the start of the step of a lane."""
         lanes, count = self.context.lanes, work.array("record_count", INTEGER)
-        records = Array(work.array("records", POINTER)[0], f"[{self.record.itemsize} x i8]")
-        record = Structure(records.at(count[0]), self.record)
+        record = Structure.of(work.array("records", POINTER)[0], count[0], self.context.record)
         count[0] = count[0] + 1
         record.array("task", INTEGER)[0] = work.array("task", INTEGER)[lane]
-        for name in MARKS:
-            for word in range(self._words):
-                record.array(name, INTEGER)[word] = work.array(name, INTEGER)[lane + word * lanes]
+        for i in range(self._events):
+            record.array("crossed")[i] = work.array("crossed")[lane + i * lanes]
         shift = ahead = work.array("shift")[lane]
         if self.context.wide:
             ahead = shift / work.array("unit")[lane]
@@ -382,4 +344,4 @@ class Detection(KernelPart):
         out = record.array("state")
         for k in range(self.context.variables):
             value = rates[lane + k * lanes].high.fma(ahead, states[lane + k * lanes].high)
-            out[k] = self._rescaling.unscaled(work, k, value, lane)
+            out[k] = work.unscaled(k, value, lane)

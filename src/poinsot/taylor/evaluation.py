@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
-from poinsot.taylor import llvm_functions, wide_functions
 from poinsot.taylor.decomposition import Coefficient
-from poinsot.taylor.graph import HELD, OPERATORS, GraphScalar, Node, needed
+from poinsot.taylor.elementary import elementary
+from poinsot.taylor.graph import HELD, OPERATORS, GraphScalar, Node, Number, needed
 from poinsot.taylor.llvm_ir import (
     BOOL,
     DOUBLE,
@@ -21,8 +19,8 @@ from poinsot.taylor.llvm_ir import (
     Module,
     Value,
     Wide,
-    machine_code,
 )
+from poinsot.taylor.object_cache import function_of
 
 __all__ = ["WideEvaluator", "written"]
 
@@ -35,11 +33,11 @@ def written(lines: FunctionText, known: Mapping[int, Value], outputs: Sequence[G
         return values[operand.place] if isinstance(operand, Node) else lines.constant(kind, operand)
 
     for node in needed([x for x in outputs if isinstance(x, Node)], known):
-        values[node.place] = _result(node, [value(x) for x in node.arguments], isinstance(kind, Wide))
+        values[node.place] = _result(node, [value(x) for x in node.arguments])
     return [value(output) for output in outputs]
 
 
-def _result(node: Node, operands: list[Value], wide: bool) -> Value:
+def _result(node: Node, operands: list[Value]) -> Value:
     """Write an operation of scalars; conditions are masks, those that are parameters 0 or 1."""
     match node.name:
         case "less":
@@ -56,8 +54,7 @@ def _result(node: Node, operands: list[Value], wide: bool) -> Value:
             return result
         case name:
             given = tuple(0 if isinstance(x, Node) else Coefficient(float(x)) for x in node.operands)
-            write = wide_functions.elementary if wide else llvm_functions.elementary
-            return write(name, given, operands)
+            return elementary(name, given, operands)
 
 
 class WideEvaluator:
@@ -71,7 +68,7 @@ class WideEvaluator:
         Nodes whose values come first in a call; inputs of the run follow.
     """
 
-    def __init__(self, outputs: Sequence[Any], first: Sequence[Node] = ()) -> None:
+    def __init__(self, outputs: Sequence[GraphScalar], first: Sequence[Node] = ()) -> None:
         own = {node.place: place for place, node in enumerate(first)}
         nodes = needed([x for x in outputs if isinstance(x, Node)], own)
         given = own | {node.place: len(first) + node.operands[0] for node in nodes if node.name == "input"}
@@ -97,11 +94,9 @@ class WideEvaluator:
 
         module = Module()
         module.function("evaluate", "void", [POINTER, POINTER, INTEGER], body)
-        self._code = machine_code(str(module), llvm_functions.LIBRARY)
-        types = ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64
-        self._evaluate = ctypes.CFUNCTYPE(None, *types)(self._code.get_function_address("evaluate"))
+        self._evaluate = function_of(module, "evaluate")
 
-    def __call__(self, given: Sequence[Any]) -> Sequence[Any]:
+    def __call__(self, given: Sequence[Number]) -> Sequence[Number]:
         """Return the high parts of all outputs, then their low parts: a list of floats, or a tuple of arrays."""
         numbers = np.broadcast_arrays(*(given[place] for place in self._places), *self._values, np.float64(0.0))
         shape = numbers[0].shape

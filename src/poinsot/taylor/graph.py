@@ -11,11 +11,12 @@ import functools
 import itertools
 import math
 import operator
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias, TypeGuard, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Comparable, Scalar, Vector
@@ -24,7 +25,9 @@ __all__ = [
     "HELD",
     "Evaluator",
     "Graph",
+    "GraphScalar",
     "Node",
+    "Number",
     "gradient",
     "needed",
     "number",
@@ -38,6 +41,9 @@ __all__ = [
 
 GraphScalar: TypeAlias = "Node | float | Fraction"
 """An operand of a formula in a graph."""
+
+Number: TypeAlias = float | np.floating | NDArray[np.floating]
+"""The value of an input of a run, for one body or for members."""
 
 MAX_PRODUCT_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
@@ -74,7 +80,7 @@ def _combined(name: str, a: Any, b: Any) -> Any:
     return _newest((a, b)).applied(name, a, b)
 
 
-def _in_an_array(scalar: Any) -> Any:
+def _in_an_array(scalar: Scalar) -> NDArray[np.object_]:
     array = np.empty(np.shape(scalar) if isinstance(scalar, np.ndarray) else (), dtype=object)
     array[()] = scalar
     return array
@@ -90,14 +96,14 @@ class Graph:
 
     def __init__(self) -> None:
         self.age = next(self._ages)
-        self._known: dict[Any, Node] = {}
-        self._foreign: list[Any] = []
+        self._known: dict[Hashable, Node] = {}
+        self._foreign: list[Scalar] = []
 
-    def symbol(self, name: Any) -> Node:
+    def symbol(self, name: Hashable) -> Node:
         """Return what varies under a name."""
         return self.node("symbol", (name,), varies=True)
 
-    def variable(self, value: Any) -> Node:
+    def variable(self, value: Scalar) -> Node:
         """Return what varies, about a value of any kind."""
         node = self.node("variable", (len(self._known),), varies=True)
         node.value = value
@@ -107,9 +113,9 @@ class Graph:
         """Return the constant that a run is given at a place."""
         return self.node("input", (number,), varies=False)
 
-    def evaluated(self, outputs: Sequence[Any], values: Mapping[Node, Scalar] | None = None) -> list[Any]:
+    def evaluated(self, outputs: Sequence[Scalar], values: Mapping[Node, Scalar] | None = None) -> list[Any]:
         """Return the values of outputs for those of symbols and inputs, or of any other nodes of this graph."""
-        known: dict[int, Any] = {node.place: value for node, value in (values or {}).items()}
+        known: dict[int, Scalar] = {node.place: value for node, value in (values or {}).items()}
         own = [x for x in outputs if isinstance(x, Node) and x.graph is self]
         path = needed(own, known)
         last = {x.place: node.place for node in path for x in node.nodes} | {x.place: -1 for x in own}
@@ -120,7 +126,7 @@ class Graph:
                     known.pop(x.place, None)  # so that memory is used again
         return [known[x.place] if isinstance(x, Node) and x.graph is self else x for x in outputs]
 
-    def finished(self, outputs: Sequence[Any]) -> list[Any]:
+    def finished(self, outputs: Sequence[Scalar]) -> list[Any]:
         """Return the values of outputs, and forget all nodes: what they hold is free at once."""
         values = self.evaluated(outputs)
         self._known.clear()
@@ -137,7 +143,7 @@ class Graph:
     def leaf(self, scalar: Scalar) -> GraphScalar:
         """Return a scalar as an operand: a node, a number, or a node that holds an array or a scalar of other kinds."""
         if isinstance(scalar, NUMBERS):
-            return float(scalar) if isinstance(scalar, float) else cast("GraphScalar", scalar)
+            return float(scalar) if isinstance(scalar, float) else scalar  # type: ignore[return-value]
         if _is_operand(scalar, self):
             return scalar
         self._foreign.append(scalar)  # so that no other one has its identity
@@ -234,11 +240,11 @@ COMMUTING = ("add", "mul")
 HOLDING = ("variable", "value")
 
 
-def _is_operand(scalar: Any, graph: Graph) -> TypeGuard[GraphScalar]:
+def _is_operand(scalar: Scalar, graph: Graph) -> TypeGuard[GraphScalar]:
     return scalar.graph is graph if scalar.__class__ is Node else scalar.__class__ in PLAIN
 
 
-def _newest(scalars: Iterable[Any]) -> Graph:
+def _newest(scalars: Iterable[Scalar]) -> Graph:
     graphs = {x.graph for x in scalars if x.__class__ is Node}
     return graphs.pop() if len(graphs) == 1 else max(graphs, key=operator.attrgetter("age"))
 
@@ -400,12 +406,12 @@ def ruled(value: Scalar, variables: Sequence[Scalar], slope: Callable[[int], Sca
     return graph.node("ruled", (*map(graph.leaf, (value, *variables)), slope))
 
 
-def ordered(outputs: Iterable[Any]) -> list[Node]:
+def ordered(outputs: Iterable[Scalar]) -> list[Node]:
     """Return all nodes that outputs depend on, themselves included, operands first."""
     return needed([x for x in outputs if isinstance(x, Node)], ())
 
 
-def gradient(output: Scalar, by: Sequence[Node]) -> list[Scalar]:
+def gradient(output: Scalar, by: Sequence[Node]) -> list[GraphScalar]:
     """Return the derivatives of one scalar by some nodes, none of which depends on another: by reverse passes."""
     if not by or not isinstance(output, Node) or output.graph is not by[0].graph:
         return [0.0] * len(by)
@@ -423,7 +429,7 @@ def gradient(output: Scalar, by: Sequence[Node]) -> list[Scalar]:
     return [adjoints.get(node.place, 0.0) for node in by]
 
 
-def tangents(outputs: Sequence[Any], seeds: Mapping[Node, Any]) -> list[Any]:
+def tangents(outputs: Sequence[Scalar], seeds: Mapping[Node, GraphScalar]) -> list[GraphScalar]:
     """Return the differentials of outputs for those of some nodes, whatever these are computed from."""
     found: dict[int, GraphScalar] = {node.place: seed for node, seed in seeds.items()}
     graphs = {node.graph for node in seeds}
@@ -497,10 +503,11 @@ def number(scalar: Any) -> Any:
     return scalar
 
 
-def replayed(node: Node, known: Mapping[int, Any]) -> Any:
+def replayed(node: Node, known: Mapping[int, Scalar]) -> Scalar:
     """Return the value of a node from those of its operands, by their places."""
     operands = [known[x.place] if x.__class__ is Node else x for x in node.operands]
-    return operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
+    value: Scalar = operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
+    return value
 
 
 def operation_of(node: Node) -> Callable[..., Any]:
@@ -524,16 +531,16 @@ def needed(outputs: Iterable[Node], known: Container[int]) -> list[Node]:
 HELD = "held"
 """Name of constants that no input gives: conditions and square roots, which change at switches and at the start."""
 
-wide: Callable[[Any], Any] = np.longdouble(1).__mul__
+wide: Callable[[Number], Number] = np.longdouble(1).__mul__  # type: ignore[assignment]
 """Convert a number or an array to long double, in a quarter of the time of `np.longdouble`."""
 
 MAX_SELECTIONS = 8
 """Sets of inputs that change together, for which an evaluator stores the operations to repeat."""
 
-_Operation = tuple[int, Callable[..., Any], tuple[int, ...], int]
+_Operation: TypeAlias = tuple[int, Callable[..., Number], tuple[int, ...], int]
 """Register of the result, function, registers of the operands, and the inputs that it depends on, as bits."""
 
-_LastCall = tuple[tuple[Any, ...], list[Any], tuple[Any, ...]]
+_LastCall: TypeAlias = tuple[Sequence[Number], list[Number], tuple[Number, ...]]
 """Numbers of a call, all registers, and the values of the outputs."""
 
 NO_CALL: _LastCall = (), [], ()
@@ -554,8 +561,10 @@ class Evaluator:
         Nodes whose values come first in a call; inputs of the run follow.
     """
 
-    def __init__(self, outputs: Sequence[Any], typed: Callable[[Any], Any], first: Sequence[Node] = ()) -> None:
-        self._typed, self._registers = typed, list[Any]()
+    def __init__(
+        self, outputs: Sequence[GraphScalar], typed: Callable[[Number], Number], first: Sequence[Node] = ()
+    ) -> None:
+        self._typed, self._registers = typed, list[Number]()
         nodes = [x for x in outputs if isinstance(x, Node)]
         given = {node.place: number for number, node in enumerate(first)}
         inputs = [node for node in needed(nodes, given) if node.name == "input"]
@@ -573,19 +582,18 @@ class Evaluator:
                 )
                 places[node.place] = result = self._register()
                 bits[result] = functools.reduce(operator.or_, (bits.get(x, 0) for x in operands), 0)
-                function = OPERATORS.get(node.name) or operation_of(node)
-                self._operations.append((result, function, operands, bits[result]))
+                self._operations.append((result, operation_of(node), operands, bits[result]))
         self._outputs = [places[x.place] if isinstance(x, Node) else self._register(x) for x in outputs]
         self._selections: dict[int, list[_Operation]] = {}
         self._count, self._last = max([number + 1 for number, _ in self._given], default=0), NO_CALL
 
-    def _register(self, value: Any = 0.0) -> int:
+    def _register(self, value: Number | Fraction = 0.0) -> int:
         if isinstance(value, Fraction):
             value = np.longdouble(value.numerator) / np.longdouble(value.denominator)
         self._registers.append(value)
         return len(self._registers) - 1
 
-    def __call__(self, given: Sequence[Any]) -> tuple[Any, ...]:
+    def __call__(self, given: Sequence[Number]) -> tuple[Number, ...]:
         """Return the values, scalars or arrays: the same tuple as in the last call if all numbers are equal."""
         scalars = np.ndarray not in map(type, given)
         last, known, values = self._last if scalars else NO_CALL  # threads exchange it whole

@@ -6,9 +6,8 @@ unless it says so (`fma`). So the same formulas give the same bits in vectors of
 
 from __future__ import annotations
 
-import ctypes
 import functools
-import hashlib
+import importlib
 import itertools
 import math
 import platform
@@ -16,13 +15,13 @@ import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from typing import Any, TypeAlias
+from types import ModuleType
+from typing import TypeAlias
 
 import numpy as np
 from typing_extensions import override
 
-from poinsot.taylor.decomposition import Number
-from poinsot.taylor.object_cache import ObjectCache, folder
+from poinsot.double_double import exact_sum, sum_of_ordered
 
 __all__ = [
     "ATTRIBUTES",
@@ -39,27 +38,19 @@ __all__ = [
     "Wide",
     "WideValue",
     "exact_product",
-    "exact_sum",
     "host_features",
-    "machine_code",
+    "llvm",
     "offset_of",
     "vector",
 ]
 
 DOUBLE, INTEGER, BOOL, POINTER = "double", "i64", "i1", "ptr"
 
+Number: TypeAlias = float | Fraction
+"""A constant."""
+
 Argument: TypeAlias = "Value | Number"
 """The second operand of an operator."""
-
-CODE_GENERATION = 1
-"""LLVM's level: code of level 2 is not faster, and of a large system it takes nearly twice as long to make."""
-
-MAX_OPTIMIZED = 20_000_000
-"""Characters of a text above which code is of level 0: of some 35,000 operations level 1 takes 10 s, level 0 a fifth of
-that, and a step of level 0 takes nearly twice as long."""
-
-CODE_FORMAT = 1
-"""A number to change where the same text is compiled or loaded otherwise than before."""
 
 ATTRIBUTES = 'alignstack(64) "prefer-vector-width"="512"'
 """Of all functions. LLVM by itself keeps vectors that find no register at any multiple of 16 bytes of the stack: where
@@ -321,11 +312,11 @@ class WideValue(Value):
     def __add__(self, other: Argument) -> WideValue:
         if isinstance(other, Value) and not isinstance(other, WideValue):
             high, low = exact_sum(self.high, other)
-            return WideValue(*_ordered_sum(high, low + self.low))
+            return WideValue(*sum_of_ordered(high, low + self.low))
         other = self.like(other)
         (high, small), (low, smaller) = exact_sum(self.high, other.high), exact_sum(self.low, other.low)
-        high, low = _ordered_sum(high, small + low)
-        return WideValue(*_ordered_sum(high, low + smaller))
+        high, low = sum_of_ordered(high, small + low)
+        return WideValue(*sum_of_ordered(high, low + smaller))
 
     __radd__ = __add__
 
@@ -343,10 +334,10 @@ class WideValue(Value):
             return self.times_power_of_two(float(other))
         if isinstance(other, Value) and not isinstance(other, WideValue):
             high, low = exact_product(self.high, other)
-            return WideValue(*_ordered_sum(high, self.low.fma(other, low)))
+            return WideValue(*sum_of_ordered(high, self.low.fma(other, low)))
         other = self.like(other)
         high, low = exact_product(self.high, other.high)
-        return WideValue(*_ordered_sum(high, self.high.fma(other.low, self.low.fma(other.high, low))))
+        return WideValue(*sum_of_ordered(high, self.high.fma(other.low, self.low.fma(other.high, low))))
 
     __rmul__ = __mul__
 
@@ -356,7 +347,7 @@ class WideValue(Value):
         first = self.high / other.high
         high, low = exact_product(first, other.high)
         rest = ((self.high - high) - low) + (self.low - first * other.low)
-        return WideValue(*_ordered_sum(first, rest / other.high))
+        return WideValue(*sum_of_ordered(first, rest / other.high))
 
     @override
     def __rtruediv__(self, other: Argument) -> WideValue:
@@ -384,14 +375,14 @@ class WideValue(Value):
 
     @override
     def normalized(self) -> WideValue:
-        return WideValue(*_ordered_sum(self.high, self.low))
+        return WideValue(*sum_of_ordered(self.high, self.low))
 
     @override
     def sqrt(self) -> WideValue:
         root = self.high.sqrt()
         high, low = exact_product(root, root)
         more = (((self.high - high) - low) + self.low) / (2.0 * root)
-        return WideValue(*_ordered_sum(root, root.is_("gt", 0.0).choose(more, 0.0)))
+        return WideValue(*sum_of_ordered(root, root.is_("gt", 0.0).choose(more, 0.0)))
 
     @override
     def rint(self) -> WideValue:
@@ -399,7 +390,7 @@ class WideValue(Value):
         rest = self.high - whole  # low decides halves
         beyond = (abs(rest).is_("eq", 0.5) & (rest * self.low).is_("gt", 0.0)).choose(2.0 * rest, 0.0)
         low = rest.is_("eq", 0.0).choose(self.low.rint(), beyond)
-        return WideValue(*_ordered_sum(whole, low))
+        return WideValue(*sum_of_ordered(whole, low))
 
     @override
     def times_power_of_two(self, power: Argument) -> WideValue:
@@ -410,19 +401,6 @@ class WideValue(Value):
         if isinstance(other, float | int) and other == 0:
             return self.high.is_(relation, 0.0)
         return (self - other).high.is_(relation, 0.0)
-
-
-def exact_sum(a: Value, b: Value) -> tuple[Value, Value]:
-    """Return the sum of doubles and its rounding error (Knuth)."""
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
-
-
-def _ordered_sum(a: Value, b: Value) -> tuple[Value, Value]:
-    """Return the same where |a| >= |b|."""
-    total = a + b
-    return total, b - (total - a)
 
 
 def exact_product(a: Value, b: Value) -> tuple[Value, Value]:
@@ -519,6 +497,11 @@ class Structure:
     def __init__(self, address: Value, kind: np.dtype[np.void]) -> None:
         self.address, self._kind = address, kind
 
+    @staticmethod
+    def of(array: Value, index: Value, kind: np.dtype[np.void]) -> Structure:
+        """Return a structure of an array of structures, from the address of the array."""
+        return Structure(Array(array, f"[{kind.itemsize} x i8]").at(index), kind)
+
     def array(self, name: str, kind: str = DOUBLE) -> Array:
         """Return a field as elements of a type; low parts of double-double numbers fill the second half of a field."""
         address = Array(self.address, "i8").at(offset_of(self._kind, name))
@@ -596,6 +579,13 @@ class FunctionText:
         self.module.called[name] = f"declare {returns} @{name}({', '.join(value.type for value in _parts(arguments))})"
         found = self.new(returns, f"call {returns} @{name}({_listed(arguments)})")
         return WideValue(found.part(0), found.part(1)) if isinstance(kind, Wide) else found
+
+    def call_defined(
+        self, kind: str, name: str, body: Callable[..., Value], *arguments: Value, attributes: str = ATTRIBUTES
+    ) -> Value:
+        """Call a function of the module that returns a value; the first call defines the function."""
+        self.module.function(name, kind, [argument.type for argument in arguments], body, attributes)
+        return self.call(kind, name, *arguments)
 
     def run(self, name: str, *arguments: Value) -> None:
         """Call a function that returns nothing."""
@@ -696,44 +686,25 @@ def _listed(values: Sequence[Value]) -> str:
 
 
 @functools.cache
+def llvm() -> ModuleType:
+    """Return llvmlite's module of functions of LLVM.
+
+    Raises
+    ------
+    ImportError
+        If llvmlite is missing: pip has no wheel of it for every platform.
+    """
+    try:
+        return importlib.import_module("llvmlite.binding")
+    except (ImportError, OSError) as error:
+        found = f"{platform.system()} {platform.machine()} with Python {platform.python_version()}"
+        raise ImportError(
+            f"llvmlite must be installed, which compiles the equations of motion, got on {found}: {error}. PyPI has "
+            "wheels for Linux, macOS and Windows on common processors, and conda-forge for others."
+        ) from error
+
+
+@functools.cache
 def host_features() -> dict[str, bool]:
     """Return the instructions of this processor by LLVM's names."""
-    import llvmlite.binding as llvm
-
-    return dict(llvm.get_host_cpu_features())
-
-
-def machine_code(text: str, library: Sequence[str] = ()) -> Any:
-    """Compile a module, or load it from disk; return the owner of the code.
-
-    A module may call some functions of the C library. On a processor that does not multiply and add in one instruction
-    LLVM calls its `fma`, which gives the same bits in a much longer time.
-    """
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    own = ctypes.CDLL("ucrtbase" if platform.system() == "Windows" else None)
-    for name in ("fma", *library):
-        llvm.add_symbol(name, ctypes.cast(getattr(own, name), ctypes.c_void_p).value)
-    cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    level = CODE_GENERATION if len(text) <= MAX_OPTIMIZED else 0
-    machine = llvm.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=level)
-    cache, key = ObjectCache(folder()), _key(text, machine.triple, cpu, features, level)
-    code = cache.load(key)
-    if code is None:
-        code = machine.emit_object(llvm.parse_assembly(text))
-        cache.store(key, code)
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
-    return engine
-
-
-def _key(text: str, *machine: str | int) -> str:
-    """Return the name of all that decides what object code is."""
-    import llvmlite
-    import llvmlite.binding as llvm
-
-    decided = (CODE_FORMAT, llvmlite.__version__, llvm.llvm_version_info, *machine)
-    return hashlib.sha256(repr(decided).encode() + b"\0" + text.encode()).hexdigest()
+    return dict(llvm().get_host_cpu_features())

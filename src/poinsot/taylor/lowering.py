@@ -3,67 +3,57 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot.taylor.canonical_form import TIME, CanonicalForm, Root
 from poinsot.taylor.conserved_squares import without_squares
-from poinsot.taylor.decomposition import Crossing, Decomposition
-from poinsot.taylor.evaluation import WideEvaluator
-from poinsot.taylor.graph import Evaluator, Node, ordered, replaced, wide
+from poinsot.taylor.decomposition import Decomposition
+from poinsot.taylor.graph import Evaluator, GraphScalar, Node, Number, ordered, replaced, wide
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
 from poinsot.taylor.sampling import Jumps, Update
 from poinsot.taylor.shared_products import CommonSubexpressions
 
-__all__ = ["TIME", "Constants", "Events", "Program", "conditions_of", "simplified"]
+__all__ = ["TIME", "Constants", "Program", "StartRoots", "conditions_of", "simplified"]
 
-
-class Events(NamedTuple):
-    """Values whose zeros are watched for, and what is done there."""
-
-    values: Sequence[Any] = ()
-    crossings: tuple[Crossing, ...] = ()
+Doubles: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Program:
-    """A decomposition with what its parameters are computed from.
+    """A decomposition and the formulas of its parameters.
 
     Attributes
     ----------
     decomposition : Decomposition
-    parameters : list of Node
+    formulas : list of Node
+        The `Constants` of runs in which none of them is zero, then the parameters.
     roots : list of Root
-    given : sequence of Node
-        The `Constants` of runs in which none of them is zero, if some may be.
     jumps : Jumps, optional
         Updates of variables at samples.
     """
 
     decomposition: Decomposition
-    parameters: list[Node]
+    formulas: list[Node]
     roots: list[Root]
-    given: Sequence[Node] = ()
     jumps: Jumps | None = None
+
+    @property
+    def parameters(self) -> list[Node]:
+        """The formulas of the parameters; 0 for those that a kernel holds."""
+        return self.formulas[-self.decomposition.parameters :] if self.decomposition.parameters else []
 
     def with_jumps(self, own: list[Node], updates: list[Update]) -> Program:
         """Return the program with the formulas of updates, whose constants are parameters behind the others."""
         if not updates:
             return self
-        first, constants = len(self.parameters), _constants_met([x for update in updates for x in update.values])
-        jumps = Jumps(own, updates, constants, first)
+        first, constants = self.decomposition.parameters, _constants_met([x for each in updates for x in each.values])
         decomposition = replace(self.decomposition, parameters=first + len(constants))
-        return replace(self, decomposition=decomposition, parameters=[*self.parameters, *constants], jumps=jumps)
-
-    def values(self, typed: Callable[[Any], Any]) -> Evaluator:
-        """Return what gives the values of `given` and of the parameters for the inputs of a run, 0 for those held."""
-        return Evaluator([*self.given, *self.parameters], typed)
-
-    def wide_values(self) -> WideEvaluator:
-        """Return the computation of the same in double-double arithmetic: high parts of all, then low parts."""
-        return WideEvaluator([*self.given, *self.parameters])
+        return Program(decomposition, [*self.formulas, *constants], self.roots, Jumps(own, updates, constants, first))
 
 
 class Constants:
@@ -72,7 +62,7 @@ class Constants:
     Parameters
     ----------
     formulas : sequence of scalars
-        Rates and values of events.
+        Rates and watched functions.
     jumps : bool
         Whether tangent vectors may jump at switches.
 
@@ -87,7 +77,7 @@ class Constants:
         Kind of a kernel -> weak reference to the kernel of the last run, and the constants that were zero in it.
     """
 
-    def __init__(self, formulas: Sequence[Any], jumps: bool) -> None:
+    def __init__(self, formulas: Sequence[GraphScalar], jumps: bool) -> None:
         self.jumps, self.latest = jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
         nodes = ordered(formulas)
         conditions = {node.operands[0] for node in nodes if node.name == "where"}
@@ -96,7 +86,7 @@ class Constants:
         self._never_conditions = [number for number, node in enumerate(met) if node not in conditions]
         self.switches = any(node.name == "less" and node.varies for node in nodes)
 
-    def zeros(self, values: Sequence[Any], numbers: Sequence[Any]) -> tuple[int, ...]:
+    def zeros(self, values: Sequence[Number], numbers: Sequence[Number]) -> tuple[int, ...]:
         """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
 
         Values are a list of floats if all numbers are scalars; further ones may follow those of the constants. Those
@@ -117,42 +107,80 @@ class Constants:
         return tuple(found)
 
 
-def _other_members(place: int) -> Any:
+def _other_members(place: int) -> Doubles:
     """Return numbers between 0 and 1 that members might have at a place, always the same."""
     return 0.1 + 0.8 * np.mod((place + 1) * (math.sqrt(5) - 1) / 2 + np.array([0.0, 0.29, 0.61]), 1.0)
 
 
-def _constants_met(rates: Sequence[Any]) -> list[Node]:
-    met = [x for node in ordered(rates) if node.varies for x in node.nodes if not x.varies]
-    return [*dict.fromkeys([*met, *(x for x in rates if isinstance(x, Node) and not x.varies)])]
+def _constants_met(formulas: Sequence[GraphScalar]) -> list[Node]:
+    met = [x for node in ordered(formulas) if node.varies for x in node.nodes if not x.varies]
+    return [*dict.fromkeys([*met, *(x for x in formulas if isinstance(x, Node) and not x.varies)])]
 
 
-def _is_zero_for_all(value: Any) -> bool:
+def _is_zero_for_all(value: Number) -> bool:
     return not value.any() if value.__class__ is np.ndarray else not value
 
 
-def conditions_of(outputs: Iterable[Any]) -> dict[Node, Any]:
-    """Return the conditions on which formulas branch on the way, and what is negative where they hold."""
+def conditions_of(outputs: Iterable[GraphScalar]) -> dict[Node, GraphScalar]:
+    """Return the conditions on which formulas branch on the way, and functions that are negative where they hold."""
     found = [node for node in ordered(outputs) if node.name == "less" and node.varies]
     return {node: node.operands[0] - node.operands[1] for node in found}
 
 
-def _program(rates: Sequence[Any], events: Events) -> Program:
-    """Return the program of rates and events."""
-    conditions = conditions_of([*rates, *events.values])
-    form = CanonicalForm((rates, [*conditions.values(), *events.values]))
+def simplified(rates: Sequence[GraphScalar], zeros: Iterable[int] = (), events: Sequence[GraphScalar] = ()) -> Program:
+    """Return the program of rates and values of events for runs in which some of the `Constants` are zero."""
+    formulas = [*rates, *events]
+    constants = _constants_met(formulas)
+    left = replaced(formulas, {constants[number]: 0.0 for number in zeros})
+    conditions = conditions_of(left)
+    form = CanonicalForm((left[: len(rates)], [*conditions.values(), *left[len(rates) :]]))
     final = CommonSubexpressions(without_squares(form.drafts, form.outputs[0]), form)
     own, watched = (tuple(map(final.value, group)) for group in form.outputs)
     places = tuple(form.conditions[node.place] for node in conditions)
-    decomposition = Decomposition(final.operations(), own, len(form.constants), watched, places, events.crossings)
-    return Program(decomposition, form.constants, form.roots)
+    decomposition = Decomposition(final.operations(), own, len(form.constants), watched, places)
+    return Program(decomposition, [*constants, *form.constants], form.roots)
 
 
-def simplified(rates: Sequence[Any], zeros: Iterable[int], events: Events) -> Program:
-    """Return the program for runs in which some of the `Constants` are zero; the values of all of these are given."""
-    formulas, count = [*rates, *events.values], len(rates)
-    constants = _constants_met(formulas)
-    left = replaced(formulas, {constants[number]: 0.0 for number in zeros})
-    events = events._replace(values=left[count:])
-    program = _program(left[:count], events)
-    return replace(program, given=constants)
+class StartRoots:
+    """The square roots of members that are zero at the start, such as the length of the rate of a body at rest.
+
+    A series of sqrt(s) about s = 0 does not exist. There the kernel computes sqrt(s + e^2), e a billionth of the size
+    of the root. In a motion from rest the difference is of the size e^2, below the rounding error. The parameters e^2
+    depend on the starts of the members.
+
+    Parameters
+    ----------
+    program : Program
+    size : int
+        How many variables there are.
+
+    Attributes
+    ----------
+    places : list of int
+        The numbers of the parameters.
+    """
+
+    def __init__(self, program: Program, size: int) -> None:
+        self.places = [root.parameter for root in program.roots]
+        symbols = [root.argument.graph.symbol(name) for root in program.roots[:1] for name in (*range(size), TIME)]
+        self._under = Evaluator([root.argument for root in program.roots], np.asarray, symbols)
+
+    def set(
+        self,
+        table: Doubles,
+        numbers: Sequence[Number],
+        starts: Doubles,
+        times: Doubles,
+        momenta: slice | list[int],
+        negligible: float,
+    ) -> None:
+        """Set the parameters of members, shape (members, parameters), for their starts, shape (members, size).
+
+        The part `negligible` of the size of a root counts for nothing when squared.
+        """
+        moving = starts.copy()
+        moving[:, momenta] += MOMENTUM_SCALE
+        given = [*map(wide, numbers)]
+        resting, turning = (self._under([*rows.T, times, *given]) for rows in (starts, moving))
+        for place, here, there in zip(self.places, resting, turning, strict=True):
+            table[:, place] = np.where((here == 0) & (there > 0), negligible**2 * there, 0.0)

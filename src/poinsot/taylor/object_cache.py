@@ -1,25 +1,57 @@
-"""Object code of kernels on disk: compiled code that a later process loads.
+"""Machine code of modules: compiled by LLVM, and stored on disk as object code that a later process loads.
 
-A file starts with the SHA-256 digest of the object code behind it, which detects damage. The digest needs no secret: a
-user who can change files in the folder can already execute any code of this user, so the folder, all folders above it
-and the file must be writable by this user and root alone. Access control lists are not checked.
+A file of the cache starts with the SHA-256 digest of the object code behind it, which detects damage. The digest needs
+no secret: a user who can change files in the folder can already execute any code of this user, so the folder, all
+folders above it and the file must be writable by this user and root alone. Access control lists are not checked.
 """
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import functools
 import hashlib
 import os
+import platform
 import stat
 import sys
 import warnings
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from poinsot.errors import level_of_user
+from poinsot.operating_system import BINARY, REGULAR_FILE
 from poinsot.printable import shortened
+from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, llvm
 
-__all__ = ["ObjectCache", "folder"]
+if TYPE_CHECKING:
+    from llvmlite.binding import ExecutionEngine
+
+__all__ = ["ObjectCache", "folder", "function_of", "machine_code", "symbols_of"]
+
+CODE_GENERATION = 1
+"""LLVM's level: code of level 2 is not faster, and of a large system it takes nearly twice as long to make."""
+
+MAX_OPTIMIZED = 20_000_000
+"""Characters of a text above which code is of level 0: of some 35,000 operations level 1 takes 10 s, level 0 a fifth of
+that, and a step of level 0 takes nearly twice as long."""
+
+CODE_FORMAT = 1
+"""A number to change where the same text is compiled or loaded otherwise than before."""
+
+LIBRARY = ("acos", "asin", "asinh", "atan", "atan2", "cos", "exp", "log", "log2", "pow", "sin", "tan", "tanh")
+"""The functions of the C library that kernels may call."""
+
+USES_FLOATS = ctypes.c_int(1)
+"""The symbol `_fltused`, which code with floating-point numbers names on Windows and nothing reads."""
+
+NATIVE: Mapping[str, type[ctypes.c_double | ctypes.c_int64 | ctypes.c_void_p]] = {
+    DOUBLE: ctypes.c_double,
+    INTEGER: ctypes.c_int64,
+    POINTER: ctypes.c_void_p,
+}
+"""Types of the C library by the types of LLVM."""
 
 MAX_BYTES = 256 * 1024**2
 """The most that the folder contains: the files that were used longest ago are removed."""
@@ -91,7 +123,7 @@ class ObjectCache:
             if not _is_safe(self._folder):
                 return
             with new_file(self._folder / (key + SUFFIX), overwrite=True) as part:
-                number = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+                number = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | BINARY, 0o600)
                 with os.fdopen(number, "wb") as stream:
                     stream.write(hashlib.sha256(code).digest() + code)
             _evict(self._folder)
@@ -116,9 +148,8 @@ def _evict(folder: Path) -> None:
 
 def _content(path: Path) -> bytes | None:
     """Return what a file contains; None if it is no regular file that only this user can write."""
-    flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     with contextlib.ExitStack() as stack:
-        number = os.open(path, flags)
+        number = os.open(path, os.O_RDONLY | REGULAR_FILE)
         stream = stack.enter_context(os.fdopen(number, "rb"))
         status = os.fstat(number)
         if not stat.S_ISREG(status.st_mode) or not _is_own(status, {_user()}):
@@ -168,3 +199,56 @@ def _reason(error: OSError) -> str:
 def _warn(sentence: str) -> None:
     """Warn once a process."""
     warnings.warn(sentence, stacklevel=level_of_user())
+
+
+def function_of(module: Module, name: str) -> Callable[..., int]:
+    """Return a function of a module, compiled or loaded from disk."""
+    text, engine = module.functions[name], machine_code(str(module))
+    kinds = [NATIVE[value.type] for value in text.arguments]
+    function = ctypes.CFUNCTYPE(NATIVE.get(text.returns), *kinds)(engine.get_function_address(name))
+    function.engine = engine  # type: ignore[attr-defined]  # the code lives as long as its owner
+    return function
+
+
+def symbols_of(system: str) -> dict[str, str | None]:
+    """Return the functions that machine code may call on a system, by name the library that contains them.
+
+    None is the program itself. On Windows a function with more than 4 KB on the stack calls `__chkstk`.
+    """
+    names, windows = ("fma", *LIBRARY), system == "Windows"
+    return dict.fromkeys(names, "ucrtbase" if windows else None) | ({"__chkstk": "ntdll"} if windows else {})
+
+
+def machine_code(text: str) -> ExecutionEngine:
+    """Compile a module, or load it from disk; return the owner of the code.
+
+    A module may call some functions of the C library. On a processor that does not multiply and add in one instruction
+    LLVM calls its `fma`, which gives the same bits in a much longer time.
+    """
+    binding = llvm()
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    for name, library in symbols_of(platform.system()).items():
+        binding.add_symbol(name, ctypes.cast(getattr(ctypes.CDLL(library), name), ctypes.c_void_p).value)
+    if platform.system() == "Windows":
+        binding.add_symbol("_fltused", ctypes.addressof(USES_FLOATS))
+    cpu, features = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
+    level = CODE_GENERATION if len(text) <= MAX_OPTIMIZED else 0
+    machine = binding.Target.from_default_triple().create_target_machine(cpu=cpu, features=features, opt=level)
+    cache, key = ObjectCache(folder()), _key(text, machine.triple, cpu, features, level)
+    code = cache.load(key)
+    if code is None:
+        code = machine.emit_object(binding.parse_assembly(text))
+        cache.store(key, code)
+    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+    engine.add_object_file(binding.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return engine
+
+
+def _key(text: str, *machine: str | int) -> str:
+    """Return the name of all that decides what object code is."""
+    import llvmlite
+
+    decided = (CODE_FORMAT, llvmlite.__version__, llvm().llvm_version_info, *machine)
+    return hashlib.sha256(repr(decided).encode() + b"\0" + text.encode()).hexdigest()

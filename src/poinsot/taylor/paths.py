@@ -17,7 +17,7 @@ from poinsot.taylor import kernels
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, Node
 from poinsot.taylor.kernels import MAX_KERNELS, ROUNDING, Code
-from poinsot.taylor.lowering import TIME, Events, simplified
+from poinsot.taylor.lowering import TIME, simplified
 from poinsot.taylor.queue import Output, Queue, Worker
 
 __all__ = ["Path", "VectorField"]
@@ -145,7 +145,7 @@ def _compiled(equations: _Equations) -> _Kernel:
     """Return the kernel that integrates a vector field with parameters given at run time."""
     graph, field = Graph(), equations.field
     traced, variables = field.with_numbers(map(graph.input, itertools.count())), [*map(graph.symbol, range(field.size))]
-    program = simplified(list(traced.rates_at(graph.symbol(TIME), variables)), (), Events())
+    program = simplified(list(traced.rates_at(graph.symbol(TIME), variables)))
     order = kernels.order_of(ROUNDING["quadruple"], True)
     code = kernels.compiled(program.decomposition, order, 1, "single", True)
     return _Kernel(code, WideEvaluator(program.parameters))

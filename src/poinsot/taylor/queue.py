@@ -14,9 +14,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.taylor.context import QUEUE
-from poinsot.taylor.kernel_program import KernelProgram
 from poinsot.taylor.llvm_ir import offset_of
+from poinsot.taylor.memory import QUEUE, Context
 from poinsot.taylor.tasks import Status
 
 __all__ = ["FOREVER", "LONGEST_STEP", "Kernel", "Output", "Queue", "Worker"]
@@ -45,19 +44,13 @@ RECORD = struct.Struct(f"{QUEUE.itemsize // 8}q")
 
 
 class Kernel:
-    """Sizes of the members of a kernel, and its structures in memory.
+    """A compiled kernel, and its workers that wait for another run.
 
     Attributes
     ----------
-    order, lanes : int
-    wide : bool
-        Whether numbers are double-double.
-    variables, parameters : int
-        Numbers of variables and parameters of a member.
-    conditions : tuple of int
-        The parameters that hold the conditions.
-    work, task, step, record : structured types
-        Memory of a worker, task, stored step, and record of events.
+    context : Context
+    order, lanes, variables, events, conditions
+        Sizes of the context.
     blank : bytes
         A task without numbers of its own.
     places : slice
@@ -71,15 +64,12 @@ class Kernel:
     advance: Callable[[int, int], int]
     budget: int
 
-    def __init__(self, program: KernelProgram) -> None:
-        context = program.context
-        self.order, self.lanes, self.wide = context.order, context.lanes, context.wide
-        self.variables, self.parameters = context.variables, context.parameters
-        self.work, self.task, self.step, self.record = program.work, program.task, program.step, program.record
-        self.events, self.conditions = program.events, program.conditions
-        blank = np.zeros(1, self.task)
+    def __init__(self, context: Context) -> None:
+        self.context, self.order, self.lanes = context, context.order, context.lanes
+        self.variables, self.events, self.conditions = context.variables, context.events, context.conditions
+        blank = np.zeros(1, context.task)
         blank["limit"], blank["pause"], blank["branches"], blank["unit"] = LONGEST_STEP, FOREVER, np.nan, 1.0
-        first = offset_of(self.task, "count") // 8
+        first = offset_of(context.task, "count") // 8
         self.blank, self.places = blank.tobytes(), slice(first, first + 4)
         exact = [Fraction(1, n) for n in range(1, self.order + 1)]
         self.reciprocals_of_orders = np.array([0.0, *map(float, exact)])
@@ -155,8 +145,8 @@ class Queue:
     def __init__(self, kernel: Kernel, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> None:
         count, size = len(output.tasks), len(kernel.blank)
         self._first = first = -(-(QUEUE.itemsize + 8 * count) // size) * size  # the record and numbers are in front
-        self._blank, self._memory, self.wide = kernel.blank, bytearray(first + count * size), kernel.wide
-        tasks = self.tasks = np.ndarray(count, kernel.task, self._memory, first)
+        self._blank, self._memory, self.wide = kernel.blank, bytearray(first + count * size), kernel.context.wide
+        tasks = self.tasks = np.ndarray(count, kernel.context.task, self._memory, first)
         self._states, self._parameters, self._times = tasks["state"], tasks["parameters"], tasks["time"][:, 0]
         self._ways, self._ends, self._spans = tasks["way"], tasks["end"], tasks["span"]
         self._places = tasks.view(np.int64).reshape(count, size // 8)[:, kernel.places]
@@ -210,10 +200,10 @@ class Worker:
     """
 
     def __init__(self, kernel: Kernel, stores_steps: bool = False) -> None:
-        memory = np.zeros(kernel.work.itemsize + ALIGNMENT, np.uint8)
+        memory = np.zeros(kernel.context.work.itemsize + ALIGNMENT, np.uint8)
         start = -_address(memory) % ALIGNMENT
-        memory = memory[start : start + kernel.work.itemsize]
-        self._work = work = memory.view(kernel.work)
+        memory = memory[start : start + kernel.context.work.itemsize]
+        self._work = work = memory.view(kernel.context.work)
         work["reciprocals_of_orders"] = kernel.reciprocals_of_orders
         work["reciprocals_below"] = kernel.reciprocals_below
         self._kernel, self._address = kernel, _address(memory)
@@ -223,7 +213,7 @@ class Worker:
         )
         self._records, self._blocks = list[Records](), list[Records]()
         if kernel.events:
-            self._block = np.empty(RECORDS_IN_BLOCK + kernel.lanes, kernel.record)
+            self._block = np.empty(RECORDS_IN_BLOCK + kernel.lanes, kernel.context.record)
             work["records"], work["records_limit"] = _address(self._block), RECORDS_IN_BLOCK
         work["stored_limit"] = FOREVER
         self._queues: list[Queue] = []
@@ -248,7 +238,7 @@ class Worker:
         """Return the records of events since the last call, those of each task in their order."""
         self._copy_records()
         blocks, self._records = self._records, []
-        return np.concatenate(blocks) if blocks else np.empty(0, self._kernel.record)
+        return np.concatenate(blocks) if blocks else np.empty(0, self._kernel.context.record)
 
     def _copy_records(self) -> None:
         if count := self._record_count[0]:
@@ -260,7 +250,7 @@ class Worker:
         del self._queues[-1].output
 
     def _new_block(self, count: int) -> None:
-        block = np.empty(count, self._kernel.step)
+        block = np.empty(count, self._kernel.context.step)
         self._blocks.append(block)
         self._work["stored_steps"], self._work["stored_limit"], self._stored_count[0] = _address(block), count, 0
 
@@ -270,7 +260,7 @@ class Worker:
         if self._record_count[0] > RECORDS_IN_BLOCK:
             self._copy_records()
         if left and self._blocks and self._stored_count[0] == self._blocks[-1].size:
-            most = max(STEPS_IN_BLOCK, MAX_BLOCK_BYTES // self._kernel.step.itemsize)
+            most = max(STEPS_IN_BLOCK, MAX_BLOCK_BYTES // self._kernel.context.step.itemsize)
             self._new_block(min(2 * self._blocks[-1].size, most))
         return left
 

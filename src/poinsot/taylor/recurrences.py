@@ -7,11 +7,10 @@ from collections.abc import Callable, Sequence
 
 from typing_extensions import override
 
-from poinsot.taylor import llvm_functions, wide_functions
-from poinsot.taylor.context import Work
-from poinsot.taylor.decomposition import Coefficient, Invariant, Operand, magnitude
+from poinsot.taylor.decomposition import Coefficient, CoefficientRow, Invariant, Operand, Schedule, magnitude, varying
+from poinsot.taylor.elementary import elementary
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Value
-from poinsot.taylor.schedule import CoefficientRow, Schedule, varying
+from poinsot.taylor.memory import Work
 
 __all__ = ["HigherOrder", "ZerothOrder"]
 
@@ -117,8 +116,7 @@ class ZerothOrder:
         return held.is_("eq", 0.0).choose(self._value(second), self._value(first))
 
     def _function(self, name: str, arguments: Sequence[Operand], _: Sequence[Operand]) -> Value:
-        write = wide_functions.elementary if self._context.wide else llvm_functions.elementary
-        return write(name, arguments, list(map(self._value, arguments)))
+        return elementary(name, arguments, list(map(self._value, arguments)))
 
     def _invariant(self, roots: Sequence[int]) -> Value:
         first, *others = (self._values[root] for root in roots)

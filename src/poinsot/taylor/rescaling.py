@@ -13,10 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 from typing_extensions import override
 
-from poinsot.taylor.context import Context, KernelPart, Work
 from poinsot.taylor.decomposition import Momenta
 from poinsot.taylor.graph import GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Array, Structure, Value
+from poinsot.taylor.memory import Context, KernelPart, Work
 
 __all__ = ["EXPONENT_RANGE", "MAX_MOMENTUM", "MIN_MOMENTUM", "MOMENTUM_SCALE", "Rescaling", "powers_of"]
 
@@ -61,11 +61,6 @@ class Rescaling(KernelPart):
 
     Fields: `exponent`, the scale exponent of a task or a lane; `torque_scale`, the momenta that forces give a body at
     rest; `least` and `most`, the squares of the limits of the band; `outward`, the factor to the scale of the start.
-
-    Attributes
-    ----------
-    scaled : tuple of int
-        The state variables that are proportional to the scale.
     """
 
     of_tasks_and_lanes = [("exponent", "i8", ())]  # noqa: RUF012
@@ -74,7 +69,7 @@ class Rescaling(KernelPart):
 
     def __init__(self, context: Context, momenta: Momenta) -> None:
         super().__init__(context)
-        self._momenta, self.scaled = momenta, momenta.scaled
+        self._momenta = momenta
         self.seldom = {"rescale": self._rescale} if momenta.places else {}
 
     @override
@@ -97,10 +92,6 @@ class Rescaling(KernelPart):
         if self._momenta.places:
             lane.function.run("rescale", work.address, lane)
 
-    def unscaled(self, work: Work, k: int, value: Value, place: Value | int = 0) -> Value:
-        """Return a variable, or a derivative of it, in the scale of the start."""
-        return value.times_power_of_two(work.array("outward", str(value.type))[place]) if k in self.scaled else value
-
     def misfit(self, work: Work, states: Sequence[Value]) -> Value:
         """Return where the norm of the momenta is out of the band."""
         if not self._momenta.places:
@@ -117,7 +108,7 @@ class Rescaling(KernelPart):
         """Multiply what is proportional to the scale by a power of two."""
         factor, lanes = _power_of_two(exponent), self.context.lanes
         for array in (work.states(0).of(DOUBLE), work.array("below")):
-            for k in self.scaled:
+            for k in self.context.scaled:
                 array[lane + k * lanes] = array[lane + k * lanes].times_power_of_two(factor)
 
     def _scale_parameters(self, work: Work, task: Structure, lane: Value) -> None:

@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 from typing_extensions import override
 
-from poinsot.taylor.context import Context, KernelPart, Work
-from poinsot.taylor.detection import Detection
 from poinsot.taylor.draws import UNUSED_BITS, uniform, words
 from poinsot.taylor.evaluation import written
 from poinsot.taylor.graph import GraphScalar, Node
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Structure, Value, Wide
+from poinsot.taylor.memory import Body, Context, KernelPart, Work
 
 __all__ = ["SAMPLE", "Jumps", "Sampling", "Update"]
 
@@ -55,7 +54,12 @@ class Jumps:
 class Sampling(KernelPart):
     """The part of a kernel that evaluates the formulas of updates between two steps.
 
-    Fields: `SAMPLES`; `keys`, the keys of the numbers drawn; `sample`.
+    Fields: `SAMPLE_FIELDS`; `keys`, the keys of the numbers drawn; `sample`.
+
+    Parameters
+    ----------
+    jumped : callable
+        Writes what follows where the variables of a lane have jumped.
 
     Attributes
     ----------
@@ -63,9 +67,9 @@ class Sampling(KernelPart):
         Number of the parts that jump.
     """
 
-    def __init__(self, context: Context, jumps: Jumps | None, detection: Detection) -> None:
+    def __init__(self, context: Context, jumps: Jumps | None, jumped: Body) -> None:
         super().__init__(context)
-        self._detection, self.count = detection, len(jumps.updates) if jumps else 0
+        self._jumped, self.count = jumped, len(jumps.updates) if jumps else 0
         count = (self.count,)
         self.of_tasks_and_lanes = [*((name, "f8", count) for name in SAMPLE_FIELDS), ("keys", "i8", count)]
         self.of_lanes = [(SAMPLE, "f8", ())]
@@ -108,7 +112,7 @@ class Sampling(KernelPart):
                 self._update(jumps, work, lane, update, place)
                 number = work.array("numbers")
                 number[place] = number[place] + 1.0
-        self._detection.forget_branches(work, lane)
+        self._jumped(work, lane)
         work.lines.run("next_sample", work.address, lane)
 
     def _update(self, jumps: Jumps, work: Work, lane: Value, update: Update, place: Value) -> None:

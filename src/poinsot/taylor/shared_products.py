@@ -8,10 +8,11 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
-from poinsot.taylor.canonical_form import CanonicalForm, DraftOperand
+from poinsot.taylor.canonical_form import CanonicalForm
 from poinsot.taylor.decomposition import (
     Coefficient,
     Draft,
+    DraftOperand,
     Function,
     Invariant,
     Monomial,
@@ -21,9 +22,10 @@ from poinsot.taylor.decomposition import (
     Quotient,
     Select,
     Sum,
+    operands_of,
 )
 
-__all__ = ["CommonSubexpressions", "common_factors", "operands_of"]
+__all__ = ["CommonSubexpressions", "common_factors"]
 
 Pair: TypeAlias = tuple[Monomial, Monomial]
 """Two factors of a product, in order."""
@@ -86,20 +88,6 @@ class CommonSubexpressions:
             self._known[key] = len(self._operations)
             self._operations.append(operation)
         return self._known[key]
-
-
-def operands_of(draft: Draft) -> tuple[DraftOperand, ...]:
-    """Return the coefficients and monomials that a draft combines."""
-    match draft:
-        case Sum(terms):
-            return tuple([x for _, x in terms])
-        case Quotient() | Select():
-            return draft[-2:]
-        case Invariant(roots):
-            return roots
-        case Function(_, arguments):
-            return arguments
-    return ()
 
 
 def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:

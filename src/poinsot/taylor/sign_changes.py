@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 
-from poinsot.taylor.llvm_ir import INTEGER, POINTER, Array, Value
+from poinsot.taylor.llvm_ir import INTEGER, Array, Value
 
 __all__ = ["first_change"]
 
@@ -108,8 +108,7 @@ def first_change(coefficients: Value, h: Value, sign: Value, simultaneous: Value
     """
     lines, pair = h.function, f"{{{h.type}, {h.type}}}"
     search = functools.partial(_search, orders=orders)
-    lines.module.function("first_change", pair, [POINTER, *(h.type,) * 3], search)
-    found = lines.call(pair, "first_change", coefficients, h, sign, simultaneous)
+    found = lines.call_defined(pair, "first_change", search, coefficients, h, sign, simultaneous)
     return found.part(0), found.part(1).is_("gt", 0.0)
 
 

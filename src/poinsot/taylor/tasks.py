@@ -8,9 +8,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from poinsot.taylor.context import Context, KernelPart, Work
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Structure, Value, WideValue
-from poinsot.taylor.rescaling import Rescaling
+from poinsot.taylor.memory import Context, KernelPart, Work
 
 __all__ = ["Status", "Tasks"]
 
@@ -51,8 +50,6 @@ class Tasks(KernelPart):
     context : Context
     parts : sequence of KernelPart
         Parts with fields of tasks and of lanes.
-    rescaling : Rescaling
-        The part that converts stored steps.
 
     Attributes
     ----------
@@ -66,9 +63,9 @@ class Tasks(KernelPart):
     of_lanes = [*((name, "i8", ()) for name in ("active", "flags", "task")), ("output_time", "f8", ())]  # noqa: RUF012
     of_workers = [(name, "i8", ()) for name in ("queue", "stored_steps", "stored_limit", "stored_count")]  # noqa: RUF012
 
-    def __init__(self, context: Context, parts: Sequence[KernelPart], rescaling: Rescaling) -> None:
+    def __init__(self, context: Context, parts: Sequence[KernelPart]) -> None:
         super().__init__(context)
-        self._parts, self._rescaling = parts, rescaling
+        self._parts = parts
         numbers = context.words * context.parameters
         self.fields = [
             ("parameters", "f8", (numbers,)),
@@ -189,8 +186,7 @@ class Tasks(KernelPart):
     def store_step(self, work: Work, h: Value) -> None:
         """Store the coefficients of a step of the only lane, in the scale of the start."""
         count = work.array("stored_count", INTEGER)
-        steps = Array(work.array("stored_steps", POINTER)[0], f"[{self.step.itemsize} x i8]")
-        step = Structure(steps.at(count[0]), self.step)
+        step = Structure.of(work.array("stored_steps", POINTER)[0], count[0], self.context.step)
         count[0] = count[0] + 1
         step.array("task", INTEGER)[0] = work.array("task", INTEGER)[0]
         step.array("length")[0] = h
@@ -204,7 +200,7 @@ class Tasks(KernelPart):
                 Array(step.array(name).at(n * self.context.variables), DOUBLE) for name in ("coefficients", "below")
             )
             for k in range(self.context.variables):
-                value = self._rescaling.unscaled(work, k, states[k])
+                value = work.unscaled(k, states[k])
                 out[k] = value.high
                 if isinstance(value, WideValue):
                     low[k] = value.low

@@ -1,8 +1,8 @@
-"""Is this installation right? Motions that others published or that other programs produced, done again.
+"""Cases of `poinsot verify`: motions that others published or that other programs computed.
 
-Each difference has a bound: a few times what was measured, or what the digits of the source leave. A bound that a wrong
-installation would meet too proves nothing, so where a source is coarse, more digits of the same motion stand beside it,
-computed without this package.
+Each difference has a bound: a few times the measured difference, or the digits of the source. A bound that a wrong
+installation would also meet proves nothing. For sources of few digits, a case contains more digits of the same
+motion, computed without this package.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Case:
-    """A motion, where its numbers are from, and the function that does it again."""
+    """Motion with the source of its numbers, and the function that computes and compares it."""
 
     title: str
     source: str
@@ -94,7 +94,7 @@ def case(title: str, source: str) -> Callable[[Compare], Compare]:
 
 
 def comparisons_of(case: Case) -> list[Comparison]:
-    """Return the comparisons of a case; if it does not run, one that fails and says why."""
+    """Return the comparisons of a case. A case that does not run has one failed comparison with the reason."""
     try:
         return [
             Comparison(quantity, float(np.max(np.abs(np.subtract(value, expected)))), bound)
@@ -105,7 +105,7 @@ def comparisons_of(case: Case) -> list[Comparison]:
 
 
 def installation() -> str:
-    """Return what is installed, in one line."""
+    """Return the installed versions in one line."""
     packages = ", ".join(f"{name} {version}" for name, version in versions().items())
     return f"{packages}, {platform.system()} {platform.machine()}, {equations.LANES} lanes"
 
@@ -492,7 +492,7 @@ SPACECRAFT = (60.0, 120.0, 150.0)
 
 
 @case("Beside two attractors", "Abad, Arribas and Elipe (1989); NASA/JPL, three-body periodic orbits")
-def _beside_two_attractors() -> Comparisons:
+def _near_two_attractors() -> Comparisons:
     """Compare the librations at the collinear points, and the end of a halo orbit with its start."""
     pair = (1 - EARTH_MOON, EARTH_MOON)
     x, z, v, period = HALO
@@ -554,7 +554,7 @@ Three other programs gave 0.81, 0.87 and 0.89 from a single start; over 100 star
 
 @case("Chaos of Hyperion", "planar model of Wisdom, Peale and Mignard (1984); DOP853 of scipy, variational equation")
 def _hyperion() -> Comparisons:
-    """Compare the angle after five orbits, before chaos, and the mean Lyapunov exponent of starts beside it."""
+    """Compare the angle after five orbits, before chaos, and the mean Lyapunov exponent of nearby initial states."""
     span = 5 * HYPERION_ORBIT.period
     begin = (HYPERION_ANGLE, HYPERION_RATE, 0.0)
     theta, rate, _ = solve_ivp(_planar, (0, span), begin, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]

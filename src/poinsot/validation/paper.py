@@ -1,7 +1,7 @@
-"""The three problems of Sec. 6 of Arribas, Elipe and Palacios (2006), in every reading of their text.
+"""Three problems of Sec. 6 of Arribas, Elipe and Palacios (2006), in every reading of their text.
 
 The printed pair (q, Q) and the printed Euler set, called equivalent there, are two different states
-(erratum E9); the potential of the heavy top has the wrong sign as printed (E8); docs/paper.md tells all.
+(erratum E9); the potential of the heavy top has the wrong sign as printed (E8); docs/paper.md lists all errata.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ KEPLER = System(SATELLITE, GravityGradient(ORBIT), units={"time": "s", "inertia"
 
 @dataclass(frozen=True)
 class PaperProblem:
-    """One system from one reading of the initial values, over the time of its figure."""
+    """System with initial values from one reading of the paper, over the time of its figure."""
 
     name: str
     title: str
@@ -90,7 +90,7 @@ PROBLEMS = tuple(sorted(_problems(), key=lambda problem: problem.name))
 
 @dataclass(frozen=True)
 class ErrorRow:
-    """One line of the table: a problem in one formulation, or why it stopped."""
+    """Line of the table: errors of a problem in one formulation, or the time at which it stopped."""
 
     problem: str
     formulation: str
@@ -104,7 +104,7 @@ class ErrorRow:
 
 
 HEADINGS = ("case", "formulation", "steps", "order", "ms", "|q|-1", "q.Q/|Q|", "drift", "error (rad)")
-"""Of the fields of a row; errors and drifts are the largest of the run."""
+"""Headings of the fields of a row. Errors and drifts are the largest of the run."""
 
 
 def solve(problem: PaperProblem) -> tuple[Trajectory, list[ErrorRow]]:

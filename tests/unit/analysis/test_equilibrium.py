@@ -37,7 +37,7 @@ SPHERE = pt.Body((1.0, 1.0, 1.0))
 class Bent(pt.Potential):
     """Every kind of function, of vectors fixed in the body and in space."""
 
-    along: pt.Vector
+    along: pt.mechanics.Vector
 
     def energy(self, instant):
         x, y, z = instant.attitude.to_body(self.along)
@@ -48,7 +48,7 @@ class Bent(pt.Potential):
 class Thruster(pt.Torque):
     """A torque that depends on the attitude and the rate."""
 
-    lever: pt.Vector
+    lever: pt.mechanics.Vector
 
     def torque(self, instant):
         return fn.cross(self.lever, instant.attitude.to_body((0.0, 0.0, 1.0))) - 0.2 * instant.omega_body
@@ -57,7 +57,7 @@ class Thruster(pt.Torque):
 class Gyroscope(pt.Torque):
     """A torque across the rate, which takes no energy."""
 
-    spin_body: pt.Vector
+    spin_body: pt.mechanics.Vector
 
     def torque(self, instant):
         return fn.cross(self.spin_body, instant.omega_body)

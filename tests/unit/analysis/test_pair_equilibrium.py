@@ -228,12 +228,12 @@ def test_other_potentials_have_other_equilibria():
     assert np.ptp(np.abs(relative.quaternion), axis=0).max() < 1e-11
 
 
-class Drag(pt.PairLoad):
+class Drag(pt.mechanics.PairLoad):
     k: float
 
     def load(self, instant):
         nothing = pt.functions.Vector((0.0, 0.0, 0.0))
-        return pt.Load(-self.k * instant.relative_velocity, (nothing, nothing))
+        return pt.mechanics.Load(-self.k * instant.relative_velocity, (nothing, nothing))
 
 
 TRIAXIAL = pt.TwoBodies(pt.Body.from_ellipsoid(1.0, (1.1, 1.0, 0.8)), LONG, G=1.0)

@@ -229,7 +229,7 @@ class Following(pt.Part, pt.Torque):
 
     @property
     def jump(self):
-        return pt.Jump(self.period, 0.0)
+        return pt.mechanics.Jump(self.period, 0.0)
 
     def update(self, instant, draws):  # noqa: ARG002
         error = instant.omega_body - pt.functions.Vector((0.0, 0.0, 1.0))

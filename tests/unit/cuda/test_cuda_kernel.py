@@ -221,7 +221,7 @@ def test_a_computer_without_a_device_is_refused(driver, monkeypatch):
 
 def test_the_memory_of_the_device_limits_the_members(monkeypatch):
     code = cuda_kernel.compiled(TOP, ORDER)
-    each = 8 * 1000 * 7 + 2 * (code.task.itemsize + 8)
+    each = 8 * 1000 * 7 + 2 * (code.context.task.itemsize + 8)
     assert cuda_kernel.most_members(code, 1000) == 2**30 // each
     monkeypatch.setattr(cuda_on_cpu.runtime, "memGetInfo", lambda: (10 * each + 2, 2**34))
     assert cuda_kernel.most_members(code, 1000) == 5

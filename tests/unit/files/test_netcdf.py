@@ -20,7 +20,7 @@ from in_order import in_order
 from poinsot import functions as fn
 from poinsot.files.scenario import parsed_scenario, repetition
 from poinsot.parts import Gyrostat, KaneDamper, ReactionWheel, SpringMass
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.scenario_of_motion import scenario_of
 
 BODY = pt.Body((400.0, 500.0, 600.0))
@@ -39,7 +39,7 @@ MANY = np.random.default_rng(3).normal(size=(3, 3)) * 0.01
 class Magnet(pt.Potential):
     """A class from outside the package."""
 
-    moment_body: pt.Vector
+    moment_body: pt.mechanics.Vector
 
     def energy(self, instant):
         return -fn.dot(self.moment_body, instant.attitude.to_body((0, 0, 1.0)))
@@ -423,7 +423,7 @@ def test_text_of_a_system_has_all_digits():
     )
     from poinsot.scenarios.system_text import rebuilt_system
 
-    again = rebuilt_system(scenario_of(motion).text, "it")
+    again = rebuilt_system(scenario_of(motion.system, motion.run).text, "it")
     for own, other in zip(motion.system.dynamics.numbers, again.dynamics.numbers, strict=True):
         assert own.tobytes() == other.tobytes()
 
@@ -440,8 +440,8 @@ def test_any_system_comes_back_from_its_text(moments, eccentricity, angles, epoc
 
     orbit = in_order(pt.KeplerOrbit, 1e3, 2.0, eccentricity, *angles, epoch)
     system = pt.System(pt.Body(moments), pt.GravityGradient(orbit), pt.forces.Oblateness(orbit, 1e-3, 0.01, (0, 1, 2)))
-    motion = pt.Trajectory(system, start(), TIMES, MemoryRows({}), MOTION_RUN)
-    again: Any = rebuilt_system(scenario_of(motion).text, "it")
+    motion = pt.Trajectory(system, start(), TIMES, MotionRows({}), MOTION_RUN)
+    again: Any = rebuilt_system(scenario_of(motion.system, motion.run).text, "it")
     assert [x.tobytes() for x in again.dynamics.numbers] == [x.tobytes() for x in system.dynamics.numbers]
     assert again.forces[0].orbit is again.forces[1].orbit
 

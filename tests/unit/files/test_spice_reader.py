@@ -117,9 +117,16 @@ def test_every_type_of_orbit_is_read(good, tmp_path):
 # ------------------------------------------------------------------ the process
 
 
+@pytest.fixture(params=[True, False], ids=["forked", "spawned"])
+def either(request, monkeypatch):
+    """Processes that are forked, and those of systems that cannot fork."""
+    monkeypatch.setattr(reader_process, "FORKS", request.param)
+
+
+@pytest.mark.usefixtures("either")
 def test_a_reader_that_dies_is_told_and_another_one_starts():
     process = reader_process.ReaderProcess("poinsot.files.spice_reader", "it must be whole, got ")
-    os.kill(process._pid, signal.SIGSEGV)
+    os.kill(process._process.pid, signal.SIGSEGV)
     with pytest.raises(ValueError, match=r"^it must be whole, got its reader leaves the memory that it has\.$"):
         process.call("name_and_mu", 399)
     process.close()
@@ -151,6 +158,7 @@ def test_the_process_that_is_forked_may_end_too(ends):
     another.close()
 
 
+@pytest.mark.usefixtures("either")
 def test_limits_of_the_process(tmp_path):
     module = "poinsot.files.spice_reader"
     process = reader_process.ReaderProcess(module, "it: ")
@@ -167,6 +175,26 @@ def test_limits_of_the_process(tmp_path):
     with pytest.raises(ValueError, match=r"got SPICE\(FILE"):
         process.call("load", str(tmp_path / "it.tf"))
     process.close()
+
+
+@pytest.mark.usefixtures("either")
+def test_a_process_ends_after_its_time(monkeypatch):
+    monkeypatch.setattr(reader_process, "ELAPSED_PER_PROCESSOR_SECOND", 0.01)
+    process = reader_process.ReaderProcess("poinsot.files.spice_reader", "it: ")
+    with pytest.raises(ValueError, match=r"^it: it takes too long\.$"):
+        process.call("turned", "ECLIPJ2000", "J2000", arrays=[np.zeros(100_000)], seconds=1.0)
+    process.close()
+
+
+@pytest.mark.usefixtures("either")
+def test_files_are_read(good, tmp_path):
+    (tmp_path / "13.bsp").write_bytes(good["13.bsp"])
+    assert orbit(tmp_path / "13.bsp").span == (100.0, 2000.0)
+    pt.save(MOTION, tmp_path / "it.nc")
+    np.testing.assert_array_equal(pt.load(tmp_path / "it.nc").quaternion, MOTION.quaternion)
+    (tmp_path / "it.nc").write_bytes((tmp_path / "it.nc").read_bytes()[:3000])
+    with pytest.raises(ValueError, match="must be"):
+        pt.load(tmp_path / "it.nc")
 
 
 def test_a_kernel_loads_no_other(tmp_path):

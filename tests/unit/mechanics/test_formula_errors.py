@@ -107,7 +107,7 @@ def orbit(method):
 
 def frame(method):
     def made(formula):
-        class Mine(pt.Frame):
+        class Mine(pt.mechanics.Frame):
             gain = 2.0
 
             def quaternion(self, time):

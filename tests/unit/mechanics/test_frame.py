@@ -123,7 +123,7 @@ def test_a_body_at_rest_in_a_rotating_frame_stays_there():
 
 
 def test_a_users_frame_is_a_frame(body):
-    class Accelerating(pt.Frame):
+    class Accelerating(pt.mechanics.Frame):
         def quaternion(self, time):
             half = 0.25 * np.asarray(time, dtype=float) ** 2
             return np.stack([np.cos(half), 0 * half, 0 * half, np.sin(half)], axis=-1)
@@ -165,7 +165,7 @@ def test_a_users_frame_raises_an_error_for_values_of_another_shape(body, kind):
     value, words = WRONG_VALUES[kind]
     times = np.linspace(0.0, 1.0, 9)
 
-    class Wrong(pt.Frame):
+    class Wrong(pt.mechanics.Frame):
         def quaternion(self, time):  # noqa: ARG002
             return value
 
@@ -187,7 +187,7 @@ def test_a_users_frame_raises_an_error_for_values_of_another_shape(body, kind):
 
 
 def test_a_users_frame_raises_an_error_for_rates_of_another_shape(body):
-    class Wrong(pt.Frame):
+    class Wrong(pt.mechanics.Frame):
         def quaternion(self, time):
             return np.broadcast_to((1.0, 0.0, 0.0, 0.0), (*np.shape(time), 4))
 

@@ -31,13 +31,13 @@ class Fast(pt.Potential):
         return fn.norm(instant.relative_velocity)
 
 
-class Friction(pt.PairLoad):
+class Friction(pt.mechanics.PairLoad):
     coefficient: float
 
     def load(self, instant):
         push = -self.coefficient * instant.relative_velocity
         nothing = fn.Vector((0.0, 0.0, 0.0))
-        return pt.Load(push, (-self.coefficient * instant.primary.omega_body, nothing))
+        return pt.mechanics.Load(push, (-self.coefficient * instant.primary.omega_body, nothing))
 
 
 def test_a_state_keeps_what_it_was_given():

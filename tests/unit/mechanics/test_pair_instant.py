@@ -11,7 +11,7 @@ GIVEN = {
     "pair": pt.TwoBodies(BALL, BALL, 1.0),
     "attitudes": (UPRIGHT, UPRIGHT),
     "separation": (3, 0, 4),
-    "environment": pt.Environment(0.0),
+    "environment": pt.mechanics.Environment(0.0),
 }
 ORDER = "The order is PairInstant(pair, attitudes, separation, environment)."
 
@@ -26,9 +26,9 @@ ORDER = "The order is PairInstant(pair, attitudes, separation, environment)."
 )
 def test_arguments_of_another_kind_raise_an_error(name, words):
     with pytest.raises(TypeError) as caught:
-        pt.PairInstant(**GIVEN | {name: np.ones(3)})
+        pt.mechanics.PairInstant(**GIVEN | {name: np.ones(3)})
     assert str(caught.value) == f"{name} must be {words}"
 
 
 def test_the_distance_is_the_length_of_the_separation():
-    assert pt.PairInstant(**GIVEN).distance == 5.0
+    assert pt.mechanics.PairInstant(**GIVEN).distance == 5.0

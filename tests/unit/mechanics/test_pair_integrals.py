@@ -11,7 +11,7 @@ PAIR = pt.TwoBodies(BODY, BODY, G=1.0)
 NOTHING = fn.Vector((0.0, 0.0, 0.0))
 
 
-class Drag(pt.PairLoad):
+class Drag(pt.mechanics.PairLoad):
     """Along the line of centres, where it is shorter than a reach or after a time."""
 
     reach: float
@@ -21,7 +21,7 @@ class Drag(pt.PairLoad):
         off = -fn.dot(instant.separation, instant.relative_velocity)
         near = fn.where(fn.less(instant.distance, self.reach), off, 0.0)
         late = fn.where(fn.less(self.time, instant.time), off, 0.0)
-        return pt.Load((near + late) * instant.separation, (NOTHING, NOTHING))
+        return pt.mechanics.Load((near + late) * instant.separation, (NOTHING, NOTHING))
 
 
 class Wall(pt.Potential):
@@ -48,13 +48,13 @@ class Swing(pt.Potential):
         return self.amplitude * fn.sin(instant.time) * instant.separation[2]
 
 
-class Gyroscope(pt.PairLoad):
+class Gyroscope(pt.mechanics.PairLoad):
     """A force that has no power."""
 
     field: pt.SpaceVector
 
     def load(self, instant):
-        return pt.Load(fn.cross(self.field, instant.relative_velocity), (NOTHING, NOTHING))
+        return pt.mechanics.Load(fn.cross(self.field, instant.relative_velocity), (NOTHING, NOTHING))
 
 
 @pytest.mark.parametrize(

@@ -173,7 +173,7 @@ def test_batches_of_euler_variables():
 
 def test_project_to_tangent_keeps_the_angular_momentum():
     q, Q = np.array(PRINTED[0]), np.array([0.3, -0.848528, 0.141421, -1.5])
-    projected = pt.project_to_tangent(q, Q)
+    projected = pt.mechanics.project_to_tangent(q, Q)
     state = pt.State(q, projected)
     assert abs(q @ projected) < 1e-16
     conjugate = q * [1, -1, -1, -1]
@@ -185,12 +185,12 @@ def test_project_to_tangent_keeps_the_angular_momentum():
 
 
 def test_project_to_tangent_of_tangent_momenta_changes_nothing():
-    assert pt.project_to_tangent((1, 0, 0, 0), (0, 1, 2, 3)).tolist() == [0, 1, 2, 3]
+    assert pt.mechanics.project_to_tangent((1, 0, 0, 0), (0, 1, 2, 3)).tolist() == [0, 1, 2, 3]
 
 
 def test_project_to_tangent_of_many(rng):
     q, Q = rng.normal(size=(5, 4)), rng.normal(size=(5, 4))
-    assert np.max(np.abs(np.sum(q * pt.project_to_tangent(q, Q), axis=-1))) < 1e-14
+    assert np.max(np.abs(np.sum(q * pt.mechanics.project_to_tangent(q, Q), axis=-1))) < 1e-14
 
 
 # ---------------------------------------------------------------------- slender bodies

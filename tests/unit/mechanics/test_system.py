@@ -16,7 +16,7 @@ class Spring(pt.Potential):
     """stiffness / 2 * (a . s3 in body axes)^2"""
 
     stiffness: float
-    axis: pt.Vector
+    axis: pt.mechanics.Vector
 
     def energy(self, instant):
         return 0.5 * self.stiffness * functions.dot(self.axis, instant.attitude.to_body((0, 0, 1))) ** 2
@@ -277,3 +277,26 @@ def test_results_with_numbers_belong_to_one_system_and_no_pickle_contains_them()
 )
 def test_words_for_units_of_time(word, symbol):
     assert pt.System(pt.Body((1.0, 1.0, 1.0)), units={"time": word}).units["time"] == symbol
+
+
+def test_span_and_calendar_of_several_orbits():
+    calendar = pt.Calendar("2026-01-01T00:00:00", "TDB")
+    circle = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
+
+    def table(first, last, calendar=None):
+        def position(times):
+            return np.transpose(circle.position_at(times))
+
+        return pt.orbits.Ephemeris.from_function(1.0, position=position, start=first, stop=last, calendar=calendar)
+
+    body = pt.Body((1.0, 2.0, 3.0))
+    several = pt.System(
+        body,
+        pt.GravityGradient(circle),
+        pt.GravityGradient(table(0.0, 3.0, calendar)),
+        pt.GravityGradient(table(1.0, 4.0)),
+    )
+    assert several.span == (1.0, 3.0)
+    assert several.calendar == calendar
+    assert pt.System(body, pt.GravityGradient(circle)).span == (-np.inf, np.inf)
+    assert pt.System(body).calendar is None

@@ -179,7 +179,7 @@ class Wind(pt.Torque):
     """Looks at position and velocity along the space axes."""
 
     orbit: pt.Orbit
-    wind_space: pt.Vector
+    wind_space: pt.mechanics.Vector
 
     def torque(self, instant):
         push = instant.attitude.to_body(instant.velocity(self.orbit) + self.wind_space)

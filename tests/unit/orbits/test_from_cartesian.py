@@ -94,11 +94,13 @@ def test_a_distant_encounter_keeps_its_plane():
 # ---------------------------------------------------------------------- anomalies
 
 
+@pytest.mark.parametrize("length", ["periapsis_distance", "semimajor_axis"])
 @pytest.mark.parametrize("eccentricity", [0.0, 0.3, 0.95])
 @pytest.mark.parametrize("E", [0.0, 0.7, -2.5, 3.0])
-def test_anomalies_of_an_ellipse_name_one_place(eccentricity, E):
+def test_anomalies_of_an_ellipse_name_one_place(eccentricity, E, length):
     e, plane = eccentricity, {"inclination": 0.4, "node": 1.1, "argument_of_periapsis": -0.7}
-    shape = {"mu": MU, "semimajor_axis": 1.2, "eccentricity": eccentricity, **plane}
+    size = {"periapsis_distance": 1.2 * (1 - e), "semimajor_axis": 1.2}[length]
+    shape = {"mu": MU, length: size, "eccentricity": eccentricity, **plane}
     x, y = np.cos(E) - e, np.sqrt(1 - e * e) * np.sin(E)
     anomalies = {"eccentric_anomaly": E, "mean_anomaly": E - e * np.sin(E), "true_anomaly": np.arctan2(y, x)}
     positions = [

@@ -16,7 +16,7 @@ from poinsot.analysis import polhodes
 from poinsot.plot import page_content
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION
 from poinsot.plot.solids import DrawnEllipsoid, DrawnSolid, right_and_up, solid_axes, view_direction
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 
 SI = {"time": "s", "inertia": "kg m2"}
 TURNED = Rotation.from_rotvec([0.4, -0.9, 0.5]).as_matrix()
@@ -510,7 +510,7 @@ def free(state=START):
 
 
 NOTHING = {"quaternion": np.empty((0, 4)), "angular_momentum_body": np.empty((0, 3))}
-EMPTY = pt.Trajectory(FREE, START, np.empty(0), MemoryRows(NOTHING), free().run)
+EMPTY = pt.Trajectory(FREE, START, np.empty(0), MotionRows(NOTHING), free().run)
 
 
 REFUSED = {

@@ -13,7 +13,7 @@ from PIL import Image, ImageSequence
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
@@ -115,7 +115,7 @@ def test_the_body_moves_alike_with_other_signs_and_in_the_other_order(motion, br
     if motion == "flipped":
         signs = np.where(np.random.default_rng(2).random(times.size) < 0.5, -1.0, 1.0)[:, None]
         phase = {**shown.phase, "quaternion": signs * shown.quaternion}
-        shown = pt.Trajectory(shown.system, shown.initial, times, MemoryRows(phase), shown.run)
+        shown = pt.Trajectory(shown.system, shown.initial, times, MotionRows(phase), shown.run)
     visit = Visit(browser, pt.view(shown, tmp_path / "motion.html"), webgl=False)
     exact = pt.free_motion(BODY, STATE, np.sort(np.random.default_rng(3).uniform(0, 20, 20)))
     for t, attitude in zip(exact.times, exact.quaternion, strict=True):
@@ -1016,7 +1016,7 @@ def test_rounding_reads_0(browser, tmp_path):
     quaternion = motion.quaternion.copy()
     quaternion[:, 1] = 1e-17
     phase = {**motion.phase, "quaternion": quaternion}
-    shown = pt.Trajectory(motion.system, motion.initial, motion.times, MemoryRows(phase), motion.run)
+    shown = pt.Trajectory(motion.system, motion.initial, motion.times, MotionRows(phase), motion.run)
     visit = Visit(browser, pt.view(shown, tmp_path / "spin.html"), webgl=False)
     readings = visit(
         """t => { poinsot.setTime(t);

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot.mechanics.euler import SEQUENCES
 from poinsot.mechanics.frame import from_roll_pitch_yaw, roll_pitch_yaw
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 
 ORBIT = pt.KeplerOrbit(
     398600.4418,
@@ -67,7 +67,7 @@ def curves(axes):
 def replaced(motion, q, times=TIMES):
     """The motion with other attitudes, at other times, and momenta that are all the same in the body."""
     phase = {"quaternion": q, "angular_momentum_body": (0.3, -0.2, 0.5) + 0 * q[..., :3]}
-    return pt.Trajectory(motion.system, motion.initial, times, MemoryRows(phase), motion.run)
+    return pt.Trajectory(motion.system, motion.initial, times, MotionRows(phase), motion.run)
 
 
 def labels(axes):
@@ -103,7 +103,7 @@ def test_medians_and_bands_are_those_of_the_members(members):
 def test_failed_members_are_left_out(members):
     phase = {name: values.copy() for name, values in members.phase.items()}
     phase["quaternion"][3, 40:] = np.nan
-    failed = pt.Trajectory(members.system, members.initial, members.times, MemoryRows(phase), members.run)
+    failed = pt.Trajectory(members.system, members.initial, members.times, MotionRows(phase), members.run)
     drawn = curves(pt.plot.quaternions(failed))[0]
     assert np.allclose(drawn, np.median(np.delete(members.quaternion, 3, axis=0)[..., 0], axis=0), rtol=0, atol=1e-15)
 

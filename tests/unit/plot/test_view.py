@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.plot.view import View
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 
 SI = {"time": "s", "inertia": "kg m2"}
 TURNED = Rotation.from_rotvec([0.4, -0.9, 0.5]).as_matrix()
@@ -246,7 +246,7 @@ def test_of_very_many_times_a_page_has_those_after_equal_turns_and_the_extremes_
     q = np.stack([np.cos(angle / 2), 0 * angle, 0 * angle, np.sin(angle / 2)], axis=-1)
     phase = {"quaternion": q[::order], "angular_momentum_body": (np.array([[0, 0, 1]]) * rate[:, None])[::order]}
     made = free(body, (0, 0, 1), (0.0, 1.0))
-    motion = pt.Trajectory(made.system, made.initial, times[::order], MemoryRows(phase), made.run)
+    motion = pt.Trajectory(made.system, made.initial, times[::order], MotionRows(phase), made.run)
     page = pt.view(motion).html
     assert len(page) < 5e6
     data = content_in(page)

@@ -18,7 +18,7 @@ MANY = np.array([(0.1, 0.2, 3.0), (0.3, 0.1, 2.0), (0.2, 0.2, 1.0)])
 class Magnet(pt.Potential):
     """A class from outside the package, so that files do not contain the force."""
 
-    moment_body: pt.Vector
+    moment_body: pt.mechanics.Vector
 
     def energy(self, instant):
         return -fn.dot(self.moment_body, instant.attitude.to_body((0, 0, 1.0)))

@@ -67,7 +67,9 @@ def test_the_states_time_may_be_anywhere(top, start):
 
 def test_there_and_back(top, start):
     there = pt.propagate(top, start, [20.0])
-    end = pt.State(there.quaternion[0], pt.project_to_tangent(there.quaternion[0], there.conjugate_momenta[0]), 20.0)
+    end = pt.State(
+        there.quaternion[0], pt.mechanics.project_to_tangent(there.quaternion[0], there.conjugate_momenta[0]), 20.0
+    )
     back = pt.propagate(top, end, [0.0])
     assert np.allclose(back.quaternion[0], start.quaternion, rtol=0, atol=1e-13)
     assert np.allclose(back.conjugate_momenta[0], start.conjugate_momenta, rtol=0, atol=1e-13)

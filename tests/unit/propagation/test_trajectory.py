@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from in_order import in_order
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]
 TIMES = np.linspace(-1, 9, 21)
@@ -79,7 +79,7 @@ def test_rates_and_energies_of_an_oblique_body(start):
 def test_euler_variables_along_the_way(motion):
     angles, momenta = motion.euler()
     states = [
-        pt.State(q, pt.project_to_tangent(q, Q)).euler()
+        pt.State(q, pt.mechanics.project_to_tangent(q, Q)).euler()
         for q, Q in zip(motion.quaternion, motion.conjugate_momenta, strict=True)
     ]
     assert np.allclose(angles, [a for a, _ in states], rtol=0, atol=1e-14)
@@ -437,7 +437,7 @@ def test_failures_must_be_a_mapping(failures):
     body = pt.Body((1.25, 1.0, 0.75))
     motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
     with pytest.raises(TypeError) as caught:
-        pt.Trajectory(motion.system, motion.initial, motion.times, MemoryRows({}), motion.run, failures=failures)
+        pt.Trajectory(motion.system, motion.initial, motion.times, MotionRows({}), motion.run, failures=failures)
     kind = type(failures).__name__
     assert str(caught.value) == f"failures must be a mapping of members to reasons, got {kind}."
 
@@ -450,7 +450,7 @@ def test_signature_and_names_are_those_that_a_user_reads(motion):
         "(system: 'System', initial: 'AnyState', times: 'Array', rows: "
     )
     assert [*inspect.signature(pt.Trajectory).parameters] == [
-        *("system", "initial", "times", "rows", "run", "dense", "failures")
+        *("system", "initial", "times", "rows", "run", "dense", "failures", "provenance")
     ]
     names = {name for name in dir(motion) if not name.startswith("_")}
     assert {"quaternion", "omega_body", "column", "dataset", "euler", "isel", "torques_body"} <= names

@@ -5,24 +5,20 @@ import pytest
 import xarray
 
 from poinsot.storage import chunk_plan
-from poinsot.storage.chunk_plan import Plan, StoredVariable, plan_of, selected, with_thinned_times
+from poinsot.storage.chunk_plan import Plan, StoredVariable, plan_of, with_thinned_times
 from poinsot.storage.ensemble import Ensemble
+from poinsot.storage.zarr_group import Described
 
 ENSEMBLE = Ensemble(
     members=100,
     last=1.0,
     problem={},
-    names=("quaternion", "energy"),
+    variables=dict.fromkeys(("quaternion", "energy"), Described(("member", "time"), (100, 5), "float64")),
     stored=("quaternion",),
     member_bytes=1000,
     fixed=xarray.Dataset(),
-    template=lambda _: xarray.Dataset(),
     compute=None,
     open=None,
-)
-DATA = xarray.Dataset(
-    {"x": (("member", "time"), np.arange(10.0).reshape(2, 5)), "number": (("member",), [1, 2])},
-    coords={"time": ("time", np.arange(5.0), {"units": "s"})},
 )
 
 
@@ -54,12 +50,23 @@ def test_threads_of_workers():
 
 
 def test_selected_variables_are_thinned_and_converted():
-    selection = {"x": StoredVariable("float32", 2), "number": StoredVariable("float32")}
-    found = selected(DATA, selection)
-    assert found["x"].dims == ("member", "time_2")
-    assert found["x"].dtype == np.float32
-    assert found["number"].dtype == DATA["number"].dtype  # whole numbers stay
-    assert np.array_equal(found["x"], DATA["x"][:, ::2])
-    labelled = with_thinned_times(DATA, selection)
+    options, values = StoredVariable("float32", 2), np.arange(30.0).reshape(2, 5, 3)
+    variable = Described(("member", "time", "axis"), (100, 5, 3), "float64", {"units": "s"})
+    stored = Described(("member", "time_2", "axis"), (100, 3, 3), "float32", {"units": "s"})
+    assert options.described(variable) == stored
+    found = options.rows(variable, values)
+    assert found.dtype == np.float32
+    assert np.array_equal(found, values[:, ::2])
+
+
+def test_whole_numbers_stay():
+    options, number = StoredVariable("float32", 2), Described(("member",), (100,), "int64")
+    assert options.described(number) == number
+    assert options.rows(number, np.arange(2)).dtype == np.int64
+
+
+def test_thinned_times_are_coordinates():
+    times = xarray.Dataset(coords={"time": ("time", np.arange(5.0), {"units": "s"})})
+    labelled = with_thinned_times(times, {"x": StoredVariable(every=2)})
     assert labelled["time_2"].values.tolist() == [0.0, 2.0, 4.0]
     assert labelled["time_2"].attrs == {"units": "s"}

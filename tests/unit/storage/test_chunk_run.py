@@ -13,7 +13,7 @@ import pytest
 import xarray
 
 import poinsot as pt
-from poinsot.propagation import ensemble_of_motions
+from poinsot.propagation import stored_motion
 from poinsot.storage import chunk_plan, chunk_run, zarr_group
 from poinsot.storage.ensemble_store import EnsembleStore
 
@@ -486,13 +486,13 @@ def test_memory_chooses_the_chunk(tmp_path, monkeypatch):
 PATIENCE = 30.0
 """Seconds in which another thread must have come to a place."""
 
-MEMBERS = 3
+MEMBERS = 1
 """Place of the members among the arguments of what integrates a chunk."""
 
 
 def test_a_chunk_is_written_while_the_next_one_is_computed_and_no_more_than_one_waits(tmp_path, monkeypatch):
     begun, written = [threading.Event() for _ in range(5)], []
-    write, computed = EnsembleStore.write, ensemble_of_motions._integrated
+    write, computed = EnsembleStore.write, stored_motion._integrated
 
     def slow(store, number, *others):
         assert number == 4 or begun[number + 1].wait(PATIENCE), "the next chunk waits for this one"
@@ -506,7 +506,7 @@ def test_a_chunk_is_written_while_the_next_one_is_computed_and_no_more_than_one_
         return computed(*given)
 
     monkeypatch.setattr(EnsembleStore, "write", slow)
-    monkeypatch.setattr(ensemble_of_motions, "_integrated", noted)
+    monkeypatch.setattr(stored_motion, "_integrated", noted)
     motion = run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=5)
     assert written == [0, 1, 2, 3, 4]
     assert_same_rows(motion, run(pt.System(BODY)))
@@ -531,7 +531,7 @@ def test_what_the_writer_raises_ends_the_call_and_leaves_whole_chunks(fails, tmp
 
 
 def test_an_interrupt_lets_the_chunk_that_is_written_end(tmp_path, monkeypatch):
-    write, computed, out = EnsembleStore.write, ensemble_of_motions._integrated, tmp_path / "it.zarr"
+    write, computed, out = EnsembleStore.write, stored_motion._integrated, tmp_path / "it.zarr"
     interrupted = threading.Event()
 
     def slow(store, number, *others):
@@ -546,7 +546,7 @@ def test_an_interrupt_lets_the_chunk_that_is_written_end(tmp_path, monkeypatch):
 
     with monkeypatch.context() as patch:
         patch.setattr(EnsembleStore, "write", slow)
-        patch.setattr(ensemble_of_motions, "_integrated", stopped)
+        patch.setattr(stored_motion, "_integrated", stopped)
         with pytest.raises(
             pt.PropagationInterrupted, match=r"10 of 23 members are done. The same call continues the run."
         ):

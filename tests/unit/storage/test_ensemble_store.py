@@ -1,5 +1,6 @@
 """Stores of ensembles whose run is killed, whose disk is full, which two runs want, or which are of another problem."""
 
+import dataclasses
 import json
 import os
 import shutil
@@ -284,10 +285,12 @@ def test_lengths_that_do_not_go_together_are_refused_before_memory_is_taken(name
     shutil.copytree(whole[0], store)
     described, attributes = zarr_group.read_group(store)
     about, many = described[name], 2**40
-    more = about.in_shards(many, about.chunk, about.block)
+    more = dataclasses.replace(about, shape=(many, *about.shape[1:]))
     if about.chunk:
         attributes["store"]["members"] = many
-        described |= {key: one.in_shards(many, one.chunk, one.block) for key, one in described.items() if one.chunk}
+        described |= {
+            key: dataclasses.replace(one, shape=(many, *one.shape[1:])) for key, one in described.items() if one.chunk
+        }
     else:
         os.truncate(store / name / about.key(), more.size_of(many))
     zarr_group.write_group(store, described | {name: more}, attributes)
@@ -357,17 +360,17 @@ def test_what_a_reduction_raises_is_not_of_the_store(error, tmp_path):
 
 
 def test_a_store_that_another_run_makes_at_the_same_time_stays(tmp_path, monkeypatch):
-    out, plain = tmp_path / "it.zarr", ensemble_store.Frame.write
+    out, plain = tmp_path / "it.zarr", ensemble_store.StoreHeader.write
 
     def second(frame, folder):
         plain(frame, folder)
         if not out.exists():
-            monkeypatch.setattr(ensemble_store.Frame, "write", plain)
+            monkeypatch.setattr(ensemble_store.StoreHeader, "write", plain)
             run(out)
             times.append((out / "zarr.json").stat().st_mtime_ns)
 
     times: list[int] = []
-    monkeypatch.setattr(ensemble_store.Frame, "write", second)
+    monkeypatch.setattr(ensemble_store.StoreHeader, "write", second)
     run(out)
     assert (out / "zarr.json").stat().st_mtime_ns == times[0]
 
@@ -375,7 +378,7 @@ def test_a_store_that_another_run_makes_at_the_same_time_stays(tmp_path, monkeyp
 def test_two_threads_write_the_same_chunk(tmp_path):
     """Of a worker whose chunk another run takes before it has ended."""
     values = np.arange(4000.0).reshape(1000, 4)
-    about = zarr_group.Described.of(("member", "parameter"), values[:1], {}).in_shards(1000, 1000, 1)
+    about = zarr_group.Described.of(("member", "parameter"), values, {}).in_shards(1000, 1)
 
     def write(_):
         about.written(tmp_path, values)

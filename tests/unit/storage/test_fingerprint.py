@@ -12,7 +12,7 @@ import forked
 import poinsot as pt
 from kinds.forces import FORCES
 from poinsot.mechanics.parameters import Parametric
-from poinsot.storage.fingerprint import fingerprint
+from poinsot.storage.fingerprint import digests, fingerprint
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 
@@ -130,3 +130,8 @@ def test_what_a_function_holds_may_be_without_numbers(held):
         return lambda data: (held, factor * data)
 
     assert fingerprint(law(2.0)) == fingerprint(law(2.0)) != fingerprint(law(3.0))
+
+
+def test_digests_are_by_name():
+    problem = {"times": np.arange(3.0), "function": "propagate"}
+    assert digests(problem) == {name: fingerprint(value) for name, value in problem.items()}

@@ -6,7 +6,7 @@ import pytest
 from decompositions import rates
 from poinsot.taylor.decomposition import Invariant, Product
 from poinsot.taylor.graph import Graph
-from poinsot.taylor.lowering import Events, simplified
+from poinsot.taylor.lowering import simplified
 
 
 def turning(q, rates):
@@ -75,7 +75,7 @@ FORMULAS = {
 def program_of(formula):
     graph = Graph()
     states = [graph.symbol(i) for i in range(7)]
-    return simplified(formula(graph.input, states[:4], states[4:]), (), Events())
+    return simplified(formula(graph.input, states[:4], states[4:]))
 
 
 @pytest.mark.parametrize("formula", FORMULAS)
@@ -99,6 +99,6 @@ def test_two_bodies_have_an_integral_each():
     states = [graph.symbol(i) for i in range(14)]
     (q, w), (p, v) = ((some[:4], some[4:]) for some in (states[:7], states[7:]))
     rates = [*turning(q, w), *diagonal(p), *turning(p, v), *diagonal(q)]
-    operations = simplified(rates, (), Events()).decomposition.operations
+    operations = simplified(rates).decomposition.operations
     assert sum(isinstance(x, Invariant) for x in operations) == 2
     assert sum(isinstance(x, Product) and x.first == x.second for x in operations) == 6

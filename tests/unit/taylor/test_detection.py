@@ -17,7 +17,7 @@ TIMES = np.array([0, 0.5, 1.0, 1.7, 2.5, 3.0, 10.0])
 class Thruster(pt.Torque):
     """A constant torque between two times."""
 
-    size: pt.Vector
+    size: pt.mechanics.Vector
     begin: float
     off: float
 

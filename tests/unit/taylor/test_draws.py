@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 
-from poinsot.taylor.draws import UNUSED_BITS, key_of, normals, uniform, uniforms, words
+from poinsot.taylor.draws import UNUSED_BITS, key_of, normals, uniform, words
 
 MASK = 2**64 - 1
+
+
+def uniforms(keys, numbers, count):
+    """Return independent numbers between 0 and 1: arrays of the shape of the keys."""
+    found = words(keys, np.asarray(numbers).astype(np.int64).astype(np.uint64), count)
+    return [uniform((word >> UNUSED_BITS).astype(float)) for word in found]
 
 
 def split_mix(state, count):

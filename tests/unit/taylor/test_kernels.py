@@ -12,7 +12,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from poinsot.taylor import layouts, llvm_ir, recurrences, rescaling
+from poinsot.taylor import memory, object_cache, recurrences, rescaling
 from poinsot.taylor.decomposition import (
     Coefficient,
     Decomposition,
@@ -26,9 +26,8 @@ from poinsot.taylor.decomposition import (
     Time,
     Variable,
 )
-from poinsot.taylor.kernel_program import KernelProgram
-from poinsot.taylor.kernels import Code, compiled, order_of
-from poinsot.taylor.layouts import Rolled
+from poinsot.taylor.kernels import Code, KernelProgram, compiled, order_of
+from poinsot.taylor.memory import Rolled
 from poinsot.taylor.queue import FOREVER, STEPS_IN_BLOCK, Output, Queue, Worker
 from poinsot.taylor.rescaling import MAX_MOMENTUM, MIN_MOMENTUM
 from poinsot.taylor.tasks import Status
@@ -278,7 +277,7 @@ def test_optimization_changes_no_bit(layout, name, monkeypatch):
     times, states = np.linspace(0.0, SYSTEMS[name][1], 23)[1:], starts(name, 3)
     found = []
     for level in (0, 1, 2):
-        monkeypatch.setattr(llvm_ir, "CODE_GENERATION", level)
+        monkeypatch.setattr(object_cache, "CODE_GENERATION", level)
         code = Code(KernelProgram(DECOMPOSITIONS[name], ORDER, 8, layout))
         found.append(integrated(code, states, times)[0])
     for other in found[1:]:
@@ -302,7 +301,7 @@ def test_loops_over_inner_sums_change_no_bit(order, name, monkeypatch):
     """Each block of straight-line code is cut after one operation, too."""
     times, states = np.linspace(0.0, SYSTEMS[name][1], 23)[1:], starts(name, 3)
     expected = integrated(Code(KernelProgram(DECOMPOSITIONS[name], order, 1, "single")), states, times)[0]
-    monkeypatch.setattr(layouts, "MIN_ROLLED", 0)
+    monkeypatch.setattr(memory, "MIN_ROLLED", 0)
     monkeypatch.setattr(recurrences, "MAX_UNCUT", 0)
     monkeypatch.setattr(recurrences, "MAX_BLOCK", 1)
     program = KernelProgram(DECOMPOSITIONS[name], order, 1, "single")

@@ -12,9 +12,9 @@ import pytest
 
 import poinsot as pt
 from poinsot import atomic_write
-from poinsot.taylor import kernels, llvm_ir, object_cache
-from poinsot.taylor.llvm_ir import DOUBLE, Module, machine_code
-from poinsot.taylor.object_cache import REMEDY, ObjectCache, folder
+from poinsot.taylor import kernels, object_cache
+from poinsot.taylor.llvm_ir import DOUBLE, Module
+from poinsot.taylor.object_cache import REMEDY, ObjectCache, folder, machine_code
 
 KEY, CODE = "ab" * 32, bytes(range(256))
 
@@ -232,11 +232,11 @@ def doubled():
 def test_a_loaded_kernel_spends_no_time_in_llvm(monkeypatch):
     import llvmlite.binding as llvm
 
-    machine_code(doubled(), ())
+    machine_code(doubled())
     monkeypatch.setattr(llvm.TargetMachine, "emit_object", None)
-    assert machine_code(doubled(), ()).get_function_address("twice")
+    assert machine_code(doubled()).get_function_address("twice")
     with pytest.raises(TypeError):
-        machine_code(doubled().replace("twice", "thrice"), ())
+        machine_code(doubled().replace("twice", "thrice"))
 
 
 @pytest.mark.parametrize("change", ["text", "level", "format", "processor", "features", "llvmlite", "LLVM"])
@@ -244,14 +244,14 @@ def test_all_that_decides_the_code_is_in_its_key(change, place, monkeypatch):
     import llvmlite
     import llvmlite.binding as llvm
 
-    machine_code(doubled(), ())
+    machine_code(doubled())
     text, features = doubled(), llvm.get_host_cpu_features()
     if change == "text":
         text = text.replace("twice", "thrice")
     elif change == "level":
-        monkeypatch.setattr(llvm_ir, "CODE_GENERATION", 2)
+        monkeypatch.setattr(object_cache, "CODE_GENERATION", 2)
     elif change == "format":
-        monkeypatch.setattr(llvm_ir, "CODE_FORMAT", -1)
+        monkeypatch.setattr(object_cache, "CODE_FORMAT", -1)
     elif change == "processor":
         monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: "generic")
     elif change == "features":
@@ -261,7 +261,7 @@ def test_all_that_decides_the_code_is_in_its_key(change, place, monkeypatch):
         monkeypatch.setattr(llvmlite, "__version__", "0")
     else:
         monkeypatch.setattr(llvm, "llvm_version_info", (0, 0, 0))
-    machine_code(text, ())
+    machine_code(text)
     assert len([*place.iterdir()]) == 2
 
 
@@ -276,10 +276,10 @@ def test_a_long_text_is_not_optimized(monkeypatch):
         return create(target, **options)
 
     monkeypatch.setattr(llvm.Target, "create_target_machine", noted)
-    monkeypatch.setattr(llvm_ir, "CODE_GENERATION", 1)
+    monkeypatch.setattr(object_cache, "CODE_GENERATION", 1)
     for most in (len(doubled()), len(doubled()) - 1):
-        monkeypatch.setattr(llvm_ir, "MAX_OPTIMIZED", most)
-        machine_code(doubled(), ())
+        monkeypatch.setattr(object_cache, "MAX_OPTIMIZED", most)
+        machine_code(doubled())
     assert levels == [1, 0]
 
 
@@ -306,13 +306,13 @@ def test_several_processes_may_start_at_once(place):
 
 @needs_users
 def test_a_forked_process_loads_and_stores(place):
-    machine_code(doubled(), ())
+    machine_code(doubled())
     child = os.fork()
     if not child:
         failed = 1
         try:
-            machine_code(doubled(), ())
-            machine_code(doubled().replace("twice", "thrice"), ())
+            machine_code(doubled())
+            machine_code(doubled().replace("twice", "thrice"))
             failed = 0
         finally:
             os._exit(failed)

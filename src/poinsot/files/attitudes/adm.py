@@ -1,19 +1,22 @@
-"""The columns of CCSDS Attitude Data Messages (504.0-B-2, annex F), for AEM and APM.
+"""Columns of CCSDS Attitude Data Messages (504.0-B-2, annex F), for AEM and APM.
 
-The quaternion from A to B turns the axes of A into those of B, so that x_A = q x_B q~; Euler angles turn A into B by
-three successive rotations, each about an axis that the ones before have turned: q = r_i(a1) r_j(a2) r_k(a3). The
-angular velocity is that of B relative to A.
+The quaternion from A to B rotates the axes of A into the axes of B, so that x_A = q x_B q~. Euler angles rotate A into
+B by three successive rotations, each about an axis of the rotated frame: q = r_i(a1) r_j(a2) r_k(a3). The angular
+velocity is the angular velocity of B relative to A.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
+from xml.etree import ElementTree as ET
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import level_of_user
+from poinsot.files import ccsds
 from poinsot.files.attitudes.attitude_table import AttitudeTable
 from poinsot.files.rows import TextRows
 from poinsot.mechanics import euler
@@ -106,6 +109,23 @@ def read_attitudes(
     return AttitudeTable(times, q, omega, calendar, *frames, float(error[worst]))
 
 
+XML_GROUPS = {"quaternion": QUATERNION, "quaternionRate": QUATERNION_DOT, "angVel": ANGVEL}
+"""Elements that contain the components of a quaternion, and of its rate together with the quaternion."""
+
+
+def append_values(parent: ET.Element, values: Mapping[str, float | str], version: str) -> None:
+    """Append values by their keys to an element in XML. Version 1 has the scalar of a quaternion first."""
+    groups = {tag: keys for tag, keys in XML_GROUPS.items() if "QC" in values and keys[0] in values}
+    inside = {key for keys in groups.values() for key in keys}
+    for key, value in values.items():
+        if key not in inside:
+            ccsds.append_value(parent, key, value)
+    for tag, keys in groups.items():
+        group = ET.SubElement(parent, tag)
+        for key in (keys[-1], *keys[:-1]) if version < "2" and len(keys) == 4 else keys:
+            ccsds.append_value(group, key, values[key])
+
+
 def warn_of_undefined(place: str, what: str) -> None:
     """Warn of columns whose meaning the standard does not define."""
     warnings.warn(
@@ -116,7 +136,7 @@ def warn_of_undefined(place: str, what: str) -> None:
 
 def _sequence_of(rows: TextRows) -> str:
     """Return a sequence of rotations, 321 or ZYX, as digits."""
-    text = rows.says.get("EULER_ROT_SEQ", "")
+    text = rows.metadata.get("EULER_ROT_SEQ", "")
     sequence = text.upper().translate(str.maketrans("XYZ", "123"))
     if sequence not in euler.SEQUENCES:
         raise ValueError(f"{rows.name} must have a sequence of three axes in EULER_ROT_SEQ, got {quoted(text)}.")
@@ -143,7 +163,7 @@ def _derived_rate(q: Array, rows: TextRows, sequence: str) -> Array:
 
 
 def _spin_rate(q: Array, rows: TextRows, nutation: str) -> Array:
-    """Return the rate about the spin axis, the third of B, plus that of the axis about the momentum (annex F5)."""
+    """Return the rate about the spin axis, the third of B, plus the rate of this axis about the momentum (annex F5)."""
     spin: Array = rows.stacked("SPIN_ANGLE_VEL", factor=np.pi / 180) * np.array([0.0, 0.0, 1.0])
     if not nutation:
         return spin

@@ -54,8 +54,6 @@ XML_ROWS = {
     ("2.0", "QUATERNION/ANGVEL"): "quaternionAngVel",
 }
 
-XML_RATES = {"QUATERNION/DERIVATIVE": "quaternionRate", "QUATERNION/ANGVEL": "angVel"}
-
 
 @checked
 def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar | None = None) -> AttitudeTable:
@@ -105,65 +103,67 @@ def read_aem(path: str | Path, *, segment: int | None = None, calendar: Calendar
 
 def _columns(segment: TextRows, version: str, in_xml: bool) -> tuple[str, ...]:
     """Return the columns of the rows that a segment will have, by its checked metadata."""
-    kind = segment.says["ATTITUDE_TYPE"].upper().replace(" ", "_")
+    kind = segment.metadata["ATTITUDE_TYPE"].upper().replace(" ", "_")
     if kind not in adm.COLUMNS:
         known = ", ".join(adm.COLUMNS)
         raise ValueError(f"ATTITUDE_TYPE in {segment.name} must be one of {known}, got {quoted(kind)}.")
-    segment.says["ATTITUDE_TYPE"] = kind
+    segment.metadata["ATTITUDE_TYPE"] = kind
     if in_xml or not kind.startswith("QUATERNION"):
         return adm.COLUMNS[kind]
-    return adm.kvn_columns(kind, _said(segment, "QUATERNION_TYPE", ("LAST", "FIRST"), version) == "FIRST")
+    return adm.kvn_columns(kind, _one_of_two(segment, "QUATERNION_TYPE", ("LAST", "FIRST"), version) == "FIRST")
 
 
-def _said(segment: TextRows, key: str, known: tuple[str, str], version: str) -> str:
-    """Return one of two words; version 2 knows only the first and need not say it."""
-    said = segment.says.get(key, "" if version < "2" else known[0]).upper()
-    if said not in known:
-        raise ValueError(f"{key} in {segment.name} must be {' or '.join(known)}, got {quoted(said)}.")
-    return said
+def _one_of_two(segment: TextRows, key: str, known: tuple[str, str], version: str) -> str:
+    """Return one of two words of the metadata. Version 2 allows the first one alone, which is its default."""
+    given = segment.metadata.get(key, "" if version < "2" else known[0]).upper()
+    if given not in known:
+        raise ValueError(f"{key} in {segment.name} must be {' or '.join(known)}, got {quoted(given)}.")
+    return given
 
 
 def _table_of(segment: TextRows, version: str, calendar: Calendar | None) -> AttitudeTable:
-    says, name = segment.says, segment.name
-    first, second = says["REF_FRAME_A"], says["REF_FRAME_B"]
-    if _said(segment, "ATTITUDE_DIR", ("A2B", "B2A"), version) == "B2A":
+    metadata, name = segment.metadata, segment.name
+    first, second = metadata["REF_FRAME_A"], metadata["REF_FRAME_B"]
+    if _one_of_two(segment, "ATTITUDE_DIR", ("A2B", "B2A"), version) == "B2A":
         first, second = second, first
     body, reference, body_is_b = ccsds.body_and_reference(first, second, f"REF_FRAME_A and REF_FRAME_B in {name}")
     times, calendar = ccsds.times_of(segment, calendar)
     conventions = {"rate_in_a": _rate_in_a(segment, first, second), "body_is_b": body_is_b}
     frames = (reference, body)
-    return adm.read_attitudes(segment, says["ATTITUDE_TYPE"], times, calendar, frames, **conventions, version=version)
+    return adm.read_attitudes(
+        segment, metadata["ATTITUDE_TYPE"], times, calendar, frames, **conventions, version=version
+    )
 
 
 def _rate_in_a(segment: TextRows, first: str, second: str) -> bool:
-    """Return whether angular velocities are along the frame from which the attitude leads, not along the other."""
-    if not segment.says["ATTITUDE_TYPE"].endswith("ANGVEL"):
+    """Return True if angular velocities are along the frame from which the attitude leads."""
+    if not segment.metadata["ATTITUDE_TYPE"].endswith("ANGVEL"):
         return False
-    said = segment.says.get("ANGVEL_FRAME", "")
-    along = ccsds.axes_name(segment.says.get(said.upper(), said))
+    given = segment.metadata.get("ANGVEL_FRAME", "")
+    along = ccsds.axes_name(segment.metadata.get(given.upper(), given))
     if along not in (ccsds.axes_name(first), ccsds.axes_name(second)):
         raise ValueError(
-            f"ANGVEL_FRAME in {segment.name} must be one of the frames {first}, {second}, got {quoted(said)}."
+            f"ANGVEL_FRAME in {segment.name} must be one of the frames {first}, {second}, got {quoted(given)}."
         )
     return along != ccsds.axes_name(second)
 
 
 def _joined(segments: list[TextRows], tables: list[AttitudeTable]) -> AttitudeTable:
     """Return several tables as one, an attitude that ends one and begins the next taken once."""
-    first, kept = tables[0], [slice(None)]
+    first, slices = tables[0], [slice(None)]
     for i, (before, after) in enumerate(itertools.pairwise(tables), start=1):
         same = {
-            "OBJECT_ID": segments[i - 1].says.get("OBJECT_ID") == segments[i].says.get("OBJECT_ID"),
+            "OBJECT_ID": segments[i - 1].metadata.get("OBJECT_ID") == segments[i].metadata.get("OBJECT_ID"),
             "frames": (first.body_frame, first.reference_frame) == (after.body_frame, after.reference_frame),
             "order in time": before.times[-1] <= after.times[0],
             "the presence of rates": (before.omega_body is None) == (after.omega_body is None),
             f"the attitude and the rate at {segments[i].epochs[0]}": _same_row(before, after),
         }
         ccsds.check_continued(segments, i, same)
-        kept.append(slice(int(after.times[0] == before.times[-1]), None))
+        slices.append(slice(int(after.times[0] == before.times[-1]), None))
     if len(tables) == 1:
         return first
-    parts = [(table, part) for table, part in zip(tables, kept, strict=True)]
+    parts = [(table, part) for table, part in zip(tables, slices, strict=True)]
     rates = [table.omega_body[part] for table, part in parts if table.omega_body is not None]  # of all or of none
     return dataclasses.replace(
         first,
@@ -175,7 +175,7 @@ def _joined(segments: list[TextRows], tables: list[AttitudeTable]) -> AttitudeTa
 
 
 def _same_row(before: AttitudeTable, after: AttitudeTable) -> bool:
-    """Return whether two tables agree at an epoch that ends the first and begins the second."""
+    """Return True unless two tables disagree at an epoch that ends the first and begins the second."""
     if before.times[-1] != after.times[0]:
         return True
     if rotation_angle(before.quaternion[-1], after.quaternion[0]) > SAME_ROW:
@@ -266,17 +266,16 @@ def write_aem(
         "ANGVEL_FRAME": table.body_frame if kind.endswith("ANGVEL") else None,
     }
 
-    def kvn(said: list[str]) -> list[str]:
+    def kvn(stated: list[str]) -> list[str]:
         comment = f"COMMENT {kind}: {', '.join(adm.COLUMNS[kind])}; x_A = q x_B q~ (Hamilton product), QC the scalar"
         inner = [f"{date} {' '.join(map(ccsds.digits, row))}" for date, row in zip(dates, rows, strict=True)]
-        return ["", "META_START", comment, *said, "META_STOP", "", "DATA_START", *inner, "DATA_STOP"]
+        return ["", "META_START", comment, *stated, "META_STOP", "", "DATA_START", *inner, "DATA_STOP"]
 
     def xml() -> ET.Element:
         data = ET.Element("data")
         for date, row in zip(dates, rows, strict=True):
             state = ET.SubElement(ET.SubElement(data, "attitudeState"), XML_ROWS[version, kind])
-            ccsds.element(state, "EPOCH", date)
-            _add_row(state, row, kind, version)
+            adm.append_values(state, {"EPOCH": date, **dict(zip(adm.COLUMNS[kind], row, strict=True))}, version)
         return data
 
     return ccsds.write_message(path, overwrite, "AEM", version, originator, metadata, kvn, xml)
@@ -291,15 +290,6 @@ def _written_rows(table: AttitudeTable, rates: bool, version: str) -> tuple[str,
         q_dot = 0.5 * quat.product(table.quaternion, quat.pure(omega))[:, [1, 2, 3, 0]]
         return "QUATERNION/DERIVATIVE", np.concatenate([q, q_dot], axis=1).tolist()
     return "QUATERNION/ANGVEL", np.concatenate([q, np.degrees(omega)], axis=1).tolist()
-
-
-def _add_row(state: ET.Element, row: list[float], kind: str, version: str) -> None:
-    columns = adm.COLUMNS[kind]
-    for tag, keys in (("quaternion", columns[:4]), (XML_RATES.get(kind, ""), columns[4:])):
-        group = ET.SubElement(state, tag) if keys else state
-        for key in ccsds.xml_order(keys, version) if keys else ():
-            units = {"units": "deg/s"} if key.startswith("ANGVEL") else {}
-            ccsds.element(group, key, row[columns.index(key)], **units)
 
 
 class Aem(AttitudeFormat):

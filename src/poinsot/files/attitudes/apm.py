@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import re
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
@@ -95,19 +94,19 @@ V1_TENSOR = {key.translate(TO_DIGITS) for key in TENSOR}
 
 
 class _Block(NamedTuple):
-    """One logical block with the keys of version 2; directions are always from A to B."""
+    """Logical block with the keys of version 2. Its direction is from A to B."""
 
     kind: str
-    said: dict[str, Entry]
+    found: dict[str, Entry]
     place: str
 
     def text(self, key: str) -> str:
-        if key not in self.said or not self.said[key].value:
+        if key not in self.found or not self.found[key].value:
             raise ValueError(f"{self.place} must have {key}, got none.")
-        return self.said[key].value
+        return self.found[key].value
 
     def number(self, key: str) -> float:
-        return number(key, self.text(key), self.said[key].place)
+        return number(key, self.text(key), self.found[key].place)
 
     def frames(self) -> tuple[str, str, bool]:
         """Return the names of the body's and of the reference axes, and whether the body is B."""
@@ -122,8 +121,8 @@ class _Attitude(NamedTuple):
 
     @property
     def is_whole(self) -> bool:
-        """Whether the angular velocity has all components: SPIN without nutation has one along the spin axis."""
-        return self.block.kind != "SPIN" or "NUTATION_VEL" in self.block.said or "NUTATION_PER" in self.block.said
+        """True if the angular velocity has all components. SPIN without nutation states one along its axis."""
+        return self.block.kind != "SPIN" or "NUTATION_VEL" in self.block.found or "NUTATION_PER" in self.block.found
 
 
 # ------------------------------------------------------------------ reading
@@ -197,8 +196,8 @@ def _attitudes(blocks: list[_Block], name: str, times: Array, calendar: Calendar
             _warn(f"{block.place} should be about {axes}, got {body} in {reference}. The block is ignored.")
             continue
         kind, columns = _row(block)
-        says = {key: entry.value for key, entry in block.said.items()}
-        row = TextRows(block.place, says, tuple(columns), [block.place], [""], [list(columns.values())])
+        metadata = {key: entry.value for key, entry in block.found.items()}
+        row = TextRows(block.place, metadata, tuple(columns), [block.place], [""], [list(columns.values())])
         frames = (reference, body)
         table = adm.read_attitudes(row, kind, times, calendar, frames, body_is_b=body_is_b, version=version)
         found.append(_Attitude(block, table))
@@ -218,7 +217,7 @@ def _row(block: _Block) -> tuple[str, dict[str, float]]:
     form = FORMS[block.kind]
     kinds = [kind for kind in adm.COLUMNS if kind.startswith(f"{form}/")]
     more = {kind: adm.COLUMNS[kind][len(adm.COLUMNS[form]) :] for kind in kinds}
-    given = [kind for kind, keys in more.items() if any(key in block.said for key in keys)]
+    given = [kind for kind, keys in more.items() if any(key in block.found for key in keys)]
     if len(given) > 1:
         raise ValueError(f"{block.place} must have the keys of one type, got keys of {' and '.join(given)}.")
     kind = given[0] if given else form
@@ -229,8 +228,8 @@ def _rate(attitudes: list[_Attitude], blocks: list[_Block]) -> Array | None:
     """Return the angular velocity of the first block that states it, with which the others must agree."""
     first = attitudes[0].table
     stated = [(one.block.place, one.table.omega_body, one.is_whole) for one in attitudes]
-    beside = [(block.place, _angular_velocity(block, first), True) for block in blocks]
-    rates = [(place, omega, whole) for place, omega, whole in (stated[0], *beside, *stated[1:]) if omega is not None]
+    separate = [(block.place, _angular_velocity(block, first), True) for block in blocks]
+    rates = [(place, omega, whole) for place, omega, whole in (stated[0], *separate, *stated[1:]) if omega is not None]
     rates.sort(key=lambda rate: not rate[2])
     for place, omega, whole in rates[1:]:
         apart = float(np.linalg.norm(omega - rates[0][1]))
@@ -333,27 +332,27 @@ def _block(kind: str, entries: list[Entry], place: str, version: str) -> _Block:
     if version < "2":
         ignored = ("EPOCH", "RATE_FRAME", *adm.RATES)
         repeated = (*repeated, *(AXIS_ANGLES + AXIS_RATES if kind == "EULER" else ()))
-    said = Keys(keys, ignored, elsewhere=USED, repeated=repeated).by_key(entries)
-    return _from_v1(_Block(kind, said, place), entries) if version < "2" else _Block(kind, said, place)
+    found = Keys(keys, ignored, elsewhere=USED, repeated=repeated).by_key(entries)
+    return _from_v1(_Block(kind, found, place), entries) if version < "2" else _Block(kind, found, place)
 
 
 def _from_v1(block: _Block, entries: list[Entry]) -> _Block:
     """Return a block of version 1 by the keys of version 2."""
     kind = block.kind
-    said = {re.sub(r"^(Q|EULER|SPIN)_FRAME_", "REF_FRAME_", key): entry for key, entry in block.said.items()}
-    block = block._replace(said=said)
+    found = {re.sub(r"^(Q|EULER|SPIN)_FRAME_", "REF_FRAME_", key): entry for key, entry in block.found.items()}
+    block = block._replace(found=found)
     if kind == "INERTIA":
-        renamed = {key.translate(TO_LETTERS) if key in V1_TENSOR else key: entry for key, entry in said.items()}
-        return block._replace(said=renamed)
+        renamed = {key.translate(TO_LETTERS) if key in V1_TENSOR else key: entry for key, entry in found.items()}
+        return block._replace(found=renamed)
     if kind == "EULER":
         _number_angles(block, entries)
     if kind in FORMS:
         key = "Q_DIR" if kind == "QUAT" else f"{kind}_DIR"
         direction = block.text(key).upper()
         if direction not in ("A2B", "B2A"):
-            raise ValueError(f"{said[key].place} must have {key} A2B or B2A, got {quoted(direction)}.")
+            raise ValueError(f"{found[key].place} must have {key} A2B or B2A, got {quoted(direction)}.")
         if direction == "B2A":
-            said["REF_FRAME_A"], said["REF_FRAME_B"] = (
+            found["REF_FRAME_A"], found["REF_FRAME_B"] = (
                 Entry(other, block.text(other), block.place) for other in ("REF_FRAME_B", "REF_FRAME_A")
             )
     return block
@@ -366,7 +365,7 @@ def _number_angles(block: _Block, entries: list[Entry]) -> None:
     axes = "".join(entry.key[0] for entry in given).translate(TO_DIGITS)
     if given and axes != sequence:
         raise ValueError(f"{block.place} must have its angles in the order {quoted(sequence)}, got {quoted(axes)}.")
-    block.said.update({f"ANGLE_{i}": entry for i, entry in enumerate(given, start=1)})
+    block.found.update({f"ANGLE_{i}": entry for i, entry in enumerate(given, start=1)})
     if any(entry.key in AXIS_RATES for entry in entries):
         adm.warn_of_undefined(block.place, "RATE")
 
@@ -461,8 +460,8 @@ def write_apm(
     metadata = {"OBJECT_NAME": object_name, "OBJECT_ID": object_id, "CENTER_NAME": center_name, "TIME_SYSTEM": system}
     blocks = _written_blocks(table, body.inertia, version)
 
-    def kvn(said: list[str]) -> list[str]:
-        lines = ["COMMENT x_A = q x_B q~ (Hamilton product), QC the scalar", *said, f"EPOCH = {epoch}"]
+    def kvn(stated: list[str]) -> list[str]:
+        lines = ["COMMENT x_A = q x_B q~ (Hamilton product), QC the scalar", *stated, f"EPOCH = {epoch}"]
         for kind, block in blocks:
             numbers = {key: ccsds.digits(value) for key, value in block.items() if not isinstance(value, str)}
             units = {key: f" [{unit}]" for key in numbers if (unit := ccsds.unit_of(key))}
@@ -498,26 +497,12 @@ def _written_blocks(table: AttitudeTable, inertia: Any, version: str) -> list[tu
 
 
 def _data(version: str, epoch: str, blocks: list[tuple[str, dict[str, Any]]]) -> ET.Element:
-    data = ET.Element("data")
+    data, stamped = ET.Element("data"), {"EPOCH": epoch}
     if version >= "2":
-        ccsds.element(data, "EPOCH", epoch)
+        adm.append_values(data, stamped, version)
     tags = {"QUAT": "quaternionState", "ANGVEL": "angularVelocity"}
     tags["INERTIA"] = "spacecraftParameters" if version < "2" else "inertia"
-    for kind, said in blocks:
-        block = ET.SubElement(data, tags[kind])
-        if version < "2" and kind == "QUAT":
-            ccsds.element(block, "EPOCH", epoch)
-        for group, keys in _groups(said, version):
-            parent = ET.SubElement(block, group) if group else block
-            for key in keys:
-                unit = ccsds.unit_of(key) if not key.startswith("Q") else ""
-                ccsds.element(parent, key, said[key], **({"units": unit} if unit else {}))
+    for kind, values in blocks:
+        first = stamped if version < "2" and kind == "QUAT" else {}
+        adm.append_values(ET.SubElement(data, tags[kind]), first | values, version)
     return data
-
-
-def _groups(said: dict[str, Any], version: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Yield the keys of a block, those of the quaternion and its derivative under elements of their own."""
-    yield "", tuple(key for key in said if key not in adm.QUATERNION + adm.QUATERNION_DOT)
-    for group, keys in (("quaternion", adm.QUATERNION), ("quaternionRate", adm.QUATERNION_DOT)):
-        if keys[0] in said:
-            yield group, ccsds.xml_order(keys, version)

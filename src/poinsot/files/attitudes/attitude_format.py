@@ -67,7 +67,7 @@ class AttitudeFormat(ABC):
 
 
 def attitude_formats() -> tuple[AttitudeFormat, ...]:
-    """Return all formats, the package's own last: where two have one suffix, the last one is meant."""
+    """Return all formats, the formats of the package last. Of two formats with one suffix the last one is selected."""
     _import_all()
     found = sorted(concrete(AttitudeFormat), key=lambda cls: (is_own(cls), cls.title))
     return tuple(cls() for cls in found)
@@ -80,5 +80,5 @@ def _import_all() -> None:
 
 
 def format_of(path: Path) -> AttitudeFormat | None:
-    """Return the format that the end of a name says; None if it says none."""
+    """Return the format of a file by the ending of its name, or None for another ending."""
     return {suffix: each for each in attitude_formats() for suffix in each.suffixes}.get(path.suffix.lower())

@@ -22,7 +22,7 @@ from poinsot.mechanics.state import State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.run_record import Method, RunRecord, versions
 
@@ -34,7 +34,7 @@ __all__ = ["AttitudeTable", "calendar_of", "dated_calendar", "rates_per_second",
 Array = NDArray[np.float64]
 
 MIN_ROWS = 4
-"""Of a table without rates, which a spline must replace."""
+"""Smallest number of rows from which a spline computes the rates."""
 
 SAME_TIME = 2e-9
 """Seconds: files of dates have nine digits of a second."""
@@ -137,14 +137,13 @@ class AttitudeTable(Summarized):
         phase = {"quaternion": q, "angular_momentum_body": system.of_bodies[""].angular_momentum(unit * self._rates())}
         given = "differentiated attitudes" if self.omega_body is None else "given rates"
         run = RunRecord(Method.TABLE, given, "double", 0.0, 0, 0, 0.0, versions())
-        motion = Trajectory(system, state_of(changed(phase, lambda x: x[0]), times[0]), times, MemoryRows(phase), run)
         known: dict[str, Any] = {}
         if self.calendar is not None and system.calendar is None and system.units["time"] in SECONDS:
             known["calendar"] = dataclasses.replace(self.calendar, unit=system.units["time"])
         if self.reference_frame != SPACE_AXES_UNNAMED:
             known["reference_frame"] = self.reference_frame
-        motion._complete(provenance=known)
-        return motion
+        initial = state_of(changed(phase, lambda x: x[0]), times[0])
+        return Trajectory(system, initial, times, MotionRows(phase), run, provenance=known)
 
     @checked
     def angle_to(self, motion: Trajectory) -> Array:
@@ -199,7 +198,7 @@ def table_of(
     *,
     dated: bool = True,
 ) -> AttitudeTable:
-    """Return what a writer writes of a motion or a table, with rising times; dated, it has a calendar and a frame."""
+    """Return the table that a writer writes, with increasing times. A dated table has a calendar and a frame."""
     own: AttitudeTable = motion
     if isinstance(motion, Trajectory):
         _refuse_several(motion)

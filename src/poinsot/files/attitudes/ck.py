@@ -42,7 +42,7 @@ TICKS_PER_SECOND = 1_000_000
 """Ticks in a second of the clock of a C-kernel."""
 
 OWN = "poinsot"
-"""The name of the segments that are written here."""
+"""Name of the segments of kernels that poinsot writes."""
 
 CLOCK = """KPL/SCLK
 
@@ -64,7 +64,7 @@ SCLK01_COEFFICIENTS_{clock}   = ( 0 {zero!r} 1 )
 
 FRAME = """KPL/FK
 
-{frame}: axes of a body whose attitude a C-kernel says. Written by poinsot.
+{frame}: axes of a body whose attitude a C-kernel contains. Written by poinsot.
 
 \\begindata
 FRAME_{frame} = {number}
@@ -139,10 +139,10 @@ def _table(
     ets = np.atleast_1d(ET.converted(t, calendar))
     blocks = np.array_split(ets, max(-(-ets.size // TIMES_PER_CALL), 1))
     answers = []
-    with bar("times", ets.size, progress) as told:
+    with bar("times", ets.size, progress) as advance:
         for block in blocks:
             answers.append(spice.ask("turned", frame, reference_frame, times=block)[1])
-            told(block.size)
+            advance(block.size)
     matrices, rates = map(np.concatenate, zip(*answers, strict=True))
     q = quaternion_from_matrix(np.swapaxes(matrices, -1, -2))
     known = np.isfinite(rates[:, 0])
@@ -274,7 +274,7 @@ def write_ck(
         frames.write_text(FRAME.format(**names), encoding="ascii")
         with _opened(spice, kernel) as handle:
             _write_segment(spice, handle, table, seconds, 1000 * spacecraft, rates)
-        if kernel.stat().st_size < _size_said_in(kernel):
+        if kernel.stat().st_size < _size_stated_in(kernel):
             raise OSError(unwritable(path, "SPICE wrote a part of it without a word") + " Is the disk full?")
     return path, *others
 
@@ -305,7 +305,7 @@ def _opened(spice: Any, path: Path) -> Iterator[int]:
         raise ValueError(f"motion must be one that a C-kernel can represent, got {error.short} from SPICE.") from None
 
 
-def _size_said_in(kernel: Path) -> int:
+def _size_stated_in(kernel: Path) -> int:
     """Return the bytes before the first free number of a file, which its first record has at byte 84 (SPICE, "DAF")."""
     with kernel.open("rb") as stream:
         (free,) = struct.unpack_from("=i", stream.read(1024), 84)
@@ -323,9 +323,9 @@ def _write_segment(spice: Any, handle: int, table: AttitudeTable, seconds: Array
     q = np.concatenate([ends[:1], table.quaternion, ends[1:]])
     along_space = quat.rotate(q, np.concatenate([omega[:1], omega, omega[-1:]]))
     ticks = TICKS_PER_SECOND * np.concatenate([[0.0], seconds, [seconds[-1] + COVERAGE_MARGIN]])
-    span, said = (ticks[0], ticks[-1]), known is not None
+    span, has_rates = (ticks[0], ticks[-1]), known is not None
     spice.ckw03(
-        handle, *span, number, "J2000", said, OWN, ticks.size, ticks, quat.conjugate(q), along_space, 1, ticks[:1]
+        handle, *span, number, "J2000", has_rates, OWN, ticks.size, ticks, quat.conjugate(q), along_space, 1, ticks[:1]
     )
 
 

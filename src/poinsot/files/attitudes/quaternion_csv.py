@@ -1,4 +1,4 @@
-"""Quaternions as comma-separated values, whose first lines say their order and direction."""
+"""Quaternions as comma-separated values, whose first lines state order and direction."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = ["read_quaternion_csv", "write_quaternion_csv"]
 ORDERS = {"scalar first": ("QC", "Q1", "Q2", "Q3"), "scalar last": adm.QUATERNION}
 
 DIRECTIONS = {"body to reference": True, "reference to body": False}
-"""Whether the quaternion turns components along the body into those along the reference frame."""
+"""True if the quaternion rotates components along the body into components along the reference frame."""
 
 CONVENTION = "x_reference = q x_body q~, Hamilton product"
 
@@ -77,19 +77,19 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     name = shortened(path)
     rows = _parsed(read_text(path), name)
     own, (times,) = None, rows.stacked("t").T
-    if "time" in rows.says:
-        match = re.fullmatch(r"(\w+) from (\S+) (\w+)", rows.says["time"])
+    if "time" in rows.metadata:
+        match = re.fullmatch(r"(\w+) from (\S+) (\w+)", rows.metadata["time"])
         unit, date, scale = match.groups() if match else ("s", "", "UTC")
         example = "s from 2026-11-21T00:00:00 UTC"
-        own = dated_calendar(date, scale, unit, f"time in {name}", example, rows.says["time"])
+        own = dated_calendar(date, scale, unit, f"time in {name}", example, rows.metadata["time"])
     rows.check_rising(times)
     factor = 1.0
     if own is not None and calendar is not None and calendar != own:
         times, factor = calendar.converted(times, own), SECONDS[calendar.unit] / SECONDS[own.unit]
-    reference = rows.says.get("reference_frame") or SPACE_AXES_UNNAMED
+    reference = rows.metadata.get("reference_frame") or SPACE_AXES_UNNAMED
     reference = reference if reference in ccsds.FRAMES else ccsds.FRAMES.get(reference.upper(), reference)
-    frames = (reference, rows.says.get("body_frame") or "SC_BODY_1")
-    body_is_b = DIRECTIONS[rows.says["direction"]]
+    frames = (reference, rows.metadata.get("body_frame") or "SC_BODY_1")
+    body_is_b = DIRECTIONS[rows.metadata["direction"]]
     table = adm.read_attitudes(rows, "QUATERNION", times, calendar or own, frames, body_is_b=body_is_b)
     if len(rows.columns) == 5:
         return table
@@ -103,8 +103,8 @@ def _parsed(text: str, name: str) -> TextRows:
         if line.startswith("#"):
             header += _stated(line, place, bool(rows.columns))
         elif line.strip() and not rows.columns:
-            rows.says |= {key: entry.value for key, entry in KEYS.by_key(header).items()}
-            rows.columns = _columns(line, rows.says, name, place)
+            rows.metadata |= {key: entry.value for key, entry in KEYS.by_key(header).items()}
+            rows.columns = _columns(line, rows.metadata, name, place)
         elif line.strip():
             rows.add(place, [text.strip() for text in line.split(",")])
     if not rows.numbers:
@@ -122,35 +122,35 @@ def _stated(line: str, place: str, after_columns: bool) -> list[Entry]:
     return [Entry(key.lower(), value, place)]
 
 
-def _columns(line: str, says: dict[str, str], name: str, place: str) -> tuple[str, ...]:
+def _columns(line: str, stated: dict[str, str], name: str, place: str) -> tuple[str, ...]:
     """Return the columns by their names in this package, and check the statements of the file about them."""
     for key, known in (("order", ORDERS), ("direction", DIRECTIONS)):
-        if says.get(key) not in known:
-            given = quoted(says[key]) if key in says else "none"
+        if stated.get(key) not in known:
+            given = quoted(stated[key]) if key in stated else "none"
             raise ValueError(f"{name} must say its {key}, {' or '.join(known)}, got {given}. Write {EXAMPLE}.")
-    if "Hamilton" not in says.get("convention", CONVENTION):
-        raise ValueError(f"{name} must have the convention {quoted(CONVENTION)}, got {quoted(says['convention'])}.")
+    if "Hamilton" not in stated.get("convention", CONVENTION):
+        raise ValueError(f"{name} must have the convention {quoted(CONVENTION)}, got {quoted(stated['convention'])}.")
     names = [column.strip().lower() for column in line.split(",")]
     shape = "".join(column[:1] for column in names)
     if shape not in ("tqqqq", "tqqqqooo"):
         example = "t,q0,q1,q2,q3 or t,q0,q1,q2,q3,omega_1,omega_2,omega_3"
         raise ValueError(f"{place} must name the columns, such as {example}, got {quoted(line)}.")
     ends = [column[-1:] for column in names]
-    vector = ends[2:5] if says["order"] == "scalar first" else ends[1:4]
+    vector = ends[2:5] if stated["order"] == "scalar first" else ends[1:4]
     for what, three in (("quaternion", vector), ("angular velocity", ends[5:])):
         if three and not _are_ordered("".join(three)):
             raise ValueError(
-                f"{place} must name the components of the {what} in the order 1, 2, 3 or x, y, z, {says['order']}, "
+                f"{place} must name the components of the {what} in the order 1, 2, 3 or x, y, z, {stated['order']}, "
                 f"got {quoted(line)}."
             )
     rates = OMEGA if len(shape) == 8 else ()
-    if rates and says.get("rate") != RATE:
+    if rates and stated.get("rate") != RATE:
         raise ValueError(f"{place} must follow a line that defines the rates, '# rate: {RATE}', got none.")
-    return ("t", *ORDERS[says["order"]], *rates)
+    return ("t", *ORDERS[stated["order"]], *rates)
 
 
 def _are_ordered(ends: str) -> bool:
-    """Return whether the last characters of three names are those of a vector, in order; w is the scalar."""
+    """Return True if the last characters of three names number a vector in order, such as x, y, z. w is the scalar."""
     return "".join(sorted(set(ends))) == ends and "w" not in ends and (ends.isalpha() or ends.isdigit())
 
 
@@ -197,7 +197,7 @@ def write_quaternion_csv(
     """
     table = table_of(motion, calendar, reference_frame, body_frame, dated=False)
     columns, names = [table.times[:, None], table.quaternion], "t,q0,q1,q2,q3"
-    says = {
+    stated = {
         "order": "scalar first",
         "direction": "body to reference",
         "convention": CONVENTION,
@@ -205,17 +205,17 @@ def write_quaternion_csv(
         "body_frame": ccsds.word("body_frame", table.body_frame),
     }
     if table.calendar is not None:
-        says["time"] = f"{table.calendar.unit} from {table.calendar.zero} {table.calendar.scale}"
+        stated["time"] = f"{table.calendar.unit} from {table.calendar.zero} {table.calendar.scale}"
     if rates and table.omega_body is not None:
-        says["rate"] = RATE
+        stated["rate"] = RATE
         columns, names = [*columns, table.omega_body], ",".join((names, *OMEGA))
-    lines = [f"# {key}: {value}" for key, value in says.items()] + [names]
+    lines = [f"# {key}: {value}" for key, value in stated.items()] + [names]
     lines += [",".join(map(repr, row)) for row in np.concatenate(columns, axis=1).tolist()]
     return write_text(path, "\n".join(lines) + "\n", overwrite)
 
 
 class QuaternionCsv(AttitudeFormat):
-    """Tables that say their own conventions."""
+    """Tables that state their conventions."""
 
     title = "table"
     suffixes = (".csv",)

@@ -38,7 +38,7 @@ FORMATS = {
 """Formats, each as the type of CCSDS message that has the same meaning, and its columns after the time."""
 
 AXES = {"ICRF": "ICRF", "J2000": "ICRF", "TEMEOFDATE": "TEME", "TRUEOFDATE": "TOD", "MEANOFDATE": "MOD"}
-"""Axes that do not rotate, and their names here."""
+"""Inertial axes of STK, and their names in poinsot."""
 
 KEYWORDS = Keys(
     frozenset(
@@ -96,7 +96,7 @@ def read_stk_attitude(path: str | Path, *, calendar: Calendar | None = None) -> 
     if axes.upper() not in AXES:
         raise ValueError(f"CoordinateAxes in {rows.name} must be one of {', '.join(AXES)}, got {quoted(axes)}.")
     if kind.startswith("EULER"):
-        rows.says["EULER_ROT_SEQ"] = rows.word("Sequence")
+        rows.metadata["EULER_ROT_SEQ"] = rows.word("Sequence")
     own = _calendar(rows.word("ScenarioEpoch"), rows.name)
     calendar = own if calendar is None else calendar
     (seconds,) = rows.stacked("time").T
@@ -120,8 +120,8 @@ def _parsed(text: str, name: str) -> tuple[TextRows, str]:
         if not re.fullmatch(r"\w+", key) or re.fullmatch(r"END\s+\w+", line, re.IGNORECASE):
             raise ValueError(f"{name}, line {count} must be a keyword and its value, got {quoted(line)}.")
         entries.append(Entry(key.upper(), value.strip("\"' "), f"{name}, line {count}"))
-    rows.says |= {entry.key: entry.value for entry in entries}
-    if rows.says.get("BEGIN", "").upper() != "ATTITUDE":
+    rows.metadata |= {entry.key: entry.value for entry in entries}
+    if rows.metadata.get("BEGIN", "").upper() != "ATTITUDE":
         raise ValueError(f"{name} must have a block BEGIN Attitude, got none.")
     if data_format.upper() not in FORMATS:
         known = "AttitudeTimeQuaternions, -QuatScalarFirst, -QuatAngVels or -EulerAngles"
@@ -134,7 +134,7 @@ def _parsed(text: str, name: str) -> tuple[TextRows, str]:
 
 
 def _check_keywords(rows: TextRows, entries: list[Entry]) -> None:
-    time_format = rows.says.get("TIMEFORMAT", "EpSec")
+    time_format = rows.metadata.get("TIMEFORMAT", "EpSec")
     if time_format.upper() != "EPSEC":
         raise ValueError(f"TimeFormat in {rows.name} must be EpSec, got {quoted(time_format)}.")
     for key in ("CoordinateAxes", "ScenarioEpoch"):
@@ -154,9 +154,9 @@ def _read_rows(rows: TextRows, lines: Iterator[tuple[int, str]]) -> None:
         raise ValueError(f"{rows.name}, line {after[0]} must be absent after END Attitude, got {quoted(after[1])}.")
     if not rows.numbers:
         raise ValueError(f"{rows.name} must have rows, got none.")
-    said, found = rows.says.get("NUMBEROFATTITUDEPOINTS"), len(rows.numbers)
-    if said != str(found) and not (said is None and whole):
-        end = "END Attitude" if said is None else f"NumberOfAttitudePoints rows, {quoted(said)}"
+    stated, found = rows.metadata.get("NUMBEROFATTITUDEPOINTS"), len(rows.numbers)
+    if stated != str(found) and not (stated is None and whole):
+        end = "END Attitude" if stated is None else f"NumberOfAttitudePoints rows, {quoted(stated)}"
         raise ValueError(f"{rows.name} must have {end}, got the end after {found} rows. The file is not whole.")
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
-from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.errors import optional, real_array, refuse_nonpositive
 from poinsot.files.untrusted import read_bytes
 from poinsot.printable import shortened
 from poinsot.shapes.mesh import Mesh
@@ -27,7 +27,7 @@ KINDS = {".obj": "OBJ", ".tab": "OBJ", ".ply": "PLY", ".stl": "STL"}
 """Formats by the end of the name; a shape model in .tab is the lines of OBJ or a table of plates."""
 
 TABLE = re.compile(rb"\s*\d{1,9}(?:[ \t]+\d{1,9})?[ \t\r]*\n")
-"""How a table of plates begins: with one number, of vertices, or two, of vertices and plates."""
+"""First line of a table of plates: the number of vertices, or the numbers of vertices and plates."""
 
 PLATES = "a table of plates must be counts, rows of i x y z and rows of i a b c, got"
 
@@ -40,7 +40,7 @@ MAX_VERTICES_PER_FACE = 16
 """Vertices for each face above which a file is refused: each corner of a quadrilateral is 4, with normals and more."""
 
 SILENT = logging.NullHandler()
-"""Keeps what trimesh logs off the terminal of those who have not set up logging."""
+"""Handler that hides the log of trimesh from terminals without a logging configuration."""
 
 
 @checked
@@ -80,6 +80,8 @@ def read_mesh(
     OSError, ValueError
         If the file cannot be read, is too large or not in its format, or contains no closed surface around a volume;
         see `Mesh`.
+    ImportError
+        If trimesh, which parses OBJ, PLY and STL, is not installed.
 
     Examples
     --------
@@ -111,7 +113,7 @@ def _refuse_many(faces: int) -> None:
 
 
 def _most_faces(kind: str, content: bytes) -> int:
-    """Return how many faces, or other elements, a file says that it has."""
+    """Return the number of faces, or of other elements, that a file announces."""
     if kind == "OBJ":
         return _refuse_spare(content.count(b"\nv"), content.count(b"\nf") + content.startswith(b"f"))
     if kind == "STL":
@@ -129,7 +131,7 @@ def _most_faces(kind: str, content: bytes) -> int:
 
 
 def _refuse_spare(vertices: int, faces: int) -> int:
-    """Refuse far more vertices than faces can have, before they are read; return the number of faces."""
+    """Return the number of faces. Raise a ValueError for far more vertices than faces use, before reading them."""
     if vertices > MAX_VERTICES_PER_FACE * (faces + 1000):
         given = f"{faces} faces for {vertices} vertices" if faces else "none"
         raise ValueError(f"the file must have faces, got {given}.")
@@ -164,8 +166,7 @@ def _plates(content: bytes) -> tuple[Any, Any]:
 
 def _parsed(kind: str, content: bytes) -> tuple[Any, Any]:
     """Return vertices and faces as trimesh reads them from memory, without any other file."""
-    from trimesh.exchange import obj, ply, stl
-
+    obj, ply, stl = (optional(f"trimesh.exchange.{each}", f"{kind} files", "meshes") for each in ("obj", "ply", "stl"))
     stream = io.BytesIO(_bare(kind, content))
     logging.getLogger("trimesh").addHandler(SILENT)
     try:

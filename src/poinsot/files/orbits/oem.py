@@ -80,13 +80,13 @@ def read_oem(
     text, name = read_text(path), shortened(path)
     _, segments = ccsds.segments_of(text, name, "OEM", "123", NEEDED, METADATA, lambda *_: COMPONENTS, ACCELERATION)
     rows = _joined(ccsds.chosen(segments, segment, name))
-    if rows.says.get("REF_FRAME_EPOCH") and ccsds.axes_name(rows.says["REF_FRAME"]) != "ICRF":
-        epoch = rows.says["REF_FRAME_EPOCH"][:40]
+    if rows.metadata.get("REF_FRAME_EPOCH") and ccsds.axes_name(rows.metadata["REF_FRAME"]) != "ICRF":
+        epoch = rows.metadata["REF_FRAME_EPOCH"][:40]
         warnings.warn(
             f"REF_FRAME_EPOCH in {name} should be absent, got {epoch!r}. It is ignored: the axes are the axes of date.",
             stacklevel=level_of_user(),
         )
-    center, frame = rows.says["CENTER_NAME"], rows.says["REF_FRAME"].upper().replace(" ", "")
+    center, frame = rows.metadata["CENTER_NAME"], rows.metadata["REF_FRAME"].upper().replace(" ", "")
     if frame not in ccsds.FRAMES:
         rule = "a frame that does not rotate" if ccsds.ROTATING.match(frame) else f"one of {', '.join(ccsds.FRAMES)}"
         raise ValueError(f"REF_FRAME in {name} must be {rule}, got {quoted(frame)}.")
@@ -102,7 +102,7 @@ def read_oem(
         "origin": center.upper(),
         "calendar": calendar,
     }
-    usable = [ccsds.time_said(rows, key, calendar) for key in ("USEABLE_START_TIME", "USEABLE_STOP_TIME")]
+    usable = [ccsds.stated_time(rows, key, calendar) for key in ("USEABLE_START_TIME", "USEABLE_STOP_TIME")]
     try:
         whole = Ephemeris.from_table(mu, times=times, positions=table[:, :3], velocities=table[:, 3:], **labels)
         return _within(whole, usable, table, labels)
@@ -131,11 +131,13 @@ def _joined(segments: list[TextRows]) -> TextRows:
     """Return all segments as one, if each begins with the state with which the one before ends."""
     whole = segments[0]
     for i, after in enumerate(segments[1:], start=1):
-        same = {key: whole.says.get(key) == after.says.get(key) for key in ("OBJECT_ID", "REF_FRAME_EPOCH", *NEEDED)}
+        same = {
+            key: whole.metadata.get(key) == after.metadata.get(key) for key in ("OBJECT_ID", "REF_FRAME_EPOCH", *NEEDED)
+        }
         state = f"the state at {after.epochs[0]}"
         same[state] = (whole.epochs[-1], whole.numbers[-1]) == (after.epochs[0], after.numbers[0])
         ccsds.check_continued(segments, i, same)
-        stop = {key: after.says.get(key, "") for key in ("STOP_TIME", "USEABLE_STOP_TIME")}
+        stop = {key: after.metadata.get(key, "") for key in ("STOP_TIME", "USEABLE_STOP_TIME")}
         joined = {key: getattr(whole, key)[:-1] + getattr(after, key) for key in ("places", "epochs", "numbers")}
-        whole = dataclasses.replace(whole, says=whole.says | stop, **joined)
+        whole = dataclasses.replace(whole, metadata=whole.metadata | stop, **joined)
     return whole

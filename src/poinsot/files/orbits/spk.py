@@ -24,7 +24,7 @@ MAX_DISTANCE = 1e100
 """Largest distance, km: above all real ones, and its square does not overflow."""
 
 MAX_TIMES = 100_000
-"""At which positions are asked of small kernels; of larger ones at one more for each byte."""
+"""Largest number of positions that small kernels compute. Each byte of a kernel allows one more."""
 
 
 @checked

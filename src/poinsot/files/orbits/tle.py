@@ -65,7 +65,7 @@ ELEMENTS = {
     "MEAN_ANOMALY": (-360, 360),
     "BSTAR": (-10, 10),
 }
-"""Fields that SGP4 cannot do without, besides the epoch, and their ranges: revolutions a day, degrees, 1 / radius."""
+"""Fields that SGP4 requires in addition to the epoch, and their ranges: revolutions a day, degrees, 1 / radius."""
 
 COMPONENTS = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
 """Components of the covariance, whose entries are CX_X, CY_X and so on."""
@@ -89,7 +89,7 @@ ONLY = {
     "EPHEMERIS_TYPE": ("0", "2"),
     "MEAN_ELEMENT_THEORY": ("SGP4", "SGP/SGP4"),
 }
-"""What these fields of a message must say, where they are there."""
+"""Allowed values of fields that a message may contain."""
 
 IGNORED = {"GM": MU_WGS72, "REF_FRAME_EPOCH": None}
 """Fields that SGP4 replaces by a constant, and by the epoch of the elements for the axes."""
@@ -316,15 +316,15 @@ def _set_of(lines: str | Sequence[str]) -> tuple[str, str]:
         lines = lines.splitlines()
     if not isinstance(lines, Sequence) or not all(isinstance(line, str) for line in lines):
         raise TypeError(f"lines must be the two lines of a set as text, got {described(lines)}.")
-    kept = [line.rstrip() for line in lines if line.strip()]
-    if len(kept) == 3:
-        kept = kept[1:]  # after the name
-    if len(kept) != 2:
-        raise ValueError(f"lines must be the two lines of one set, perhaps after its name, got {len(kept)} lines.")
-    numbers = [_checked_line(line, i) for i, line in enumerate(kept)]
+    given = [line.rstrip() for line in lines if line.strip()]
+    if len(given) == 3:
+        given = given[1:]  # after the name
+    if len(given) != 2:
+        raise ValueError(f"lines must be the two lines of one set, perhaps after its name, got {len(given)} lines.")
+    numbers = [_checked_line(line, i) for i, line in enumerate(given)]
     if numbers[0] != numbers[1]:
         raise ValueError(f"lines must be of one satellite, got {numbers[0].strip()} and {numbers[1].strip()}.")
-    return kept[0], kept[1]
+    return given[0], given[1]
 
 
 def _checked_line(line: str, index: int) -> str:
@@ -429,7 +429,7 @@ def _checked_fields(fields: dict[str, str]) -> dict[str, str]:
 
 
 def _check_theory(fields: dict[str, str]) -> None:
-    """Refuse the fields of other theories, and warn of the fields that SGP4 cannot use."""
+    """Raise a ValueError for fields of other theories, and warn of fields that SGP4 cannot use."""
     for name in OTHER_THEORIES:
         if fields.get(name):
             raise ValueError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time as clock
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -26,11 +27,11 @@ from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
 from poinsot.mechanics.times import checked_times, common_members
 from poinsot.propagation.arguments import broadcast_members, check_bodies
-from poinsot.propagation.ensemble_of_motions import ensemble_of_motions
+from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
-from poinsot.propagation.integrator import Integrator, SinkRows
-from poinsot.propagation.row_source import MemoryRows
+from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
@@ -98,8 +99,11 @@ def free_motion(
     if plan:
         if not members:
             raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body.")
-        integrator = _closed_form(system, broadcast_members(state, members))
-        ensemble = ensemble_of_motions(integrator, broadcast_members(state, members), t, plan.provenance)
+        states = broadcast_members(state, members)
+        closed_form = _closed_form(system, states)
+        whole = closed_form.motion_without_rows(states, t, plan.provenance)
+        compute = partial(closed_form.motion_of_members, states, t)
+        ensemble = ensemble_of_motions(whole, closed_form.variables, (), closed_form.settings, compute)
         return cast("Trajectory", run_in_chunks(ensemble, plan, sys.stderr.isatty()))
     began = clock.perf_counter()
     if members:
@@ -110,10 +114,8 @@ def free_motion(
         rotation = _Rotation(elements_of(body.moments, body.principal_matrix, state), state)
         phase = rotation.phase(t)
         interpolant = (rotation.phase, -np.inf, np.inf)
-    run = RunRecord(
-        Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, clock.perf_counter() - began, versions()
-    )
-    return Trajectory(system, state, t, MemoryRows(phase), run, interpolant)
+    run = _run_record(clock.perf_counter() - began)
+    return Trajectory(system, state, t, MotionRows(phase), run, interpolant)
 
 
 class _ClosedForm(Integrator):
@@ -128,9 +130,12 @@ class _ClosedForm(Integrator):
         return motion, Report(np.zeros(done, dtype=int), finished=done)
 
     @override
-    def trajectory(self, state: AnyState, kept: SinkRows, report: Report, times: Array) -> Trajectory:
-        run = RunRecord(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, np.nan, versions())
-        return Trajectory(self.system, state, times, MemoryRows(kept.phase), run)
+    def run_record(self, report: Report, many: bool) -> RunRecord:
+        return _run_record(np.nan)
+
+
+def _run_record(wall_time: float) -> RunRecord:
+    return RunRecord(Method.CLOSED_FORM, "theta functions", "double", 0.0, 0, 0, wall_time, versions())
 
 
 def _closed_form(system: System, state: State) -> _ClosedForm:

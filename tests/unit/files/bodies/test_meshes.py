@@ -2,6 +2,7 @@
 
 import builtins
 import struct
+import sys
 import warnings
 from itertools import starmap
 
@@ -235,3 +236,14 @@ def test_any_bytes_end_in_a_mesh_or_in_one_sentence(name, edits, tmp_path):
     except ValueError as error:
         sentence = str(error)
     assert "\n" not in sentence
+
+
+def test_without_trimesh_the_message_names_the_extra(monkeypatch, tmp_path):
+    for module in ("trimesh", *(f"trimesh.exchange.{kind}" for kind in ("obj", "ply", "stl"))):
+        monkeypatch.setitem(sys.modules, module, None)
+    (tmp_path / "it.obj").write_text(obj())
+    with pytest.raises(
+        ImportError,
+        match=r"^trimesh must be installed for OBJ files, got none\. `pip install 'poinsot\[meshes\]'` brings it\.$",
+    ):
+        pt.files.read_mesh(tmp_path / "it.obj", mass=1.0)

@@ -1,4 +1,4 @@
-"""Sources of the rows of a motion."""
+"""Rows of a motion in memory and in stores."""
 
 import pickle
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from poinsot.propagation.column_reader import LazyColumns, MotionRows
 from poinsot.propagation.event_record import NO_EVENTS
-from poinsot.propagation.row_source import ComputedRows, LazyColumns, MemoryRows, recorded_columns, selected
 
 TIMES = np.linspace(0.0, 2.0, 5)
 BODY = pt.Body((1.25, 1.0, 0.75))
@@ -39,13 +39,12 @@ def test_lazy_columns_are_read_once_and_on_access():
 
 def test_rows_are_computed_on_first_access_and_travel_as_arrays():
     calls: list[str] = []
-    rows = ComputedRows(counted(calls, "phase", {"quaternion": np.ones((2, 4))}))
+    rows = MotionRows(counted(calls, "phase", {"quaternion": np.ones((2, 4))}))
     assert not calls
     assert rows.phase is rows.phase
     assert calls == ["phase"]
     assert not rows.phase["quaternion"].flags.writeable
     back = pickle.loads(pickle.dumps(rows))
-    assert type(back) is MemoryRows
     assert np.array_equal(back.phase["quaternion"], np.ones((2, 4)))
     assert back.events.records == NO_EVENTS.records == ()
 
@@ -55,7 +54,7 @@ def test_selected_rows_are_those_of_the_members_and_times(members, at):
     phase = {"quaternion": np.random.default_rng(1).normal(size=(3, 5, 4))}
     calls: list[str] = []
     columns = LazyColumns({"power": counted(calls, "power", np.arange(15.0).reshape(3, 5))})
-    found = selected(MemoryRows(phase, columns), members, at)
+    found = MotionRows(phase, columns).isel(members, at)
     expected = phase["quaternion"][members]
     expected = expected[at] if isinstance(members, int) else expected[:, at]
     assert np.array_equal(found.phase["quaternion"], expected)
@@ -65,9 +64,9 @@ def test_selected_rows_are_those_of_the_members_and_times(members, at):
 
 def test_state_variables_are_recorded_columns():
     phase = {"quaternion": np.ones((5, 4)), "wheel": np.zeros((5, 2))}
-    assert [*recorded_columns(MemoryRows(phase, {"power": np.ones(5)}))] == ["quaternion", "own_wheel", "power"]
+    assert [*MotionRows(phase, {"power": np.ones(5)}).recorded] == ["quaternion", "own_wheel", "power"]
     pair = {"primary_quaternion": np.ones((5, 4)), "orbit": np.arange(30.0).reshape(5, 6)}
-    columns = recorded_columns(MemoryRows(pair))
+    columns = MotionRows(pair).recorded
     assert [*columns] == ["primary_quaternion", "position", "momentum"]
     assert np.array_equal(columns["momentum"], pair["orbit"][:, 3:])
 

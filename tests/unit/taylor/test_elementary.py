@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 from mpmath import mpf
 
-from poinsot.taylor import wide_functions
 from poinsot.taylor.decomposition import Coefficient
-from poinsot.taylor.llvm_functions import LIBRARY
+from poinsot.taylor.elementary import elementary
 from poinsot.taylor.llvm_ir import (
     DOUBLE,
     INTEGER,
@@ -22,9 +21,9 @@ from poinsot.taylor.llvm_ir import (
     Module,
     Wide,
     WideValue,
-    machine_code,
     vector,
 )
+from poinsot.taylor.object_cache import machine_code
 
 COUNT = 64
 UNIT = mpf(2) ** -106
@@ -36,8 +35,8 @@ def many_digits():
         yield
 
 
-def elementary(name, *arguments):
-    return wide_functions.elementary(name, (0,) * len(arguments), arguments)
+def written(name, *arguments):
+    return elementary(name, (0,) * len(arguments), arguments)
 
 
 OPERATIONS: dict[str, Any] = {
@@ -69,14 +68,14 @@ def compiled(name, lanes=8):
 
         def one(i):
             operands = [WideValue(*(parts[blocks * (2 * k + half) + i] for half in (0, 1))) for k in range(count)]
-            found = OPERATIONS[name][0](*operands) if name in OPERATIONS else elementary(name, *operands)
+            found = OPERATIONS[name][0](*operands) if name in OPERATIONS else written(name, *operands)
             for half, part in enumerate(found.parts):
                 out[blocks * half + i] = part
 
         blocks.function.count(blocks, one)
 
     module.function("evaluate", "void", [POINTER, POINTER, INTEGER], body)
-    engine = machine_code(str(module), LIBRARY)
+    engine = machine_code(str(module))
     function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)(
         engine.get_function_address("evaluate")
     )
@@ -313,13 +312,13 @@ def test_constant_powers_are_products_of_roots():
 
     def body(given):
         x = WideValue(*(Array(given, DOUBLE)[i] for i in (0, 1)))
-        found = wide_functions.elementary("pow", (0, Coefficient(-1.5)), [x, x.like(-1.5)])
+        found = elementary("pow", (0, Coefficient(-1.5)), [x, x.like(-1.5)])
         for i, part in enumerate(found.parts):
             Array(given, DOUBLE)[i] = part
 
     module.function("evaluate", "void", [POINTER], body)
     assert "wide_pow" not in module.functions
-    engine = machine_code(str(module), LIBRARY)
+    engine = machine_code(str(module))
     memory = parts_of([mpf(7) / 10])[0].ravel().copy()
     ctypes.CFUNCTYPE(None, ctypes.c_void_p)(engine.get_function_address("evaluate"))(memory.ctypes.data)
     assert abs(sum(map(mpf, memory.tolist())) / (mpf(7) / 10) ** mpf(-1.5) - 1) < 16 * UNIT
@@ -344,7 +343,7 @@ def test_loops_branches_and_memory_hold_double_double_numbers():
         numbers[0] = total.is_("gt", 1.0).choose(total, -total)
 
     module.function("evaluate", "void", [POINTER, INTEGER], body)
-    engine = machine_code(str(module), ())
+    engine = machine_code(str(module))
     memory = np.zeros(8)
     function = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64)(engine.get_function_address("evaluate"))
     function(memory.ctypes.data, 100)

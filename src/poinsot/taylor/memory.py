@@ -1,22 +1,47 @@
-"""Where Taylor coefficients are in the memory of a kernel, and the loops of the inner sums.
+"""Memory of a kernel: places of the Taylor coefficients, fields of a worker, and the interface of parts of a kernel.
 
-There are two layouts: vectors hold members ("batch"), or inner sums of one member ("single"). Both add in one order,
-sum_{j=2..n-1} a_j b_{n-j}, then a_1 b_{n-1}: what order n - 1 has just given comes last.
+There are two layouts of the coefficients: vectors hold members ("batch"), or inner sums of one member ("single"). Both
+write the loops of the inner sums and add in one order, sum_{j=2..n-1} a_j b_{n-j}, then a_1 b_{n-1}: what order n - 1
+has just given comes last.
 """
 
 from __future__ import annotations
 
 import collections
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, TypeVar
 
+import numpy as np
 from typing_extensions import override
 
-from poinsot.taylor.llvm_ir import DOUBLE, Array, Value, Wide, host_features, vector
-from poinsot.taylor.schedule import CoefficientRow, Schedule
+from poinsot.taylor.decomposition import CoefficientRow, Decomposition, Schedule
+from poinsot.taylor.llvm_ir import (
+    DOUBLE,
+    INTEGER,
+    POINTER,
+    Array,
+    Structure,
+    Value,
+    Wide,
+    WideValue,
+    host_features,
+    vector,
+)
 
-__all__ = ["Batch", "Layout", "Rolled", "Single", "layout_of"]
+__all__ = [
+    "QUEUE",
+    "Batch",
+    "Body",
+    "Context",
+    "Field",
+    "KernelPart",
+    "Layout",
+    "Rolled",
+    "Single",
+    "Work",
+    "layout_of",
+]
 
 SUMS_PER_VECTOR = 4
 """Number of inner sums of one member in a vector."""
@@ -34,29 +59,30 @@ class CoefficientMemory:
 
     Attributes
     ----------
+    lanes : int
+        Members in a vector.
     size : int
-        Count of doubles.
+        Number of doubles.
     """
 
-    def __init__(self, size: int, wide: bool) -> None:
-        self._distance = -(-size // 8) * 8  # a multiple of the longest vector
-        self._wide, self.size = wide, self._distance * (1 + wide)
+    def __init__(self, numbers: int, lanes: int, wide: bool) -> None:
+        self._distance = -(-numbers // 8) * 8  # a multiple of the longest vector
+        self.lanes, self._wide, self.size = lanes, wide, self._distance * (1 + wide)
 
-    def kind(self, lanes: int) -> str:
+    def _kind(self, lanes: int) -> str:
         """Return the type of vectors."""
         return Wide(vector(DOUBLE, lanes)) if self._wide else vector(DOUBLE, lanes)
 
-    def array(self, address: Value, lanes: int) -> Array:
+    def _array(self, address: Value, lanes: int) -> Array:
         """Return memory as numbers or vectors of numbers."""
-        kind = vector(DOUBLE, lanes)
-        return Array(address, Wide(kind), self._distance // lanes) if self._wide else Array(address, kind)
+        return Array(address, self._kind(lanes), self._distance // lanes)
 
-    def at_once(self, lanes: int) -> int:
-        """Return how many vectors may be summed up at a time."""
+    def _together(self, lanes: int) -> int:
+        """Return the number of vectors whose sums stay in registers together."""
         return max(_registers(lanes) // (6 if self._wide else 1), 1)
 
 
-class Batch:
+class Batch(CoefficientMemory):
     """Vectors hold members: coefficients of the states and of what inner sums read, order by order."""
 
     def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int, wide: bool) -> None:
@@ -65,13 +91,12 @@ class Batch:
         self._stored = {row: variables + i for i, row in enumerate(stored)}
         self._places = self._stored | {row: place for row, place in states.items() if place is not None}
         self._stride = variables + len(stored)
-        self.lanes, self._memory = lanes, CoefficientMemory((order + 1) * self._stride * lanes, wide)
-        self.size = self._memory.size
-        self._groups = _parts(schedule.groups, self._memory.at_once(lanes))
+        super().__init__((order + 1) * self._stride * lanes, lanes, wide)
+        self._groups = _parts(schedule.groups, self._together(lanes))
 
     def states(self, memory: Value, n: Value | int) -> Array:
         """Return the coefficients of the states of some order."""
-        whole = self._memory.array(memory, self.lanes)
+        whole = self._array(memory, self.lanes)
         return whole.from_(whole.at(n * self._stride))
 
     def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
@@ -89,10 +114,8 @@ class Batch:
         return sums.__getitem__
 
 
-class Single:
+class Single(CoefficientMemory):
     """Vectors hold inner sums of one member: each coefficient is stored once for each place where it is read."""
-
-    lanes = 1
 
     def __init__(self, schedule: Schedule, variables: int, order: int, wide: bool, unit: int = SUMS_PER_VECTOR) -> None:
         inner = [inner for group in schedule.groups for inner in group]
@@ -111,12 +134,11 @@ class Single:
         self._sums = (order + 1) * self._stride
         self._ahead = (order + (len(schedule.outputs) > variables)) & 1
         self._states = self._sums + 2 * self._count
-        self._memory = CoefficientMemory(self._states + (order + 1) * variables, wide)
-        self.size, self._most = self._memory.size, self._memory.at_once(SUMS_PER_VECTOR)
+        super().__init__(self._states + (order + 1) * variables, 1, wide)
 
     def _at(self, memory: Value, place: Value | int, lanes: int = 1) -> Array:
         """Return memory from a place on, counted in numbers."""
-        return self._memory.array(self._memory.array(memory, 1).at(place), lanes)
+        return self._array(self._array(memory, 1).at(place), lanes)
 
     def states(self, memory: Value, n: Value | int) -> Array:
         """Return the coefficients of the states of some order."""
@@ -126,7 +148,7 @@ class Single:
         """Store what inner sums of higher orders read, vectors as soon as they are complete."""
         for place in self._places.get(row, ()):
             block = place // SUMS_PER_VECTOR
-            vector_of = self._open.setdefault(block, n.function.constant(self._memory.kind(SUMS_PER_VECTOR), 0.0))
+            vector_of = self._open.setdefault(block, n.function.constant(self._kind(SUMS_PER_VECTOR), 0.0))
             self._open[block] = vector_of.with_lane(place % SUMS_PER_VECTOR, value)
             self._left[block] = self._left.get(block, self._filled[block]) - 1
             if not self._left[block]:
@@ -166,7 +188,7 @@ class Single:
 
     def _each_part(self, memory: Value, write: Callable[[Value, Sequence[int]], None]) -> None:
         """Write the inner sums of parts: vectors by their numbers, in the memory from an address on."""
-        for part in _parts([range(self._count // SUMS_PER_VECTOR)], max(self._most // 3, 1)):
+        for part in _parts([range(self._count // SUMS_PER_VECTOR)], max(self._together(SUMS_PER_VECTOR) // 3, 1)):
             write(memory, part)
 
 
@@ -259,5 +281,182 @@ def _parts(groups: Sequence[Sequence[Element]], most: int) -> list[Sequence[Elem
 
 def _registers(lanes: int) -> int:
     """Return how many vectors may be summed up at a time."""
-    own, count = (8, 24) if host_features().get("avx512f") else (4, 12)
+    features = host_features()
+    own, count = (8, 24) if features.get("avx512f") else (2, 24) if features.get("neon") else (4, 12)
     return max(count // -(-lanes // own), 1)
+
+
+# ---------------------------------------------------------------------- memory of a worker
+
+QUEUE = np.dtype([(name, "i8") for name in ("next", "count", "members", "tasks", "times", "rows")])
+"""The record of a queue: counts and addresses."""
+
+Field = tuple[str, str, tuple[int, ...]]
+"""A field of a structure in memory: name, NumPy type and shape."""
+
+
+class Context:
+    """Sizes of a kernel, and the types of its vectors and structures.
+
+    Parameters
+    ----------
+    decomposition : Decomposition
+    order : int
+        Degree of the Taylor polynomials.
+    wide : bool
+        Whether numbers are double-double.
+    layout : Batch or Single
+        Places of the Taylor coefficients.
+
+    Attributes
+    ----------
+    variables, parameters, events : int
+        Numbers of state variables, of parameters of a member, and of events.
+    conditions : tuple of int
+        The parameters that hold the conditions.
+    scaled : tuple of int
+        The state variables that are proportional to the scale of momenta.
+    lanes, words : int
+        Members in a vector, and doubles in a number.
+    kind, whole, number : str
+        Types of vectors with one element for each lane: doubles, integers, and numbers in the precision of the kernel.
+    work, task, step, record : structured types
+        Memory of a worker, task, stored step, and record of events. The parts of the kernel declare their fields.
+    """
+
+    work: np.dtype[np.void]
+    task: np.dtype[np.void]
+    step: np.dtype[np.void]
+    record: np.dtype[np.void]
+
+    def __init__(self, decomposition: Decomposition, order: int, wide: bool, layout: Batch | Single) -> None:
+        self.order, self.wide, self.layout = order, wide, layout
+        self.variables, self.parameters = len(decomposition.rates), decomposition.parameters
+        self.conditions, self.events = decomposition.conditions, len(decomposition.events)
+        self.scaled, self.lanes, self.words = decomposition.momenta.scaled, layout.lanes, 1 + wide
+        self.kind, self.whole = vector(DOUBLE, layout.lanes), vector(INTEGER, layout.lanes)
+        self.number = Wide(self.kind) if wide else self.kind
+
+
+class Work(Structure):
+    """The memory of a worker, seen by the functions of a kernel.
+
+    Fields of lanes are vectors with one element for each lane. A function of all lanes reads whole vectors (`doubles`,
+    `integers`, `numbers`); a function of one lane reads elements (`array`).
+    """
+
+    def __init__(self, address: Value, context: Context) -> None:
+        super().__init__(address, context.work)
+        self.context, self.lines = context, address.function
+
+    def doubles(self, name: str) -> Array:
+        """Return a field as vectors of doubles."""
+        return self.array(name, self.context.kind)
+
+    def integers(self, name: str) -> Array:
+        """Return a field as vectors of integers."""
+        return self.array(name, self.context.whole)
+
+    def numbers(self, name: str) -> Array:
+        """Return a field as vectors of numbers in the precision of the kernel."""
+        return self.array(name, self.context.number)
+
+    @property
+    def active(self) -> Value:
+        """Mask of the lanes that have a task."""
+        return self.integers("active")[0].is_("ne", 0)
+
+    def states(self, n: Value | int) -> Array:
+        """Return the coefficients of order n of the state variables."""
+        return self.context.layout.states(self.address, n)
+
+    def queue(self) -> Structure:
+        """Return the record of the queue."""
+        return Structure(self.array("queue", POINTER)[0], QUEUE)
+
+    def task(self, lane: Value) -> Structure:
+        """Return the task of a lane."""
+        tasks, number = self.queue().array("tasks", POINTER)[0], self.array("task", INTEGER)[lane]
+        return Structure.of(tasks, number, self.context.task)
+
+    def in_unit(self, rate: Value) -> Value:
+        """Return a rate, per unit of time of the Taylor coefficients.
+
+        In quadruple precision the unit is about the radius of convergence, so that powers of it neither overflow nor
+        lose digits at order 38. Rates have the unit 1 in double precision.
+        """
+        return rate.times_power_of_two(self.doubles("unit")[0]) if self.context.wide else rate
+
+    def per_unit(self, time: Value) -> Value:
+        """Return a time in that unit, or a rate from one in that unit."""
+        return time.times_power_of_two(1.0 / self.doubles("unit")[0]) if self.context.wide else time
+
+    def unscaled(self, k: int, value: Value, place: Value | int = 0) -> Value:
+        """Return a variable, or a derivative of it, in the scale of momenta at the start."""
+        scaled = k in self.context.scaled
+        return value.times_power_of_two(self.array("outward", str(value.type))[place]) if scaled else value
+
+    def over_order(self, n: Value) -> Callable[[Value], Value]:
+        """Return the division by n, by 1/n in two parts: the rounding of one would have the same sign at every step."""
+        parts = ("reciprocals_of_orders", "reciprocals_below")
+        high, low = (self.array(name)[n].spread(self.context.lanes) for name in parts)
+        if self.context.wide:
+            return lambda value: value * WideValue(high, low)
+        return lambda value: value.fma(high, value * low)
+
+    def ahead(self, target: Value) -> Value:
+        """Return the time from the start of the step to a time."""
+        time = self.doubles("time")
+        if self.context.wide:
+            return WideValue(target, target.like(0.0)) - WideValue(time[0], time[1])
+        return (target - time[0]) - time[1]
+
+    def for_each(self, which: Value, name: str) -> None:
+        """Call a function of one lane for the lanes of a mask."""
+        lines = self.lines
+        with lines.when(which.any()):
+            flags = self.integers("flags")
+            flags[0] = which.to_integer()
+
+            def one(lane: Value) -> None:
+                with lines.when(flags.of(INTEGER)[lane].is_("ne", 0)):
+                    lines.run(name, self.address, lane)
+
+            lines.count(self.context.lanes, one)
+
+
+Body = Callable[[Work, Value], None]
+"""The body of a function of one lane: it writes the instructions for the memory of a worker and a lane."""
+
+
+class KernelPart:
+    """A part of a kernel: its fields in memory, its functions, and what it does where lanes change their tasks.
+
+    Attributes
+    ----------
+    of_tasks_and_lanes : sequence of Field
+        Fields of a task that a lane copies when it takes the task, and copies back when it leaves the task.
+    of_tasks, of_lanes, of_workers : sequence of Field
+        Fields of tasks alone, of lanes alone, and of a worker.
+    functions, seldom : dict
+        Functions of one lane by their names: those of steps, and those that run once a task or less.
+    """
+
+    of_tasks_and_lanes: Sequence[Field] = ()
+    of_tasks: Sequence[Field] = ()
+    of_lanes: Sequence[Field] = ()
+    of_workers: Sequence[Field] = ()
+    functions: Mapping[str, Body] = {}
+    seldom: Mapping[str, Body] = {}
+
+    def __init__(self, context: Context) -> None:
+        self.context = context
+
+    def taken(self, work: Work, task: Structure, lane: Value) -> None:
+        """Write what a lane does when it has taken a task."""
+
+    def stayed(self, work: Work, lane: Value) -> None:
+        """Write what a lane does that stays in its task although it has stopped in `leave`."""
+
+    def left(self, work: Work, task: Structure, lane: Value) -> None:
+        """Write what a lane does before it copies its fields back to its task."""

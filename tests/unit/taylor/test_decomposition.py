@@ -5,8 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from poinsot.taylor.decomposition import Decomposition, Product, Variable
-from poinsot.taylor.schedule import MAX_SUMS_IN_LOOP, Schedule
+from poinsot.taylor.decomposition import MAX_SUMS_IN_LOOP, Decomposition, Product, Schedule, Variable
 
 
 @pytest.mark.parametrize(("states", "products"), [(4, 9), (7, 28), (9, 60), (30, 200)])
