@@ -21,6 +21,7 @@ from zarr.codecs import BytesCodec, Crc32cCodec
 from benchmarks.measure import pin
 from poinsot.atomic_write import synced
 from poinsot.storage.ensemble_store import EnsembleStore, header_of, plain_variables
+from poinsot.storage.zarr_group import Described
 
 CHUNKS, TIMES = 4, 100
 CHECKED = [BytesCodec(), Crc32cCodec()]
@@ -39,15 +40,16 @@ def arrays(members):
 def header_in(folder, data, chunk):
     """Write the header of a store: arrays without chunks, and their descriptions."""
     folder.mkdir()
-    empty = data.isel(member=slice(0, 1))
-    header_of(xarray.Dataset({"time": np.arange(float(TIMES))}), empty, data.sizes["member"], chunk, {}).write(folder)
+    rows = {name: Described.of(*each) for name, each in plain_variables(data).items()}
+    header_of(xarray.Dataset({"time": np.arange(float(TIMES))}), rows, data.sizes["member"], chunk, {}).write(folder)
 
 
 def by_package(folder, data, chunk):
     """Return the function that writes one chunk by the writer of the package."""
     header_in(folder, data, chunk)
     store = EnsembleStore(folder)
-    return lambda at: store.write(at.start // chunk, plain_variables(data.isel(member=at)), {}, {})
+    rows = {name: each.values for name, each in data.data_vars.items()}
+    return lambda at: store.write(at.start // chunk, {name: each[at] for name, each in rows.items()}, {}, {})
 
 
 def by_zarr(folder, data, chunk):

@@ -5,19 +5,21 @@ same bits. The package's cache on disk lies in pytest's cache, so that another w
 a kernel again.
 """
 
+import contextlib
 import functools
 import os
 import warnings
-
-import heyoka as hy
 
 from poinsot.taylor import object_cache
 
 
 def pytest_configure(config):
     object_cache.CODE_GENERATION = 0
-    for name in ("taylor_adaptive", "taylor_adaptive_batch"):
-        setattr(hy, name, functools.partial(getattr(hy, name), opt_level=0))
+    with contextlib.suppress(ImportError):  # heyoka has wheels for Linux alone
+        import heyoka as hy
+
+        for name in ("taylor_adaptive", "taylor_adaptive_batch"):
+            setattr(hy, name, functools.partial(getattr(hy, name), opt_level=0))
     if hasattr(config, "cache"):
         folder = config.cache.mkdir("kernels")
         folder.chmod(0o700)

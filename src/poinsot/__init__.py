@@ -7,4 +7,4 @@ from poinsot.suggestions import attached
 
 __getattr__, __dir__, __all__ = attached(__name__, __file__)
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"

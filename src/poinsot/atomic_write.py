@@ -173,6 +173,9 @@ def _part(path: Path, overwrite: bool) -> Iterator[Path]:
             with contextlib.suppress(OSError):  # where a file system has no locks, no writer counts as killed
                 operating_system.lock(file.fileno(), wait=True)
             yield folder / path.name
+    except UnicodeEncodeError as error:
+        why = f"its name contains characters beyond {error.encoding}. Set PYTHONUTF8=1 in the environment"
+        raise ValueError(unwritable(path, why)) from error
     except OSError as error:
         if error.strerror is None:
             raise

@@ -122,7 +122,19 @@ def _refuse(name: str, value: Any, rule: KindTest, order: str) -> NoReturn:
         if isinstance(value, list | tuple) and "a list" in words:
             kind += f" of {', '.join(dict.fromkeys(map(kind_of, value[:3]))) or 'nothing'}"
         raise TypeError(f"{name} must be {words}, got {kind}.{KIND_HINTS.get(words, order)}")
-    raise TypeError(f"{name} must be {words}, got {_shown(value)}.")
+    remedy = _remedy_of_encoding(value) if "a path" in words and isinstance(value, str) else ""
+    raise TypeError(f"{name} must be {words}, got {_shown(value)}.{remedy}")
+
+
+def _remedy_of_encoding(path: str) -> str:
+    """Return the remedy for a name that the encoding of file names lacks, such as ASCII."""
+    encoding = sys.getfilesystemencoding()
+    try:
+        path.encode(encoding, sys.getfilesystemencodeerrors())
+    except UnicodeEncodeError:
+        if encoding != "utf-8":
+            return f" File names of this process are in {encoding}. Set PYTHONUTF8=1 in the environment for UTF-8."
+    return ""
 
 
 def _shown(value: Any) -> str:

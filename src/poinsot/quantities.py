@@ -30,6 +30,7 @@ __all__ = [
     "Angles",
     "AngularVelocities",
     "AngularVelocity",
+    "Array",
     "BodyVector",
     "Date",
     "Duration",
@@ -46,6 +47,9 @@ __all__ = [
     "quantity_of",
     "said_of",
 ]
+
+Array = NDArray[np.float64]
+"""Array of floats, of any shape."""
 
 ANGLE_UNITS = {
     "rad": 1.0,

@@ -75,8 +75,8 @@ def interrupted(module, name, at, *arguments, number=signal.SIGINT):
 @pytest.mark.parametrize(
     ("number", "kernel", "name"),
     [
-        (signal.SIGINT, LOOPED, "Run._check_progress"),
-        (signal.SIGTERM, LOOPED, "Run._check_progress"),
+        (signal.SIGINT, LOOPED, "Slab._check_progress"),
+        (signal.SIGTERM, LOOPED, "Slab._check_progress"),
     ],
 )
 def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
@@ -95,8 +95,8 @@ def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
 @pytest.mark.parametrize(
     ("number", "kernel", "name", "at"),
     [
-        (signal.SIGINT, LOOPED, "Run._check_progress", 5),
-        (signal.SIGTERM, LOOPED, "Run._check_progress", 5),
+        (signal.SIGINT, LOOPED, "Slab._check_progress", 5),
+        (signal.SIGTERM, LOOPED, "Slab._check_progress", 5),
     ],
 )
 def test_ensemble_keeps_the_members_that_are_done(tmp_path, number, kernel, name, at):
@@ -137,7 +137,7 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
     scenario = tmp_path / "tops.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, count = 11}\n" + ENSEMBLE)
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from poinsot.cli import app; app()"
-    owner, name = "run import Run", "_advance"
+    owner, name = "run import Slab", "advance"
     told = f"from poinsot.integration.{owner} as owner; right = owner.{name}\n"
     # One write for the word and its line end: threads tell it beside each other.
     told += f"owner.{name} = lambda *a: (print('begun\\n', end='', flush=True), right(*a))[1]\n"

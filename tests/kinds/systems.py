@@ -10,6 +10,7 @@ from kinds.parts import PARTS
 from poinsot.functions import Vector, norm
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.kernel_parameters import formulas_of
 from poinsot.integration.problem import Problem
 from poinsot.orbits.ephemeris import Ephemeris
 
@@ -85,4 +86,4 @@ def switches(system):
     """Whether a formula has a condition on what varies."""
     problem = Problem(system)
     variables = equations.state_vector(problem, start_of(system), FORMULATIONS["lie_poisson"], "double")
-    return equations.constants(problem.between_knots(), variables).switches
+    return formulas_of(problem.between_knots(), variables).constants.switches

@@ -56,3 +56,12 @@ def test_nothing_changes_without_inherited_entries():
 def test_classes_of_the_package_document_every_field():
     assert list(parameter_entries(pt.events.PairApsis.__doc__)) == ["direction", "terminal"]
     assert list(parameter_entries(pt.parts.ReactionWheel.__doc__))[-1] == "name"
+
+
+def test_constructors_inherit_the_parameters_of_fields():
+    assert list(parameter_entries(pt.KeplerOrbit.from_vectors.__doc__)) == [
+        *("mu", "position", "velocity", "epoch", "radius"),
+    ]
+    entries = parameter_entries(pt.orbits.Ephemeris.from_table.__doc__)
+    assert entries["mu"] == parameter_entries(pt.KeplerOrbit.__doc__)["mu"]
+    assert entries["calendar"].startswith("calendar : Calendar, optional\n")

@@ -33,7 +33,7 @@ from poinsot.propagation.arguments import checked_settings
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, UserUnits, VariationalRun
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.run_record import RunRecord
 
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = ["ChaosIndicators", "LyapunovSpectrum", "chaos_indicators", "lyapunov_spectrum"]
-
-Array = NDArray[np.float64]
 
 FOUND = ("growth", "fli", "megno", "mean_megno", "gali")
 

@@ -47,7 +47,7 @@ __all__ = ["HALF_TURNS", "Equilibrium", "equilibria", "grows_with_time"]
 Array = NDArray[Any]
 
 RATE_TOLERANCE = 1e-6
-"""Rates below this count as zero, relative to the fastest; stiffnesses below its square. More in oblique axes."""
+"""Relative size of rates that count as zero; its square for stiffnesses. Both are larger in oblique axes."""
 SAME_ATTITUDE = 1e-5
 """Largest angle between equal attitudes, radians: where a stiffness vanishes, attitudes are less accurate."""
 UNIFORMITY_TOLERANCE = 1e-9

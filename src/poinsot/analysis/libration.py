@@ -6,7 +6,6 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
@@ -17,12 +16,11 @@ from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.members import expanded
 from poinsot.mechanics.two_bodies import BODIES
 from poinsot.printable import quoted
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.quantities import Array
 
 __all__ = ["Librations", "librations"]
-
-Array = NDArray[np.float64]
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)

@@ -35,23 +35,23 @@ __all__ = ["LineSpectrum", "diffusion", "frequencies"]
 Array = NDArray[Any]
 
 WINDOW_POWER = 3
-"""Of the window (1 + cos pi x)^POWER; its main lobe reaches to POWER + 1 bins, farther lines fade as bins^-7."""
+"""Power of the window (1 + cos pi x)^p; its main lobe reaches to p + 1 bins, farther lines fade as bins^-7."""
 MIN_LINE_DISTANCE = 0.1
 """Smallest distance of two lines, in bins."""
 MIN_STANDARD_ERRORS = 4
-"""The amplitudes and the distances of close lines exceed this many standard errors."""
+"""Smallest amplitude and distance of close lines, in standard errors."""
 MAX_ERROR_GROWTH = 2
-"""A line whose residual is no noise increases no standard error of another line by more than this factor."""
+"""Largest growth of standard errors of other lines by a line whose residual is no noise."""
 SLOW_LINE_BINS = 2
-"""The standard error of a line of a real signal that is slower than this, in bins, includes an unknown mean."""
+"""Frequency in bins below which the standard error of a line of a real signal includes an unknown mean."""
 GRID_SPACING = 0.25
 """Distance in bins between the frequencies from which the fit of a pair starts."""
 MAX_LINE_ERROR = 0.01
-"""An unresolved line with a larger standard error, in bins, causes a warning."""
+"""Largest standard error, in bins, of an unresolved line that causes no warning."""
 MIN_RELATIVE_AMPLITUDE = 1e-3
-"""An unresolved line that is weaker than this, relative to the strongest line, causes no warning."""
+"""Smallest amplitude, relative to the strongest line, of an unresolved line that causes a warning."""
 CLUSTER_GAP = 16
-"""Lines with gaps below this, in bins, are stepped together; others interact through the residual."""
+"""Gap in bins below which lines are fitted in one step; other lines interact through the residual."""
 NOTCH_BINS = 2
 """Number of bins about a line that the fit has emptied."""
 NOISE_BINS = 16
@@ -62,7 +62,7 @@ MAX_ITERATIONS = 10
 MAX_FREQUENCY_STEP = 0.25
 """Largest step of a frequency, in bins."""
 MIN_STRENGTH_RATIO = 1 / 3
-"""A line in the second half of a run may be one of the first half if it is at least so strong, relatively."""
+"""Smallest relative amplitude in the second half of a run at which a line may continue one of the first half."""
 LINES_PER_HALF = 8
 """Number of lines fitted in each half of a run."""
 UNEVENNESS_TOLERANCE = 1e-9

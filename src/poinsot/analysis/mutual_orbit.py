@@ -7,19 +7,17 @@ import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.line_spectrum import lines_of
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import level_of_user
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.quantities import Array
 
 __all__ = ["Revolutions", "apsidal_precession", "revolutions"]
-
-Array = NDArray[np.float64]
 
 MAX_STEP = 2 * np.pi / 8
 """Largest step between two times, radians of longitude."""

@@ -39,7 +39,7 @@ __all__ = ["PairEquilibrium", "pair_equilibria"]
 Array = NDArray[Any]
 
 RATE_TOLERANCE = 1e-6
-"""Rates below this, relative to that of the axes, count as zero; curvatures of the energy below its square."""
+"""Size of rates that count as zero, relative to the rate of the axes; its square for curvatures of the energy."""
 EIGENVALUE_ROUNDING = 1e-11
 """Rounding error of eigenvalues, relative to the largest one."""
 BALANCE_TOLERANCE = 1e-12

@@ -16,9 +16,9 @@ import itertools
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.mechanics.body import EQUAL_MOMENTS, Body
+from poinsot.quantities import Array
 
 __all__ = [
     "TURN",
@@ -31,8 +31,6 @@ __all__ = [
     "separatrices",
     "spherical",
 ]
-
-Array = NDArray[np.float64]
 
 TURN = np.linspace(0, 2 * np.pi, 721)
 

@@ -27,7 +27,7 @@ POLYNOMIAL_TOLERANCE = 1e-9
 FIRST_CELLS = 4
 """Number of cells along each edge of the four cubes that cover RP^3."""
 MAX_CELLS = 20000
-"""At once; isolated zeros need fewer."""
+"""Largest number of cells at one level; isolated zeros require fewer."""
 MIN_CELL = 2.0**-16
 CORNERS = np.array(list(itertools.product((-1, 1), repeat=3)))
 MONOMIALS = list(itertools.combinations_with_replacement(range(4), 4))

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ellipj, ellipk
 from typing_extensions import override
 
@@ -17,10 +17,9 @@ from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.immutable import cached_property
 from poinsot.mechanics.body import Body
+from poinsot.quantities import Array
 
 __all__ = ["InelasticRelaxation"]
-
-Array = NDArray[np.float64]
 
 PHASES_PER_PERIOD = 512
 """Number of phases of a period; consecutive harmonics of a motion near the separatrix have the ratio 0.82."""

@@ -8,18 +8,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, formatted_times
 from poinsot.errors import real_array
 from poinsot.printable import described, kind_of, quoted, shortened
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 
 __all__ = ["SecularEvolution", "secular_evolution"]
 
-Array = NDArray[np.float64]
 Effect = Callable[[Mapping[str, float]], Mapping[str, float]]
 
 STEP_TOLERANCE = 1e-11

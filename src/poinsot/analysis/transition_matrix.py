@@ -33,15 +33,13 @@ from poinsot.propagation.dataset import components
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, Derivatives, VariationalRun
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
 
 if TYPE_CHECKING:
     import xarray
 
 __all__ = ["StateTransition", "state_transition"]
-
-Array = NDArray[np.float64]
 
 Share = tuple[Sequence[int], Sequence[Sequence[int]]]
 """Parameters, and groups of columns, each group the directions of one integration."""

@@ -14,14 +14,12 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_zero
 from poinsot.forces.directional_torque import DirectionalTorque
-from poinsot.quantities import Angles
+from poinsot.quantities import Angles, Array
 from poinsot.shapes.daily_shadows import DailyShadows
 from poinsot.shapes.illumination import Lighting
 from poinsot.shapes.mesh import Mesh
 
 __all__ = ["YorpCoefficients", "yorp_coefficients"]
-
-Array = NDArray[np.float64]
 
 MAX_PAIRS = 4_000_000
 """Largest number of pairs of a face and a longitude of the Sun in one block."""
@@ -33,7 +31,7 @@ FEWEST_LATITUDES, MAX_LATITUDES = 32, 4096
 """Numbers of latitudes of the Sun in a mean over the orbit; divisible by 4, for four sums of every fourth."""
 
 MIN_OBLIQUITY = 1e-12
-"""The mean at the obliquity 0 is the limit of small obliquities; edges can lie in the orbital plane there."""
+"""Obliquity whose mean replaces the mean at 0, where edges can lie in the orbital plane."""
 
 STEPS = 0.15 * np.arange(-22, 23)
 """Steps of the double exponential rule of Takahasi and Mori: the last weights are 1e-12 of the largest."""

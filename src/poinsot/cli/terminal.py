@@ -19,7 +19,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -27,6 +27,9 @@ from typing_extensions import override
 
 from poinsot.display.progress import later
 from poinsot.printable import printable
+
+if TYPE_CHECKING:
+    from poinsot.propagation.trajectory import Trajectory
 
 __all__ = [
     "DIFFERS",
@@ -277,11 +280,15 @@ class _ClosedOutput(io.TextIOBase):
 def _open_streams() -> Iterator[None]:
     """Replace standard streams that were closed before the process started, for which Python has None.
 
-    Messages to a closed standard error are lost; output to a closed standard output is an error.
+    Messages to a closed standard error are lost; output to a closed standard output is an error. Characters that the
+    encoding of a stream lacks are written as escapes.
     """
     with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
         before = sys.stdout, sys.stderr
         sys.stdout, sys.stderr = sys.stdout or _ClosedOutput(), sys.stderr or nowhere
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, io.TextIOWrapper) and stream.errors in ("strict", "surrogateescape"):
+                stream.reconfigure(errors="backslashreplace")
         try:
             yield
         finally:
@@ -290,7 +297,10 @@ def _open_streams() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _terminated() -> Iterator[list[int]]:
-    """Treat SIGTERM like Ctrl-C, even if the shell ignores Ctrl-C; yield the list of received signals."""
+    """Treat SIGTERM like Ctrl-C, even if the shell ignores Ctrl-C; yield the list of received signals.
+
+    An ignored Ctrl-C stays without effect: it has the usual handler, to which SIGTERM leads, and is blocked.
+    """
     heard = list[int]()
 
     def interrupt(number: int, frame: FrameType | None) -> None:
@@ -300,6 +310,9 @@ def _terminated() -> Iterator[list[int]]:
             raise KeyboardInterrupt
         as_interrupt(number, frame)
 
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     before = signal.signal(signal.SIGTERM, interrupt)
     try:
         yield heard
@@ -370,7 +383,7 @@ def check_there(path: Path) -> None:
         raise FileNotFoundError(f"No such file: {path}")
 
 
-def loaded_motion(file: Path) -> Any:
+def loaded_motion(file: Path) -> Trajectory:
     """Return the motion in a result; a store may have other things."""
     from poinsot.files.netcdf import load
 

@@ -8,9 +8,8 @@ from typing_extensions import override
 
 from poinsot.cuda import cuda_kernel
 from poinsot.display.progress import bar
-from poinsot.integration import equations
 from poinsot.integration.formulations import Formulation
-from poinsot.integration.kernel_parameters import KernelKind
+from poinsot.integration.kernel_parameters import KernelKind, formulas_of, program
 from poinsot.integration.problem import Problem
 from poinsot.integration.run import Run
 from poinsot.integration.state_vector import StateVector
@@ -52,8 +51,8 @@ class CudaRun(Run):
 
 def check_device(problem: Problem, variables: StateVector, members: bool, precision: str) -> None:
     """Raise a ValueError for a run that a GPU does not support, or a computer without a GPU."""
-    smooth = equations.between_first_knots(problem)
-    constants = equations.constants(smooth, variables)
+    smooth = problem.smooth
+    formulas = formulas_of(smooth, variables)
     refused = {
         "one motion": not members,
         "precision='quadruple'": precision != "double",
@@ -61,8 +60,8 @@ def check_device(problem: Problem, variables: StateVector, members: bool, precis
         "a table": bool(problem.knots.size),
         "a sampled law": bool(problem.dynamics.jumping),
         "a formulation with singularities": type(variables.formulation).nearness is not Formulation.nearness,
-        f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": constants.switches
-        or equations.program(smooth, variables).decomposition.size > MAX_OPERATIONS,
+        f"a formula that switches, or one of more than {MAX_OPERATIONS} operations": formulas.constants.switches
+        or program(smooth, variables).decomposition.size > MAX_OPERATIONS,
     }
     for what in [what for what, found in refused.items() if found]:
         raise ValueError(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.display.html_text import curves, formatted, formatted_times, rounded
+from poinsot.quantities import Array
 
 __all__ = [
     "MotionDescription",
@@ -20,7 +21,6 @@ __all__ = [
     "sketch_of_motion",
 ]
 
-Array = NDArray[np.float64]
 Record = Mapping[str, str | float]
 """Entries of a summary by name."""
 

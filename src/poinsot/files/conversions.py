@@ -11,7 +11,7 @@ from poinsot.files.netcdf import SUFFIXES, load, save
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.calendar import Calendar
 from poinsot.printable import quoted, shortened
-from poinsot.propagation.bodies_of_motion import of_one_body
+from poinsot.propagation.trajectory import of_one_body
 from poinsot.scenarios.builder import Parts
 from poinsot.scenarios.folder import Folder
 

@@ -66,8 +66,6 @@ class ExponentialAtmosphere(Atmosphere):
         Distance r0 from the centre of the planet, in the unit of length of the orbit.
     scale_height : float
         Scale height H, in the unit of length of the orbit.
-    omega_space : array (3,), space axes
-        Angular velocity of the rotating atmosphere, in angle per time. Default: zero, an atmosphere at rest.
 
     Raises
     ------

@@ -65,11 +65,6 @@ class TabulatedAtmosphere(Atmosphere):
     A cubic spline interpolates the logarithm of the density, and the integration stops at each row. A time outside the
     table raises a ValueError.
 
-    Parameters
-    ----------
-    omega_space : array (3,), space axes
-        Angular velocity of the rotating atmosphere, in angle per time. Default: zero, an atmosphere at rest.
-
     Examples
     --------
     >>> times = np.linspace(0, 100, 21)
@@ -97,8 +92,6 @@ class TabulatedAtmosphere(Atmosphere):
             Times, strictly increasing; at least two.
         densities : array (n,)
             Densities in mass per length^3, positive.
-        omega_space : array (3,), space axes
-            Angular velocity of the rotating atmosphere, in angle per time.
 
         Returns
         -------

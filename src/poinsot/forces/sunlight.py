@@ -94,18 +94,12 @@ class Yorp(MeshRadiation):
 
         Parameters
         ----------
-        sun : Orbit
-            Orbit of the body relative to the Sun.
         mesh : Mesh
             Closed surface, with lengths in the unit of the pressure: m for N/m^2.
         degree : int
             Degree of the fitted series, from 0 to 32. Its `maximum_error` and `rms_error` give the residual of the fit.
         shadows : bool
             True if a face is dark when another face shadows its centroid.
-        occulters : sequence of Occulter
-            Spheres between the body and the Sun, nearer than the Sun.
-        pressure, distance, sun_radius : float
-            Radiation pressure and Sun as in `Yorp`.
 
         Returns
         -------

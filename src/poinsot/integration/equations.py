@@ -9,12 +9,11 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Vector
@@ -23,22 +22,18 @@ from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
 from poinsot.integration.scaling import momentum_ratios, momentum_scales, torque_scale
 from poinsot.integration.state_vector import StateVector, factors_of_parts
-from poinsot.integration.tangent_vectors import Variations
-from poinsot.integration.variational import TurningBody, VariationalEquations
+from poinsot.integration.variational import TurningBody, VariationalEquations, Variations
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
-from poinsot.mechanics.event import Event
 from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState
-from poinsot.printable import quoted
-from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.draws import normals
-from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered
+from poinsot.taylor.graph import Graph, GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
-from poinsot.taylor.lowering import TIME, Constants, Program, conditions_of, simplified
-from poinsot.taylor.rescaling import MOMENTUM_SCALE, powers_of
+from poinsot.taylor.lowering import TIME, conditions_of
+from poinsot.taylor.rescaling import MOMENTUM_SCALE
 from poinsot.taylor.sampling import Update
 
 LANES = 8 if host_features().get("avx512f") else 4 if host_features().get("avx") else 2
@@ -81,7 +76,7 @@ def state_vector(problem: Problem, state: AnyState, formulation: Formulation, pr
 
     Quadruple precision stays in the space axes, as an independent check of the comoving ones.
     """
-    smooth, system = between_first_knots(problem), problem.dynamics
+    smooth, system = problem.smooth, problem.dynamics
     if formulation.planar:
         refuse_spatial_motion(system, state)
     # A power of two scales without rounding.
@@ -99,80 +94,12 @@ def state_vector(problem: Problem, state: AnyState, formulation: Formulation, pr
     return variables.sharing(smooth.alike.by_variables)
 
 
-def between_first_knots(problem: Problem) -> Problem:
-    """Return the problem between the first two knots of its tables."""
-    return problem.between_first_knots if problem.knots.size else problem  # a problem that refers to itself is garbage
-
-
-def constants(problem: Problem, variables: StateVector) -> Constants:
-    """Return the constants of a problem without knots, traced once for each structure.
-
-    The traced equations are stored until the first program is made of them.
-    """
-    stored, key = problem.alike.by_variables, variables.structure
-    if ("constants", key) not in stored:
-        traced = _traced(problem, variables)
-        refuse_constant_events(problem.events, traced.events, variables.formulation.name)
-        stored["constants", key] = Constants([*traced.rates, *traced.events], traced.saltation is not None)
-        stored["traced", key] = traced
-    found: Constants = stored["constants", key]
-    return found
-
-
-def program(problem: Problem, variables: StateVector, zeros: Iterable[int] = ()) -> Program:
-    """Return the program for runs in which some of the constants are zero."""
-    stored, key = problem.alike.by_variables, ("traced", variables.structure)
-    return _program(problem, variables, stored.pop(key, None) or _traced(problem, variables), zeros)
-
-
-def _program(problem: Problem, variables: StateVector, traced: Equations, zeros: Iterable[int]) -> Program:
-    made = simplified(traced.rates, zeros, traced.events).with_jumps(traced.own, traced.updates)
-    crossings = [Crossing(event.direction, event.terminal or event.acts) for event in problem.events]
-    singular = [Crossing(0, True)] * (len(traced.events) - len(crossings))
-    places = np.arange(variables.size)[variables.momenta].tolist()
-    conjugates = tuple((q.start, Q.start) for q, Q in variables.conjugates)
-    decomposition = replace(
-        made.decomposition,
-        events=(*crossings, *singular),
-        stops=tuple(traced.saltation.stops if traced.saltation else ()),
-        attitude=tuple(variables.attitude),
-        momenta=Momenta(tuple(places), tuple(variables.scaled), powers_of(made.parameters), conjugates),
-    )
-    return replace(made, decomposition=decomposition)
-
-
-def inputs(problem: Problem, variables: StateVector) -> tuple[float | NDArray[np.float64], ...]:
-    """Return the inputs of a run: the scale of the momenta, factors of variables, and the numbers of the problem."""
-    return variables.scale, *variables.factors, *problem.numbers
-
-
-def saltation_of(problem: Problem, variables: StateVector) -> Saltation | None:
-    """Return the jumps of tangent vectors at switches of formulas; None if they do not jump."""
-    if variables.variations is None:
-        return None
-    key = "saltation", problem.structure, variables.structure
-    return known(key, lambda: _traced(problem, variables).saltation)
-
-
-def counting(problem: Problem, variables: StateVector) -> Evaluator:
-    """Return the evaluator of the conditions of events for variables, time and inputs.
-
-    A zero of an event counts where its condition is positive.
-    """
-
-    def evaluator() -> Evaluator:
-        traced = _traced(problem, variables)
-        return Evaluator(traced.counting, np.float64, traced.own)
-
-    return known(("counting", problem.structure, variables.structure), evaluator)
-
-
 def _can_be_comoving(problem: Problem, variables: StateVector) -> bool:
     """Return True if no formula reads the space axes themselves, whatever its numbers."""
     known = problem.alike
     if "can be comoving" not in known:
         try:
-            _traced(problem, variables)
+            traced_equations(problem, variables)
             known["can be comoving"] = True
         except functions.NotComoving:
             known["can be comoving"] = False
@@ -212,7 +139,7 @@ class Equations:
         return conditions_of([*self.rates, *self.events, *self.counting])
 
 
-def _traced(problem: Problem, variables: StateVector) -> Equations:
+def traced_equations(problem: Problem, variables: StateVector) -> Equations:
     """Return the equations of a problem, from its formulas on symbols."""
     graph = Graph()
     numbers = map(graph.input, itertools.count())
@@ -251,7 +178,7 @@ def _traced(problem: Problem, variables: StateVector) -> Equations:
         linear = VariationalEquations(
             variables.tangent_coordinates,
             [
-                TurningBody(cast("NDArray[np.object_]", matrix), quaternion, g, each.omega, each.momentum_rate)
+                TurningBody(cast("Any", matrix), quaternion, g, each.omega, each.momentum_rate)
                 for (matrix, quaternion), (_, g), each in zip(axes, bodies, turnings, strict=True)
             ],
             parts,
@@ -318,13 +245,3 @@ def _environment(symbolic: Problem, variables: StateVector, own: list[Node], tim
     values = [Vector(own[variables.slots[f"orbits[{i}]"].place]) for i in range(len(variables.orbits))]
     blocks = list(zip(viewed(symbolic.orbits, variables.views), values, strict=True))
     return Environment(time, blocks, numbers, variables.comoving)
-
-
-def refuse_constant_events(events: Sequence[Event], values: Sequence[GraphScalar], formulation: str) -> None:
-    """Raise a ValueError if the value of an event, a scalar of a kernel, is constant along the motion."""
-    for event, value in zip(events, values, strict=False):
-        if not (isinstance(value, Node) and value.varies):
-            raise ValueError(
-                f"the value of {type(event).__name__} must depend on the motion, but it is constant in the variables "
-                f"of {quoted(formulation)}."
-            )

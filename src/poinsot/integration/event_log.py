@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.integration.dense_motion import Action
 from poinsot.integration.kernel_parameters import KernelParameters
-from poinsot.integration.report import Recorded
-from poinsot.integration.termination import REASONS, HeldInterrupts
+from poinsot.integration.report import REASONS, HeldInterrupts, Recorded
+from poinsot.integration.rows import Action
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState, State, changed, state_of
@@ -60,7 +59,7 @@ class EventLog:
         interrupts: HeldInterrupts,
     ) -> None:
         self._parameters, self._queue, self._members = parameters, queue, members
-        self._failed, self._interrupts, self._counting = failed, interrupts, parameters.counting
+        self._failed, self._interrupts, self._counting = failed, interrupts, parameters.formulas.counting
         tasks, self._events = queue.tasks, parameters.problem.events
         self.records: list[list[Recorded]] = [[] for _ in tasks]
         self.actions: list[list[Action[float]]] = [[] for _ in tasks]

@@ -57,9 +57,13 @@ class Problem(Collection):
     def _with_values(self, system: System, events: tuple[Event, ...]) -> Problem:
         return Problem(system, events)
 
+    @property
+    def smooth(self) -> Problem:
+        """The problem between the first two knots of its tables; the problem itself if it has none."""
+        return self._between_first_knots if self.knots.size else self  # a problem that refers to itself is garbage
+
     @cached_property
-    def between_first_knots(self) -> Problem:
-        """The problem between the first two knots of its tables."""
+    def _between_first_knots(self) -> Problem:
         return self.between_knots()
 
     @override

@@ -1,23 +1,27 @@
-"""Rows of a run: integrated variables along the times, and the arrays that receive them."""
+"""Integrated variables of a run: rows at the times, the arrays that receive them, and dense output."""
 
 from __future__ import annotations
 
-from typing import Protocol
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.immutable import cached_property
-from poinsot.integration.state_vector import StateVector
+from poinsot.integration.state_vector import StateVector, blocks_of
 from poinsot.mechanics.state import Phase
+from poinsot.taylor.dense_output import StoredSteps
 
-__all__ = ["Memory", "OneMotion", "Rows", "Sink"]
+__all__ = ["Action", "DenseOutput", "Memory", "OneMotion", "Rows", "Sink"]
 
 VARIATIONS = ("vectors", "pairs", "exponents")
 """Names of the rows of tangent vectors, of second derivatives and of binary exponents."""
 
 Array = NDArray[np.float64]
 Members = NDArray[np.int_]
+Time = TypeVar("Time", bound=float | Array)
 
 
 class Rows:
@@ -99,3 +103,98 @@ class OneMotion:
     def take(self, members: Members, times: Array, rows: Rows) -> None:  # noqa: ARG002
         """Store the rows."""
         self.times, self.rows = times, rows
+
+
+class Action(NamedTuple, Generic[Time]):
+    """Variables after the action of an event at a time; times that differ by at most `near` are equal.
+
+    Attributes
+    ----------
+    since, until : float
+        The times of the last sample before the action and of the first sample after it. Rows at earlier times contain
+        the variables before both, and rows at later times the variables after both.
+    """
+
+    time: Time
+    near: Time
+    row: Array
+    since: Time
+    until: Time
+
+    def at(self, times: float | Array) -> NDArray[np.bool_]:
+        """Return True at times whose rows contain the variables after the action."""
+        return (np.abs(times - self.time) <= self.near) & (times >= self.since) & (times < self.until)
+
+
+class DenseOutput:
+    """Motion at any time between its ends; variables that jump are right-continuous.
+
+    Parameters
+    ----------
+    variables : StateVector
+    origin : float
+        The time of the start.
+    start : array (size,)
+
+    Attributes
+    ----------
+    last : array (size,) or None
+        The variables at the latest time, for a motion that may jump there.
+    actions : sequence of Action
+        The actions of events in each direction, in their order.
+    """
+
+    def __init__(self, variables: StateVector, origin: float, start: Array) -> None:
+        self._variables, self._origin, self._start = variables, origin, np.asarray(start, dtype=float)
+        self.last: Array | None = None
+        self.actions: Sequence[Action[float]] = ()
+        self.parts: Mapping[bool, StoredSteps] = {}
+        self.reached: dict[bool, float] = {}
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Earliest and latest time."""
+        return self.reached.get(False, self._origin), self.reached.get(True, self._origin)
+
+    def __call__(self, times: Array) -> Phase:
+        """Return quaternion, momenta and variables of parts at times."""
+        rows = self._at(times)
+        if self.actions:
+            self._put_actions(times, rows)
+        for block in blocks_of(times.size):
+            self._variables.make_physical(times[block], rows[block])
+        return self._variables.phase_of(rows)
+
+    def _put_actions(self, times: Array, rows: Array) -> None:
+        """Write the variables after actions into the rows at their times."""
+        known = self._after_actions
+        behind = known.time.searchsorted(times)
+        for places in (np.maximum(behind - 1, 0), np.minimum(behind, known.time.size - 1)):
+            some = Action(*(each[places] for each in known))
+            here = some.at(times)
+            rows[here] = some.row[here]
+
+    @cached_property
+    def _after_actions(self) -> Action[Array]:
+        """Last action at each time, in the order of time."""
+        last = [
+            one
+            for one, following in itertools.zip_longest(self.actions, self.actions[1:])
+            if following is None or abs(following.time - one.time) > following.near
+        ]
+        order = np.argsort([one.time for one in last])
+        return Action(*(np.array(each, dtype=float)[order] for each in zip(*last, strict=True)))
+
+    def _at(self, times: Array) -> Array:
+        """Return the variables."""
+        later, earlier = self.parts[True], self.parts[False]
+        if self.last is not None:
+            there = (times == self.reached[True])[:, None]
+            return np.where(there, self.last, self._start if later.empty else later.at(times, "right"))
+        if earlier.empty and not later.empty:
+            return later.at(times)
+        out = np.empty((times.size, self._variables.size))
+        for part, chosen in ((later, times >= self._origin), (earlier, times < self._origin)):
+            if np.any(chosen):
+                out[chosen] = self._start if part.empty else part.at(times[chosen])
+        return out

@@ -13,21 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.display.progress import bar
-from poinsot.integration.dense_motion import DenseOutput
+from poinsot.integration.breakpoints import Clock, Segments
 from poinsot.integration.equations import LANES
 from poinsot.integration.event_log import EventLog
 from poinsot.integration.kernel_parameters import KernelKind, KernelParameters
 from poinsot.integration.problem import Problem
-from poinsot.integration.report import Report, Stop
-from poinsot.integration.rows import Rows, Sink
+from poinsot.integration.report import INTERRUPTED, REASONS, HeldInterrupts, Report, Stop, reason, reason_of_speed
+from poinsot.integration.rows import DenseOutput, Rows, Sink
 from poinsot.integration.saltation import NoDerivative, TangentJump
-from poinsot.integration.samples import Clock
-from poinsot.integration.segments import Segments
 from poinsot.integration.settings import RunSettings
 from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.state_vector import StateVector
-from poinsot.integration.tangent_vectors import STEPS_AT_A_TIME
-from poinsot.integration.termination import INTERRUPTED, REASONS, HeldInterrupts, reason, reason_of_speed
+from poinsot.integration.variational import STEPS_AT_A_TIME
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
 from poinsot.printable import quoted
@@ -440,14 +437,18 @@ class Slab:
 
     def _resumed(self) -> list[Tasks]:
         """Handle tasks that have left their lanes, as `EXITS` states, and return the tasks that go on."""
-        status: NDArray[np.int64] = self.queue.tasks["status"]
-        found, waiting = status.tolist(), []
+        self._give_up_failed()
+        found, waiting = self.queue.tasks["status"].tolist(), []
         for number, resume in RESUMED:
             if number in found or (self._log is not None and number == EVENT):
                 waiting.append(resume(self))
-                if self.failed:
-                    status[list(self.failed)] = Status.GIVEN_UP
+                self._give_up_failed()
         return [tasks for tasks in waiting if tasks.size]
+
+    def _give_up_failed(self) -> None:
+        """Set the status of tasks that failed, so that they do not go on."""
+        if self.failed:
+            self.queue.tasks["status"][list(self.failed)] = Status.GIVEN_UP
 
     def _resumed_at_events(self) -> Tasks:
         """Record events and apply actions, or let tangent vectors jump at a switch; return the tasks that go on."""
@@ -464,7 +465,7 @@ class Slab:
 
     def _jump(self, stopped: Tasks) -> None:
         """Let tangent vectors of tasks jump where formulas have switched, or note why they have no derivative."""
-        parameters, tasks, saltation = self.run.parameters, self.queue.tasks, self.run.parameters.saltation
+        parameters, tasks, saltation = self.run.parameters, self.queue.tasks, self.run.parameters.formulas.saltation
         vectors, conditions = parameters.variables.tangent_vectors, list(parameters.code.conditions)
         if saltation is None:
             return
@@ -489,8 +490,8 @@ class Slab:
         """Rescale tangent vectors that have grown, and return their tasks, but no task that would not end."""
         variables, tasks = self.run.parameters.variables, self.queue.tasks
         variations, status = variables.variations, tasks["status"]
-        failed = self._check_progress(np.flatnonzero(status == Status.PAUSED))
-        status[failed] = Status.GIVEN_UP
+        self._check_progress(np.flatnonzero(status == Status.PAUSED))
+        self._give_up_failed()
         paused = np.flatnonzero(status == Status.PAUSED)
         if variations is None or not paused.size or self.run.interrupts.stop:
             return NONE

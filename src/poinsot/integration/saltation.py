@@ -26,8 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.functions import Vector, cross
-from poinsot.integration.tangent_vectors import INPUT_UNIT, Variations
-from poinsot.integration.variational import TangentVector, VariationalEquations
+from poinsot.integration.variational import INPUT_UNIT, TangentVector, VariationalEquations, Variations
 from poinsot.taylor.graph import Evaluator, Graph, GraphScalar, Node, ordered, replaced, tangents
 
 __all__ = ["NoDerivative", "Saltation", "TangentJump"]

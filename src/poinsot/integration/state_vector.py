@@ -16,8 +16,8 @@ from poinsot.immutable import cached_property
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
 from poinsot.integration.scaling import sizes_of_blocks
-from poinsot.integration.tangent_vectors import Variations
 from poinsot.integration.turned_rows import turn_rows
+from poinsot.integration.variational import Variations
 from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
 from poinsot.mechanics.members import expanded

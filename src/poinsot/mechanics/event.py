@@ -98,6 +98,11 @@ class Event(Parametric, ABC):
         """Name of the class, for summaries."""
         return type(self).__name__
 
+    @property
+    def checks_start(self) -> bool:
+        """True if a motion must not begin at some instants."""
+        return type(self).check_start is not Event.check_start
+
     @of_scalars
     def check_start(self, instant: Instant) -> None:
         """Raise a ValueError if a motion must not begin at this instant. Ensembles pass an instant of arrays."""

@@ -101,14 +101,10 @@ class ConicOrbit(Orbit):
 
         Parameters
         ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
         position, velocity : array (3,), space axes
             Position in length and velocity in length per time of the body relative to the attractor.
         epoch : float
             Time of the position and velocity.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
 
         Returns
         -------
@@ -152,20 +148,12 @@ class ConicOrbit(Orbit):
 
         Parameters
         ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
         periapsis_distance, semimajor_axis : float, optional
             Exactly one of the two, in length.
         eccentricity : float
             Eccentricity, in [0, 1) for a `KeplerOrbit`, at least 1 for an `EscapeOrbit`.
-        inclination, node, argument_of_periapsis : float
-            3-1-3 Euler angles of the orbital plane and of the periapsis, radians, relative to the space axes.
         true_anomaly, mean_anomaly, eccentric_anomaly : float, optional
             Exactly one of the three at the epoch, radians.
-        epoch : float
-            Time to which the anomaly refers.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
 
         Returns
         -------

@@ -113,6 +113,10 @@ class Ephemeris(Orbit):
     ----------
     mu : float
         Gravitational parameter of the attractor, in length^3 / time^2.
+    reference_frame, origin : str
+        Names of the space axes and of the attractor in the source.
+    calendar : Calendar, optional
+        Dates of the times; None if the source defines none.
     radius : float
         Radius of the attractor's surface, in length; 0: a point. An orbit below it causes a warning.
 
@@ -155,8 +159,6 @@ class Ephemeris(Orbit):
 
         Parameters
         ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
         position : callable
             Function of the times, shape (n,), that returns positions of the body relative to the attractor, space axes,
             shape (n, 3).
@@ -164,12 +166,6 @@ class Ephemeris(Orbit):
             First and last time.
         tolerance : float
             Largest error relative to the distance.
-        reference_frame, origin : str
-            Names of the space axes and of the attractor.
-        calendar : Calendar, optional
-            Dates of the times.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
 
         Returns
         -------
@@ -225,18 +221,10 @@ class Ephemeris(Orbit):
 
         Parameters
         ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
         times : array (n,)
             Times, strictly increasing.
         positions, velocities : array (n, 3), space axes
             Position in length and velocity in length per time of the body relative to the attractor.
-        reference_frame, origin : str
-            Names of the space axes and of the attractor.
-        calendar : Calendar, optional
-            Dates of the times.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
 
         Returns
         -------
@@ -280,22 +268,14 @@ class Ephemeris(Orbit):
 
         Parameters
         ----------
-        mu : float
-            Gravitational parameter of the attractor, in length^3 / time^2.
         knots : array (n + 1,)
             Times between the intervals, strictly increasing.
         coefficients : array (n, 3, terms), space axes
             Chebyshev coefficients of the position relative to the attractor in each interval, in length.
-        reference_frame, origin : str
-            Names of the space axes and of the attractor.
         error : float, optional
             Estimated error of the positions, in length. Default: unknown.
-        radius : float
-            Radius of the attractor's surface, in length; 0: a point.
         dated : bool
             True if the times belong to the calendar.
-        calendar : Calendar, optional
-            Dates of the times.
 
         Returns
         -------

@@ -76,12 +76,8 @@ class PrecessingOrbit(Orbit):
 
         Parameters
         ----------
-        orbit : KeplerOrbit
-            Ellipse at its epoch.
         mean_motion : float
             Rate of the mean anomaly, radians per unit of time.
-        node_rate, periapsis_rate : float
-            Rates of the node and of the argument of periapsis, radians per unit of time.
 
         Returns
         -------

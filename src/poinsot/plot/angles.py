@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +17,11 @@ from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_
 from poinsot.mechanics.frame import LEVEL, Frame
 from poinsot.plot.curves import SeparateCurveOptions, in_one_panel, jumps, reached
 from poinsot.plot.labels import angle_unit_of, different_orbits, one_rotation
-from poinsot.plot.panels import count_degrees, plot
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
-from poinsot.propagation.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from poinsot.plot.panels import Axes, count_degrees, plot
+from poinsot.propagation.trajectory import OfTwoBodies, Trajectory
+from poinsot.quantities import Array
 
 __all__ = ["euler_angles", "librations", "roll_pitch_yaw"]
-
-Array = NDArray[np.float64]
 
 TURN = 2 * np.pi
 LOCKED = np.radians(5)

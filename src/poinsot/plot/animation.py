@@ -23,16 +23,14 @@ from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_membe
 from poinsot.plot.solid_parts import triangles
 from poinsot.plot.solids import right_and_up, view_direction
 from poinsot.printable import quoted
-from poinsot.propagation.bodies_of_motion import is_of_two_bodies
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.quantities import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["animate"]
-
-Array = NDArray[np.float64]
 
 FRAMES_PER_SECOND = 20
 """Frames in a second; the delays in a GIF are whole hundredths of a second."""

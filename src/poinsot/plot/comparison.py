@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,15 +19,11 @@ from poinsot.mechanics.two_bodies import BODIES
 from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.curves import CurveOptions, PairOptions, SeparatePairOptions, against_time, in_one_panel, reached
 from poinsot.plot.labels import angle_unit_of, bracketed, momentum_label, one_member, one_rotation
-from poinsot.plot.panels import plot
+from poinsot.plot.panels import Axes, plot
 from poinsot.propagation.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from poinsot.quantities import Array
 
 __all__ = ["attitude_error", "difference", "median_attitude", "uncertainty"]
-
-Array = NDArray[np.float64]
 
 MIN_ANGLE = 0.5 * np.finfo(float).eps
 """Smallest angle on a log axis: the unit roundoff of a float."""

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
 from poinsot.plot.labels import BLACK, COLOURS, GREY, in_words
-from poinsot.plot.panels import PLAIN, Pair, dress, panels
+from poinsot.plot.panels import PLAIN, Axes, Pair, dress, panels
 from poinsot.plot.time_axis import TimeAxis, time_axis
 from poinsot.propagation.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from poinsot.quantities import Array
 
 __all__ = [
     "CurveOptions",
@@ -28,7 +26,6 @@ __all__ = [
     "reached",
 ]
 
-Array = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 
 STYLES = ("-", "--", "-.", ":")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,16 +23,12 @@ from poinsot.plot.labels import (
     rate_unit_of,
     time_unit_of,
 )
-from poinsot.plot.panels import Pair, PanelOptions, count_degrees, dress, one_panel, panels, plot
+from poinsot.plot.panels import Axes, Pair, PanelOptions, count_degrees, dress, one_panel, panels, plot
 from poinsot.printable import described, quoted
 from poinsot.propagation.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from poinsot.quantities import Array
 
 __all__ = ["QUANTITIES", "chaos", "histogram", "map"]
-
-Array = NDArray[np.float64]
 
 SHADES = 512
 TWO_SIDED, ONE_SIDED = "PuOr_r", "cividis"

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
 from poinsot.mechanics.attitude import rotation_matrix
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, Unit, one_body, rate_unit_of
-from poinsot.plot.panels import dress, one_panel, plot
+from poinsot.plot.panels import Axes, Axes3D, dress, one_panel, plot
 from poinsot.plot.solids import (
     DrawnEllipsoid,
     DrawnSolid,
@@ -27,16 +26,10 @@ from poinsot.plot.solids import (
 )
 from poinsot.plot.time_axis import instant
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Array
 from poinsot.storage.selection import checked_index
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from mpl_toolkits.mplot3d import Axes3D
-
-
 __all__ = ["herpolhode", "is_constant", "poinsot_construction", "polhode"]
-
-Array = NDArray[np.float64]
 
 CONSTANT_TOLERANCE = 1e-6
 """Largest relative variation of a constant angular momentum in space or kinetic energy."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PageTimes", "base64_of", "packed", "rows_of"]
+from poinsot.quantities import Array
 
-Array = NDArray[np.float64]
+__all__ = ["PageTimes", "base64_of", "packed", "rows_of"]
 
 MAX_PAGE_BYTES = 3.0e6
 """Largest size of the numbers of a page in bytes; as text they are 4 MB."""

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.analysis.polhodes import principal
 from poinsot.mechanics.attitude import quaternion_from_matrix
@@ -31,17 +30,15 @@ from poinsot.plot.labels import (
 from poinsot.plot.page_arrays import base64_of, packed, rows_of
 from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
-from poinsot.propagation.bodies_of_motion import is_of_two_bodies
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.quantities import Array
 from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
 from poinsot.shapes.solids import Ellipsoid
 
 __all__ = ["content_of", "others_of"]
-
-Array = NDArray[np.float64]
 
 COLOURS = {
     "space_axes": GREY,

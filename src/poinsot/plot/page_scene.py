@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.forces.facets import Facets
 from poinsot.forces.magnetic_fields import MagneticField
@@ -25,12 +24,10 @@ from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
 from poinsot.plot.labels import different_orbits, in_words, momentum_label, torque_unit_of
 from poinsot.plot.page_arrays import packed
-from poinsot.propagation.bodies_of_motion import is_of_two_bodies
-from poinsot.propagation.trajectory import Trajectory
+from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
+from poinsot.quantities import Array
 
 __all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]
-
-Array = NDArray[np.float64]
 
 TORQUES = ("#882255", "#44AA99", "#332288", "#AA4499", "#117733", "#999933")
 """Colours of torques from Tol's muted scheme; only so many of the largest torques are drawn."""

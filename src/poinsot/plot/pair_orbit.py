@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import Unpack
 
 from poinsot.plot.labels import BLUE, GREY, VERMILION, one_member, unit_of
-from poinsot.plot.panels import PanelOptions, dress, one_panel, plot
+from poinsot.plot.panels import Axes, PanelOptions, dress, one_panel, plot
 from poinsot.plot.solid_parts import surfaces
 from poinsot.plot.solids import draw_path
 from poinsot.plot.time_axis import instant
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
+from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from poinsot.quantities import Array
 
 __all__ = ["mutual_orbit"]
-
-Array = NDArray[np.float64]
 
 BODIES = {"primary": BLUE, "secondary": VERMILION}
 

@@ -17,8 +17,11 @@ from poinsot.printable import described
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from mpl_toolkits.mplot3d import Axes3D
+else:  # matplotlib is imported when a plot is drawn
+    Axes = Axes3D = Any
 
-__all__ = ["PLAIN", "Pair", "PanelOptions", "count_degrees", "dress", "one_panel", "panels", "plot"]
+__all__ = ["PLAIN", "Axes", "Axes3D", "Pair", "PanelOptions", "count_degrees", "dress", "one_panel", "panels", "plot"]
 
 Pair = Any
 """Two axes of matplotlib, as a sequence or an array, or None."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import Unpack
 
 from poinsot.analysis.continuation import Branch
@@ -17,15 +16,11 @@ from poinsot.analysis.sections import Section
 from poinsot.analysis.yorp import YorpCoefficients
 from poinsot.errors import real_array
 from poinsot.plot.labels import BLACK, BLUE, COLOURS, GREEN, PURPLE, VERMILION, angle_unit_of, bracketed, rate_unit_of
-from poinsot.plot.panels import PLAIN, PanelOptions, count_degrees, dress, one_panel, plot
+from poinsot.plot.panels import PLAIN, Axes, PanelOptions, count_degrees, dress, one_panel, plot
 from poinsot.printable import quoted
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from poinsot.quantities import Array
 
 __all__ = ["branch", "section", "spectrum", "yorp"]
-
-Array = NDArray[np.float64]
 
 NAMED_LINES = 5
 """Number of the strongest lines, whose frequencies are written above them."""

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.analysis.polhodes import principal
 from poinsot.mechanics.body import Body
+from poinsot.quantities import Array
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.mascons import Mascons
 from poinsot.shapes.mesh import Mesh
@@ -17,8 +17,6 @@ from poinsot.shapes.shape import Shape
 from poinsot.shapes.solids import Cylinder, Ellipsoid
 
 __all__ = ["extents", "gyration_radii", "parts_of", "surfaces", "triangles"]
-
-Array = NDArray[np.float64]
 
 AROUND = np.linspace(0, 2 * np.pi, 121)
 UP = np.linspace(0, np.pi, 61)[:, None]

@@ -17,6 +17,7 @@ from poinsot.analysis.polhodes import TURN
 from poinsot.errors import real_array
 from poinsot.plot.labels import GREY
 from poinsot.printable import described
+from poinsot.quantities import Array
 
 __all__ = [
     "DrawnEllipsoid",
@@ -31,8 +32,6 @@ __all__ = [
     "solid_axes",
     "view_direction",
 ]
-
-Array = NDArray[np.float64]
 
 FAR_SIDE_OPACITY = 0.3
 """Opacity of curves on the far side."""

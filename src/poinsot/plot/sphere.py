@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, principal, separatrices, spherical
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.state import State
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, one_body
-from poinsot.plot.panels import plot
+from poinsot.plot.panels import Axes3D, plot
 from poinsot.plot.solids import DrawnEllipsoid, DrawnSolid, finish, solid_axes, view_direction
 from poinsot.plot.time_axis import instant
 from poinsot.propagation.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from mpl_toolkits.mplot3d import Axes3D
+from poinsot.quantities import Array
 
 __all__ = ["momentum_sphere"]
-
-Array = NDArray[np.float64]
 
 UNIT_SPHERE = DrawnEllipsoid(np.eye(3), np.ones(3))
 

@@ -8,18 +8,17 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot.mechanics.calendar import Calendar
 from poinsot.plot.labels import Unit, time_unit_of
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["TimeAxis", "instant", "time_axis"]
-
-Array = NDArray[np.float64]
 
 DATES = ["%Y", "%Y-%m", "%m-%d", "%H:%M", "%H:%M", "%H:%M:%S.%f"]
 FIRST_DATES = ["%Y", "%Y", "%Y-%m-%d", "%m-%d", "%H:%M", "%H:%M:%S"]

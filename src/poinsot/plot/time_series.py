@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,15 +19,12 @@ from poinsot.plot.curves import (
     reached,
 )
 from poinsot.plot.labels import bracketed, column_label, in_words, one_rotation, rate_unit_of, torque_unit_of, unit_of
-from poinsot.plot.panels import plot
+from poinsot.plot.panels import Axes, plot
 from poinsot.printable import quoted
-from poinsot.propagation.bodies_of_motion import OfTwoBodies
 from poinsot.propagation.columns import unit_of_column
 from poinsot.propagation.dataset import components
-from poinsot.propagation.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from poinsot.propagation.trajectory import OfTwoBodies, Trajectory
+from poinsot.quantities import Array
 
 __all__ = [
     "angular_momentum",
@@ -38,8 +35,6 @@ __all__ = [
     "quaternions",
     "torques",
 ]
-
-Array = NDArray[np.float64]
 
 MIN_DRIFT = 0.5 * np.finfo(float).eps
 """Smallest value on the log axis of relative drifts: the unit roundoff of a float."""

@@ -12,7 +12,9 @@ from poinsot.errors import level_of_user
 from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
 from poinsot.integration.problem import Problem
 from poinsot.integration.settings import RunSettings, checked_tolerance
+from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import PotentialOn, TorqueOn
+from poinsot.mechanics.part import Part
 from poinsot.mechanics.state import AnyState, Bodies, changed
 from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened
@@ -40,7 +42,8 @@ def checked_settings(
 
 def check_starts(problem: Problem, state: AnyState) -> None:
     """Let each part and each event refuse a start."""
-    if problem.events or [part for part in problem.dynamics.parts if part.checks_start]:
+    records: tuple[Part | Event, ...] = (*problem.dynamics.parts, *problem.events)
+    if [record for record in records if record.checks_start]:
         twin = problem.broadcast_to(state.shape)
         instant = twin.dynamics.at(state)
         for part in twin.dynamics.parts:
@@ -72,7 +75,8 @@ def check_bodies(system: System, state: AnyState) -> None:
             f"state must have variables of the parts of the system, {', '.join(map(shortened, names)) or 'none'}, got "
             f"{quoted(unknown)}.{nearest(unknown, names)} Make it by system.state(...)."
         )
-    system.dynamics.check_variables(sizes)
+    if names:
+        system.dynamics.check_variables(sizes)
     if needed > 1 and all(isinstance(force, PotentialOn | TorqueOn) for force in system.forces):
         warnings.warn(
             f"system should have a force between its two bodies, got {', '.join(map(repr, system.forces)) or 'none'}. "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,13 @@ from poinsot.integration import equations
 from poinsot.integration.formulations import formulation_of
 from poinsot.integration.problem import Problem
 from poinsot.integration.state_vector import StateVector
+from poinsot.mechanics.body import Body
+from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.environment import Dated, Environment, within
 from poinsot.mechanics.integrals import Integral
+from poinsot.mechanics.pair_dynamics import PairDynamics
 from poinsot.mechanics.state import RIGID, AnyState, Phase, changed, state_of
 from poinsot.mechanics.system import System
-from poinsot.propagation.body_of_pair import body_systems
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
@@ -28,7 +30,7 @@ from poinsot.storage.selection import Chosen, rows_of
 if TYPE_CHECKING:
     from poinsot.storage.ensemble_store import EnsembleStore
 
-__all__ = ["NO_COLUMNS", "ColumnReader", "LazyColumns", "MotionRows"]
+__all__ = ["NO_COLUMNS", "ColumnReader", "LazyColumns", "MotionRows", "body_systems"]
 
 Array = NDArray[np.float64]
 EVERY = slice(None)
@@ -304,3 +306,21 @@ def _drift(integral: Integral, initial: AnyState, values: Array, sizes: Array) -
         change: Array = values - np.asarray(integral.value(initial))[..., None]
     change /= np.where(size > 0, size, 1.0)[..., None]
     return change
+
+
+class OneOfTwo(BodyDynamics):
+    """One of two bodies, whose rotation is read from a motion of both. The forces belong to the system of both."""
+
+    measures: ClassVar[tuple[str, ...]] = PairDynamics.measures
+    moves_alone: ClassVar[bool] = False
+
+
+def body_systems(system: System) -> Mapping[str, System]:
+    """Return the system of each rigid body by name: the system itself if it has one body."""
+    if len(system.of_bodies) == 1:
+        return {"": system}
+    return {name: _system_of(body, system.units) for name, body in system.of_bodies.items()}
+
+
+def _system_of(body: Body, units: Mapping[str, str]) -> System[Body]:
+    return System._of(OneOfTwo(body, ()), units)

@@ -183,8 +183,12 @@ def crossings(
     parts = [_phase(variables, members[block], times[block], rows[block]) for block in blocks]
     phase = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     order = np.lexsort((times if rising else -times, members))
-    of_all = (EventRecord(event, system, times, state_of(phase, times), directions, members) for event in events)
-    return tuple(each._rows(order[numbers[order] == number]) for number, each in enumerate(of_all))
+
+    def found_of(event: Event, chosen: Integers) -> EventRecord:
+        states = state_of(changed(phase, lambda x: x[chosen]), times[chosen])
+        return EventRecord(event, system, times[chosen], states, directions[chosen], members[chosen])
+
+    return tuple(found_of(event, order[numbers[order] == number]) for number, event in enumerate(events))
 
 
 def _phase(variables: StateVector, members: Integers, times: Array, rows: Array) -> Phase:

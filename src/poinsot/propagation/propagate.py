@@ -112,17 +112,16 @@ def propagate(
     >>> motion.omega_body.shape, bool(np.ptp(motion.energy) < 1e-13)
     ((101, 3), True)
     """
-    t = checked_times(times, system)
-    chosen = checked_formulation(formulation)
-    asked = checked_tolerance(tolerance, precision)
-    problem = Problem(system, events)
-    check_bodies(system, state)
+    chosen, asked = checked_formulation(formulation), checked_tolerance(tolerance, precision)
+    problem, t = Problem(system, events), checked_times(times, system)
     check_span(problem, state, t)
     members, plan = common_members(problem, state), plan_of(**chunking) if chunking else None
+    check_bodies(system, state)
     if plan and not members:
         raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its motion.")
     if members:
-        _check_single(dense)
+        if dense:
+            raise ValueError("an ensemble must be propagated without dense=True, got it. Propagate members one by one.")
         state = broadcast_members(state, members)
     check_starts(problem, state)
     variables = equations.state_vector(problem, state, chosen, precision)
@@ -138,13 +137,8 @@ def propagate(
         ensemble = ensemble_of_motions(whole, variables, problem.events, integrator.settings, integrate)
         return cast("Trajectory", run_in_chunks(ensemble, plan, shown))
     motion, report = integrator.motion(state, t)
-    if members:
+    if members and report.interrupted:
         report.check("propagation", float(t[-1]), motion)
-    else:
+    if not members and (report.stops or report.interrupted):
         report.check_one(float(t[-1]), motion)
     return motion
-
-
-def _check_single(dense: bool) -> None:
-    if dense:
-        raise ValueError("an ensemble must be propagated without dense=True, got it. Propagate members one by one.")

@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, overload
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
+from poinsot.errors import real_numbers
 from poinsot.immutable import ReadOnlyDict, cached_property, owned
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
@@ -21,10 +22,8 @@ from poinsot.mechanics.state import AnyState, Phase, State, changed, state_of
 from poinsot.mechanics.system import System
 from poinsot.printable import described
 from poinsot.propagation import motion_report
-from poinsot.propagation.body_of_pair import body_systems
-from poinsot.propagation.column_reader import ColumnReader, MotionRows
+from poinsot.propagation.column_reader import ColumnReader, MotionRows, body_systems
 from poinsot.propagation.dataset import dataset_of_motion, dataset_of_store, with_present_names
-from poinsot.propagation.dense_states import Dense, dense_states
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.quantities_of_motion import QuantitiesOfMotion
 from poinsot.propagation.two_body_motion import refuse_one_body
@@ -39,6 +38,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Several = slice | Sequence[int] | NDArray[np.int_] | NDArray[np.bool_]
+Dense = tuple[Callable[[Array], Phase], float, float]
+"""Dense output: a function of times, and the first and the last time at which it is defined."""
+
 EVERY = slice(None)
 NOTHING = ReadOnlyDict()
 SHARED_PROVENANCE = ("title", "calendar", "reference_frame")
@@ -196,7 +198,18 @@ class Trajectory(QuantitiesOfMotion):
 
     def __call__(self, time: Times) -> State:
         """Return the state at a time, or a batch of states at an array of times, from the dense output."""
-        return dense_states(self._dense, self.system, time)
+        if self._dense is None:
+            raise ValueError(
+                "a trajectory must have dense output to be called, got none. Propagate one motion with dense=True."
+            )
+        interpolant, first, last = self._dense
+        time = time if self.system.calendar is None else self.system.calendar.time(time)
+        t = real_numbers("time", time, self.system.units["time"])
+        if t.size and (t.min() < first or t.max() > last):
+            outside = t.min() if t.min() < first else t.max()
+            raise ValueError(f"time must lie within [{first:.15g}, {last:.15g}], got {outside:.15g}.")
+        phase = changed(interpolant(t.ravel()), lambda x: x.reshape(*t.shape, x.shape[-1]))
+        return state_of(phase, t, jumps_at(self.system.dynamics.jumping, t))  # type: ignore[return-value]
 
     def __len__(self) -> int:
         """Return the length of the first axis of its arrays: members of an ensemble, times of one body."""
@@ -357,3 +370,32 @@ def _phase_of(reader: ColumnReader, body: str) -> Phase:
 
 def _interpolated(motion: Trajectory, body: str, times: Array) -> Phase:
     return motion(times).of_bodies[body].phase
+
+
+# ---------------------------------------------------------------------- bodies of motions as arguments
+
+
+def is_of_two_bodies(motion: Trajectory) -> bool:
+    """Return True if a motion contains two bodies."""
+    return len(motion.system.of_bodies) > 1
+
+
+def _of_two_bodies(name: str, motion: Trajectory) -> Trajectory:
+    if not is_of_two_bodies(motion):
+        raise TypeError(f"{name} must be the motion of two bodies, got the motion of one body.")
+    return motion
+
+
+OfTwoBodies = Annotated[Trajectory, _of_two_bodies]
+"""Annotation of a motion of two bodies."""
+
+
+def of_one_body(motion: Trajectory, body: str | None) -> Trajectory:
+    """Return the motion of one body, for a motion of two the body with the given name."""
+    known = motion.of_bodies
+    if body is None and len(known) == 1:
+        return motion
+    if body not in known:
+        rule = "must be primary or secondary" if len(known) > 1 else "must not be there for a motion of one body"
+        raise ValueError(f"body {rule}, got {body or 'none'}.")
+    return known[body]

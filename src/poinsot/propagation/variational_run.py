@@ -19,7 +19,7 @@ from poinsot.integration.rows import Sink
 from poinsot.integration.run import BOTH_WAYS, Run
 from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
-from poinsot.integration.tangent_vectors import Variations
+from poinsot.integration.variational import Variations
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.mechanics.members import members_of
 from poinsot.mechanics.state import AnyState
@@ -171,7 +171,7 @@ class VariationalRun:
         """
         if not self.derivatives.inputs:
             return self.chart
-        smooth = equations.between_first_knots(self.problem)
+        smooth = self.problem.smooth
         orbits, views = shared_blocks(smooth.orbits, lambda orbit: not orbit.closed_form)
         return replace(self.chart, orbits=orbits, views=views, comoving=False)
 

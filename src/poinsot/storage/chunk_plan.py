@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, TypedDict
 import numpy as np
 
 from poinsot.printable import quoted, shortened
-from poinsot.storage.ensemble import Ensemble, Result
 from poinsot.storage.ensemble_store import MAX_CHUNK_BYTES
 from poinsot.storage.memory import available_memory
 from poinsot.storage.selection import refuse_other_names
@@ -112,20 +111,20 @@ class Plan:
         """Return the number of threads of a chunk: a dask worker computes as many chunks at a time as it has."""
         return 1 if self.client is not None and given is None else given
 
-    def selection(self, ensemble: Ensemble[Result]) -> Selection:
-        """Return the variables of an ensemble that are computed: given ones, or all for a reduction, or the default."""
-        refuse_other_names("variables", self.variables, ensemble.variables)
-        default = ensemble.stored if self.reduce is None else ensemble.variables
+    def selection(self, variables: Collection[str], stored: Collection[str]) -> Selection:
+        """Return the variables that are computed: given ones, or all for a reduction, or `stored` by default."""
+        refuse_other_names("variables", self.variables, variables)
+        default = stored if self.reduce is None else variables
         return self.variables or dict.fromkeys(default, StoredVariable())
 
-    def members_of_chunk(self, ensemble: Ensemble[Result]) -> int:
-        """Return the number of members in a chunk, for which memory is available."""
-        free, each = available_memory(), max(ensemble.member_bytes, 1)
+    def members_of_chunk(self, members: int, member_bytes: int) -> int:
+        """Return the number of members in a chunk, for which memory is available, from the bytes of one member."""
+        free, each = available_memory(), max(member_bytes, 1)
         if self.chunk is None:
-            most = min(max(min(free // MEMORY_SHARE, MAX_CHUNK_BYTES) // each, 1), ensemble.members)
-            chunk = 1 << (most.bit_length() - 1) if most < ensemble.members else most
+            most = min(max(min(free // MEMORY_SHARE, MAX_CHUNK_BYTES) // each, 1), members)
+            chunk = 1 << (most.bit_length() - 1) if most < members else most
         else:
-            chunk = min(self.chunk, ensemble.members)
+            chunk = min(self.chunk, members)
         if COPIES_IN_MEMORY * chunk * each > free:
             remedy = "Leave chunk out." if self.chunk is not None and chunk > 1 else "Give fewer times."
             raise ValueError(

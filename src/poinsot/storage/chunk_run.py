@@ -17,12 +17,12 @@ from poinsot.errors import PropagationInterrupted
 from poinsot.printable import shortened
 from poinsot.storage.chunk_plan import Plan, Selection, with_thinned_times
 from poinsot.storage.ensemble import ChunkResult, Compute, Ensemble, Result
-from poinsot.storage.ensemble_store import EnsembleStore, Variables, coordinates_of, dataset_of_arrays, plain_variables
+from poinsot.storage.ensemble_store import EnsembleStore, coordinates_of, dataset_of_arrays, plain_variables
 from poinsot.storage.lease import lease
 from poinsot.storage.reductions import concatenated, reduced, reduction
 from poinsot.storage.store_opening import StoreDescription, UnwritableError, is_there, writing
 from poinsot.storage.workers import on_workers
-from poinsot.storage.zarr_group import Attributes, Described, Numbers, StoreError
+from poinsot.storage.zarr_group import Attributes, Described, Numbers, StoreError, Variables
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -135,9 +135,9 @@ class ChunkTask:
 
 def run_in_chunks(ensemble: Ensemble[Result], plan: Plan, shown: bool) -> Result | xarray.Dataset:
     """Compute an ensemble chunk by chunk; return the result in the store, or the dataset of all reductions."""
-    selection = plan.selection(ensemble)
+    selection = plan.selection(ensemble.variables, ensemble.stored)
     if plan.out is None:
-        chunk = plan.members_of_chunk(ensemble)
+        chunk = plan.members_of_chunk(ensemble.members, ensemble.member_bytes)
         return _reduced_in_memory(ensemble, plan, ChunkTask.of(ensemble, plan, selection, chunk), shown)
     try:
         return _in_store(ensemble, plan, plan.out, selection, shown)
@@ -177,7 +177,7 @@ def _in_store(
     open_result: Callable[[EnsembleStore], Result | xarray.Dataset] = ensemble.open if plan.reduce is None else reduced
     description = StoreDescription.of(ensemble, plan, selection)
     if not is_there(out):
-        description.make(out, plan.members_of_chunk(ensemble))
+        description.make(out, plan.members_of_chunk(ensemble.members, ensemble.member_bytes))
     store = description.open(out, plan.chunk)
     if store.whole.all() and not os.access(out, os.W_OK):  # nothing to write, and nowhere
         store.check_files()

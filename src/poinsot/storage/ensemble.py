@@ -1,4 +1,4 @@
-"""An ensemble as chunks and stores see it: descriptions of variables, and what computes members.
+"""Ensemble of members that is computed in chunks: descriptions of variables, and the function of some members.
 
 Motions and results of analyses are ensembles of the same kind. Nothing here contains a system or a state.
 """
@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeVar
 
 from poinsot.display.progress import Progress
 from poinsot.storage.run_record import RunRecord
-from poinsot.storage.zarr_group import Described, Numbers
+from poinsot.storage.zarr_group import Described, Numbers, Variables
 
 if TYPE_CHECKING:
     import xarray
 
-    from poinsot.storage.ensemble_store import EnsembleStore, Variables
+    from poinsot.storage.ensemble_store import EnsembleStore
 
 __all__ = ["ChunkResult", "Ensemble"]
 

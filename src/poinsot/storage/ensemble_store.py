@@ -1,7 +1,7 @@
-"""The store of an ensemble: a Zarr group whose arrays grow by whole chunks of members.
+"""Store of an ensemble: a Zarr group whose arrays grow by chunks of members.
 
-A chunk of members is one shard of every array, and a group of its own in `chunks/`, which has its failures, its events
-or what a reduction made of it. The description of that group is written last: a chunk that has it is whole.
+A chunk of members is one shard of every array, and a group in `chunks/` with the failures, the events or the result of
+a reduction. The description of this group is written last: a chunk that has it is complete.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import contextlib
 import functools
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,8 +27,10 @@ from poinsot.storage.zarr_group import (
     Described,
     Json,
     Numbers,
+    Places,
     StoredArray,
     StoreError,
+    Variables,
     check_descriptions,
     check_lengths,
     own_folder,
@@ -41,12 +43,13 @@ from poinsot.storage.zarr_group import (
 
 if TYPE_CHECKING:
     import xarray
+    from xarray.backends import BackendArray
+    from xarray.core.indexing import ExplicitIndexer
 
 __all__ = [
     "MAX_CHUNK_BYTES",
     "EnsembleStore",
     "StoreHeader",
-    "Variables",
     "block_of",
     "coordinates_of",
     "dataset_of_arrays",
@@ -58,48 +61,47 @@ __all__ = [
 CHUNKS = "chunks"
 
 STORE_FORMAT = 1
-"""Of the folders and names in a store."""
+"""Version of the folders and names in a store."""
 
 MAX_CHUNK_BYTES = 128 * 1024**2
 """Largest size of the rows of a chunk: larger chunks are no faster."""
 
 MAX_CHUNKS = 2**24
-"""In one store: each is at least a file."""
-
-Variables = Mapping[str, tuple[tuple[str, ...], Numbers, Attributes]]
-"""Name -> dimensions, numbers and attributes."""
+"""Largest number of chunks in one store, each of which is at least one file."""
 
 WORDS, COORDINATES = "words", "coordinates"
-"""The attribute of an array that has words in the place of its numbers, and that of a group which names coordinates."""
+"""Attribute of an array with the words for which its numbers stand, and attribute of a group with its coordinates."""
 
 KINDS = {"f": "float64", "i": "int64", "u": "int64", "b": "int64"}
 
 
 class EnsembleStore:
-    """A store as it was when it was opened.
+    """Store in the state in which it was opened.
 
     Parameters
     ----------
     folder : Path
+        Folder of the store.
 
     Attributes
     ----------
     described : mapping
-        Name -> what is known of an array.
+        Description of each array by name.
     attributes : mapping
+        Attributes of the group.
     members, chunk : int
-        How many there are, and in one chunk; 0 where nothing lies along members.
+        Numbers of members, in all and in a chunk; 0 if no array lies along members.
     whole : array (chunks,) of bool
-        Which chunks are there.
+        True for each complete chunk.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.described, self.attributes = read_group(folder)
-        said = self.attributes.get("store")
-        if not isinstance(said, dict) or said.get("format") != STORE_FORMAT:
+        store = self.attributes.get("store")
+        if not isinstance(store, dict) or store.get("format") != STORE_FORMAT:
             raise StoreError("it is not of this format")
-        members, chunk = said.get("members"), said.get("chunk")
+        members, chunk = store.get("members"), store.get("chunk")
         if not (type(members) is int and type(chunk) is int and 0 <= members < 2**48 and 0 <= chunk < 2**48):
             raise StoreError("it has no numbers of members")
         self.members: int = members
@@ -118,7 +120,7 @@ class EnsembleStore:
         return f"{self.folder.name}, {self.whole.sum()} of {self.whole.size} chunks of {self.chunk} members"
 
     def _look(self) -> None:
-        """Find the chunks that are whole."""
+        """Find the complete chunks."""
         with contextlib.suppress(FileNotFoundError):
             for entry in os.scandir(self.folder / CHUNKS):
                 if entry.name.isdecimal() and int(entry.name) < self.whole.size:
@@ -126,12 +128,12 @@ class EnsembleStore:
 
     @functools.cached_property
     def arrays(self) -> dict[str, StoredArray]:
-        """The arrays by name, which are read when they are indexed."""
+        """Arrays by name, which are read when they are indexed."""
         return {name: StoredArray(self.folder / name, about, self.whole) for name, about in self.described.items()}
 
     @property
     def sharded(self) -> dict[str, Described]:
-        """The arrays that are cut into chunks."""
+        """Descriptions of the arrays in chunks by name."""
         return {name: about for name, about in self.described.items() if about.chunk}
 
     def members_of(self, number: int) -> slice:
@@ -142,20 +144,20 @@ class EnsembleStore:
         return self.folder / CHUNKS / f"{number:06}"
 
     @property
-    def summary(self) -> dict[str, Any]:
-        """What is said of all rows: of a store that `save` has written how far invariants moved."""
+    def summary(self) -> dict[str, str | float]:
+        """Recorded summary of all rows, with the drift of invariants in a store that `save` wrote; else empty."""
         return dict(self.attributes["store"].get("summary", {}))
 
     @property
     def finished(self) -> int:
-        """How many members are there."""
+        """Number of members in complete chunks."""
         members = (self.members_of(number) for number in np.flatnonzero(self.whole).tolist())
         return sum(part.stop - part.start for part in members)
 
     def check_files(self) -> None:
-        """Refuse a store of which files are missing, of other sizes than announced, or larger than memory.
+        """Raise a `StoreError` if files are missing, have other sizes than announced, or do not fit into memory.
 
-        The size of a file with holes is not what it takes on a disk.
+        The size of a file with holes is larger than its space on the disk.
         """
         needed, left = (
             sum(about.total_bytes for about in self.described.values() if not about.chunk),
@@ -185,14 +187,14 @@ class EnsembleStore:
         synced(self.folder / name)
 
     def mend(self, header: StoreHeader) -> None:
-        """Write what is the same for all chunks anew if it is damaged or says other things, such as another title.
+        """Write a damaged or different header again, for example with another title; read the whole store.
 
-        Chunks that are damaged count as missing, and what writers left is removed. All of the store is read.
+        Damaged chunks count as missing, and unfinished files of earlier writers are removed.
         """
         for part in self.folder.rglob("*.part"):
             part.unlink(missing_ok=True)
-        kept = {name: value for name, value in self.attributes.items() if name.startswith("version_")}
-        header = header._replace(attributes={**header.attributes, **kept})
+        versions = {name: value for name, value in self.attributes.items() if name.startswith("version_")}
+        header = header._replace(attributes={**header.attributes, **versions})
         if (self.described, self.attributes) != (header.described, header.attributes) or not self._is_sound():
             header.write(self.folder)
         for number in np.flatnonzero(self.whole).tolist():
@@ -203,7 +205,7 @@ class EnsembleStore:
                 (folder if folder.is_symlink() else folder / GROUP).unlink(missing_ok=True)
 
     def _is_sound(self) -> bool:
-        """Whether all that is the same for all chunks is as it was written."""
+        """Return True if everything that all chunks share is undamaged."""
         try:
             read_group(self.folder / CHUNKS)
             check_descriptions(self.folder, self.described)
@@ -215,7 +217,7 @@ class EnsembleStore:
         return not (self.folder / CHUNKS).is_symlink()
 
     def _check_chunk(self, number: int) -> None:
-        """Refuse a chunk that is not as it was written."""
+        """Raise a `StoreError` if a chunk is damaged."""
         arrays, _ = self.extra_of(number)
         check_descriptions(self._folder_of(number), {name: array.about for name, array in arrays.items()})
         for array in arrays.values():
@@ -239,7 +241,7 @@ class EnsembleStore:
     # ------------------------------------------------------------------ reading
 
     def extra_of(self, number: int) -> tuple[dict[str, StoredArray], dict[str, Any]]:
-        """Return the extra arrays and the attributes of a whole chunk."""
+        """Return the extra arrays and the attributes of a complete chunk."""
         folder = self._folder_of(number)
         if folder.is_symlink() or folder.parent.is_symlink():
             raise StoreError(f"{shortened(folder.name)} is a link")
@@ -251,32 +253,33 @@ class EnsembleStore:
         return arrays, attributes
 
     def extras(self) -> Iterator[tuple[dict[str, StoredArray], dict[str, Any]]]:
-        """Yield the extra arrays and the attributes of each whole chunk."""
+        """Yield the extra arrays and the attributes of each complete chunk."""
         return (self.extra_of(number) for number in np.flatnonzero(self.whole).tolist())
 
     def dataset(self) -> xarray.Dataset:
-        """Return all arrays as a dataset, of which chunks are read when they are needed: with dask, as its arrays."""
+        """Return all arrays as a dataset that reads chunks when they are needed, of dask arrays if dask is there."""
         data = self.variables()
         if find_spec("dask") is None:
             return data
         return data.assign({name: data.variables[name].chunk({"member": self.chunk}) for name in self.sharded})
 
     def variables(self) -> xarray.Dataset:
-        """Return all arrays as a dataset, which reads what it is indexed with."""
-        said = {name: value for name, value in self.attributes.items() if name != "store"}
-        return dataset_of_arrays(self.arrays, said)
+        """Return all arrays as a dataset that reads rows when it is indexed."""
+        attributes = {name: value for name, value in self.attributes.items() if name != "store"}
+        return dataset_of_arrays(self.arrays, attributes)
 
 
 class StoreHeader(NamedTuple):
-    """What a store has before its chunks.
+    """Content of a store before its chunks.
 
     Attributes
     ----------
     fixed : mapping
-        The variables that are the same for all chunks.
+        Variables that all chunks share.
     described : mapping
-        Those, and the arrays that grow by chunks.
+        Descriptions of these variables and of the arrays in chunks.
     attributes : mapping
+        Attributes of the group.
     """
 
     fixed: Variables
@@ -284,7 +287,7 @@ class StoreHeader(NamedTuple):
     attributes: Attributes
 
     def write(self, folder: Path) -> None:
-        """Write it into a folder, which may have one already, and chunks."""
+        """Write the header into a folder, which may contain another header and chunks."""
         write_group(own_folder(folder / CHUNKS), {}, {})
         fixed = {name: values for name, (_, values, _) in self.fixed.items()}
         side_by_side(
@@ -301,7 +304,7 @@ def header_of(
     Parameters
     ----------
     fixed : xarray.Dataset
-        Variables that are the same for all chunks, and the attributes.
+        Variables that all chunks share, and the attributes.
     rows : mapping
         Descriptions of the variables along members by name.
     members, chunk : int
@@ -342,13 +345,13 @@ def save_in_chunks(data: xarray.Dataset, folder: Path, about: Mapping[str, Any])
 
 
 def block_of(chunk: int, member_bytes: int) -> int:
-    """Return how many members a block has: as many as it has room for, and a chunk a whole number of."""
+    """Return the number of members in a block, a divisor of the number in a chunk."""
     most = max(BLOCK_BYTES // max(member_bytes, 1), 1)
     return next((n for n in range(min(most, chunk), 1, -1) if chunk % n == 0), 1)
 
 
 def plain_variables(data: xarray.Dataset) -> dict[str, tuple[tuple[str, ...], Numbers, dict[str, Json]]]:
-    """Return the variables of a dataset as arrays of numbers; those of coordinates in words have these beside them."""
+    """Return the variables of a dataset as arrays of numbers; a coordinate in words has the words as an attribute."""
     found = {}
     for name, variable in data.variables.items():
         values, attributes = np.asarray(variable.values), dict(variable.attrs)
@@ -361,30 +364,31 @@ def plain_variables(data: xarray.Dataset) -> dict[str, tuple[tuple[str, ...], Nu
 
 
 def coordinates_of(data: xarray.Dataset) -> dict[str, str]:
-    """Return the attribute that names the coordinates that are no dimensions, as xarray reads it from any store."""
+    """Return the attribute in which xarray reads the names of the coordinates that are no dimensions."""
     names = [str(name) for name, each in data.coords.items() if each.dims != (name,)]
     return {COORDINATES: " ".join(names)} if names else {}
 
 
 def dataset_of_arrays(arrays: Mapping[str, StoredArray], attributes: Attributes) -> xarray.Dataset:
-    """Return arrays as a dataset; those in shards are read when they are indexed."""
+    """Return arrays as a dataset that reads arrays in shards when it is indexed."""
     import xarray
     from xarray.core import indexing
 
     variables: dict[str, xarray.Variable] = {}
     for name, array in arrays.items():
         about = array.about
-        said = {key: value for key, value in about.attributes.items() if key != WORDS}
-        values: Any = indexing.LazilyIndexedArray(_backend(array)) if about.chunk else _in_words(name, array)
-        variables[name] = xarray.Variable(about.dims, values, said)
+        own = {key: value for key, value in about.attributes.items() if key != WORDS}
+        lazy = indexing.LazilyIndexedArray(_backend(array)) if about.chunk else None
+        values = _in_words(name, array) if lazy is None else lazy
+        variables[name] = xarray.Variable(about.dims, values, own)
     named = str(attributes.get(COORDINATES, "")).split()
     coordinates = [name for name in variables if (name,) == arrays[name].about.dims or name in named]
-    own = {key: value for key, value in attributes.items() if key != COORDINATES}
-    return xarray.Dataset(variables, attrs=own).set_coords(coordinates)
+    others = {key: value for key, value in attributes.items() if key != COORDINATES}
+    return xarray.Dataset(variables, attrs=others).set_coords(coordinates)
 
 
 def _in_words(name: str, array: StoredArray) -> Numbers:
-    """Return what is in an array, or the words that it has instead."""
+    """Return the numbers of an array, or the words for which they stand."""
     words = array.about.attributes.get(WORDS)
     if words is None:
         return np.asarray(array)
@@ -396,7 +400,7 @@ def _in_words(name: str, array: StoredArray) -> Numbers:
 def plain_variable(
     name: str, dims: tuple[str, ...], values: Numbers, attributes: Attributes
 ) -> tuple[tuple[str, ...], Numbers, dict[str, Json]]:
-    """Return a variable as a store has it."""
+    """Return a variable as a store contains it."""
     kind = "float32" if values.dtype == np.float32 else KINDS.get(values.dtype.kind)
     if values.dtype == np.uint64 and values.max(initial=0).item() >= 2**63:
         raise ValueError(f"whole numbers of a store must be less than 2**63, got {name} up to {np.max(values)}.")
@@ -405,12 +409,12 @@ def plain_variable(
     return dims, values.astype(kind, copy=False), dict(attributes)
 
 
-def _backend(array: StoredArray) -> Any:
-    """Return an array as xarray reads it lazily."""
+def _backend(array: StoredArray) -> BackendArray:
+    """Return an array that xarray reads when it is indexed."""
     from xarray.backends import BackendArray
     from xarray.core import indexing
 
-    def read(key: tuple[Any, ...]) -> Numbers:
+    def read(key: tuple[Places, ...]) -> Numbers:
         first, *rest = key
         at = rest[0] if rest else slice(None)
         rows = array.members(first, at)
@@ -423,11 +427,12 @@ def _backend(array: StoredArray) -> Any:
     class Lazy(BackendArray):
         shape, dtype = array.shape, array.dtype
 
-        def __getitem__(self, key: Any) -> Any:
+        def __getitem__(self, key: ExplicitIndexer) -> Numbers:
             support = indexing.IndexingSupport.OUTER
-            return indexing.explicit_indexing_adapter(key, self.shape, support, read)
+            rows: Numbers = indexing.explicit_indexing_adapter(key, self.shape, support, read)
+            return rows
 
-        def __reduce__(self) -> Any:
+        def __reduce__(self) -> tuple[Callable[[StoredArray], BackendArray], tuple[StoredArray]]:
             return _backend, (array,)
 
     return Lazy()

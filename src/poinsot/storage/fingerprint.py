@@ -1,4 +1,4 @@
-"""The digest of what defines a problem: equal for equal definitions, in another process too."""
+"""Digest of the definition of a problem, equal for equal definitions in any process."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _pieces(value: Any, within: tuple[int, ...]) -> Iterator[bytes]:
 
 
 def _inside(value: Any) -> Iterator[Any]:
-    """Yield what a value consists of, names before their values."""
+    """Yield the parts of a value, each name before its value."""
     if isinstance(value, Mapping):
         for name, each in value.items():
             yield from (name, each)
@@ -80,20 +80,19 @@ def _of_code(value: Any) -> Iterator[Any]:
 
 
 def _own(value: Any) -> Iterator[Any]:
-    """Yield the attributes of an object of any class, without what it computed and keeps."""
-    kept = {name for kind in type(value).__mro__ for name, each in vars(kind).items() if _is_kept(each)}
+    """Yield the attributes of an object of any class, without the values of cached properties."""
+    classes = type(value).__mro__
+    cached = {
+        name for kind in classes for name, each in vars(kind).items() if isinstance(each, functools.cached_property)
+    }
     own = {"name": value.__name__} if isinstance(value, ModuleType) else getattr(value, "__dict__", None)
     if own is None:
         with contextlib.suppress(TypeError):  # a lock, a generator
             state = value.__reduce_ex__(2)
             yield from (state[1:3] if isinstance(state, tuple) else (state,))
         return
-    for name in sorted(own.keys() - kept):
+    for name in sorted(own.keys() - cached):
         yield from (name, own[name])
-
-
-def _is_kept(attribute: Any) -> bool:
-    return isinstance(attribute, functools.cached_property)
 
 
 def _name(value: Any) -> str:

@@ -27,7 +27,7 @@ RENEWALS_PER_LEASE = 4
 
 @contextlib.contextmanager
 def lease(folder: Path) -> Iterator[Lease]:
-    """Hold the lease of a folder; a ValueError says who has it."""
+    """Hold the lease of a folder; raise a ValueError that names another owner."""
     held = Lease(folder / NAME)
     try:
         held.take()
@@ -53,7 +53,7 @@ class Lease:
         return os.open(self._path, os.O_RDWR | os.O_CREAT | REGULAR_FILE, 0o666)
 
     def take(self) -> None:
-        """Take the lease, or refuse."""
+        """Take the lease; raise a ValueError if another run has it."""
         while not self._lock():
             os.close(self._number)
             self._number = self._opened()
@@ -80,15 +80,15 @@ class Lease:
             return False
 
     def check(self) -> None:
-        """Refuse to go on if another run has taken the lease: this one did not renew it for too long."""
+        """Raise a ValueError if another run has taken the lease, which this run did not renew in time."""
         owner = self._named()
         if owner.get("token") != self._token["token"]:
             self._refuse(owner)
 
     def _named(self) -> dict[str, str | int]:
-        """Return what the file of this name says of who has it."""
+        """Return the owner in the file with the name of the lease."""
         try:
-            return _said(self._path.read_bytes())
+            return _owner_in(self._path.read_bytes())
         except OSError:
             return {}
 
@@ -116,9 +116,9 @@ class Lease:
                 os.utime(self._number if os.utime in os.supports_fd else self._path)
 
     def _owner(self) -> dict[str, str | int]:
-        """Return what the file that is open says of who has it."""
+        """Return the owner in the open file."""
         os.lseek(self._number, 0, os.SEEK_SET)
-        return _said(os.read(self._number, 1000))
+        return _owner_in(os.read(self._number, 1000))
 
     def _age(self) -> float:
         """Return the seconds since the lease was renewed, by the clock of the file system."""
@@ -135,9 +135,9 @@ class Lease:
         )
 
 
-def _said(content: bytes) -> dict[str, str | int]:
+def _owner_in(content: bytes) -> dict[str, str | int]:
     with contextlib.suppress(ValueError):
-        said = json.loads(content)
-        if isinstance(said, dict):
-            return said
+        owner = json.loads(content)
+        if isinstance(owner, dict):
+            return owner
     return {}

@@ -1,4 +1,4 @@
-"""How much memory this process may still use."""
+"""Memory that this process may still use."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MIN_CHECKED_BYTES = 128 * 1024**2
 
 
 def available_memory() -> int:
-    """Return the bytes that this process may use beside what it has: those of the machine, its cgroups and limits."""
+    """Return the number of bytes that machine, cgroups and limits allow this process to use in addition."""
     return max(min([*_of_machine(), *_of_cgroups(), *_of_limits()], default=ASSUMED_BYTES), 0)
 
 
@@ -73,7 +73,7 @@ def _of_limits() -> Iterator[int]:
 
 
 def _of_cgroups() -> Iterator[int]:
-    """Yield what the limits of each cgroup of the process leave, of version 2 and of version 1."""
+    """Yield the memory that each cgroup of the process leaves, for versions 1 and 2 of cgroups."""
     for line in _text(PROC / "self" / "cgroup").splitlines():
         _, controllers, place = line.split(":", 2)
         if not controllers:

@@ -1,4 +1,4 @@
-"""What a user's function makes of each chunk of an ensemble, and the datasets of all chunks as one."""
+"""Results of a user's function of each chunk of an ensemble, and the datasets of all chunks as one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["concatenated", "reduced", "reduction"]
 
 
 def reduction(reduce: Callable[[xarray.Dataset], xarray.Dataset], data: xarray.Dataset) -> xarray.Dataset:
-    """Return what a user's function makes of a dataset; of labels those that are numbers or words."""
+    """Return the result of a user's function of a dataset, with the labels that are numbers or words."""
     import xarray
 
     try:
@@ -32,8 +32,8 @@ def reduction(reduce: Callable[[xarray.Dataset], xarray.Dataset], data: xarray.D
     if not isinstance(found, xarray.Dataset):
         raise TypeError(f"reduce must return a dataset, got {described(found)}.")
     labels = [name for name, each in found.coords.items() if _numbers_or_words(each.values)]
-    kept = {name: found.variables[name] for name in (*found.data_vars, *labels)}
-    plain = {name: (x.dims, x.values, plain_attributes(x.attrs)) for name, x in kept.items()}
+    stored = {name: found.variables[name] for name in (*found.data_vars, *labels)}
+    plain = {name: (x.dims, x.values, plain_attributes(x.attrs)) for name, x in stored.items()}
     return xarray.Dataset(plain).set_coords(labels)
 
 
@@ -42,12 +42,12 @@ def _numbers_or_words(values: NDArray[np.generic]) -> bool:
 
 
 def reduced(store: EnsembleStore) -> xarray.Dataset:
-    """Return what a reduction has made of the chunks that are whole."""
+    """Return the results of a reduction of the complete chunks."""
     return concatenated(dataset_of_arrays(*each) for each in store.extras())
 
 
 def concatenated(parts: Iterable[xarray.Dataset]) -> xarray.Dataset:
-    """Return datasets of chunks as one: along members where they have them, else along a new dimension `chunk`."""
+    """Return datasets of chunks as one, joined along members if they lie along them, else along a dimension `chunk`."""
     import xarray
 
     found = list(parts)
@@ -58,7 +58,7 @@ def concatenated(parts: Iterable[xarray.Dataset]) -> xarray.Dataset:
 
 
 def _joined(name: Hashable, each: Sequence[xarray.Variable | None], coordinate: bool) -> xarray.Variable:
-    """Return a variable of all chunks as one; a coordinate that is the same for all of them as it is."""
+    """Return a variable of all chunks as one; a coordinate that all chunks share stays as it is."""
     import xarray
 
     known = [one for one in each if one is not None]
@@ -75,5 +75,5 @@ def _joined(name: Hashable, each: Sequence[xarray.Variable | None], coordinate: 
 
 
 def _shape(variable: xarray.Variable) -> dict[Hashable, int]:
-    """Return the sizes of a variable that chunks have in common."""
+    """Return the sizes of a variable without the number of members."""
     return {dim: size for dim, size in variable.sizes.items() if dim != "member"}

@@ -1,4 +1,4 @@
-"""How a motion was computed: the method, its order, steps and tolerance, and the versions of what computed it."""
+"""Record of a run: method, order, steps and tolerance, and the versions of the packages that computed it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OF_CHUNK = ("order", "tolerance", "steps", "kernel", "lanes")
 
 
 class Method(StrEnum):
-    """What computed a trajectory."""
+    """Method that computed a trajectory."""
 
     TAYLOR = "Taylor"
     TAYLOR_OF_MEMBERS = "Taylor, members in batches"
@@ -31,7 +31,7 @@ class Method(StrEnum):
 
 @dataclass(frozen=True)
 class RunRecord:
-    """How a trajectory was computed.
+    """Record of the run that computed a trajectory.
 
     Attributes
     ----------
@@ -128,7 +128,7 @@ class Versions(Mapping[str, str]):
 
 @functools.cache
 def versions() -> dict[str, str]:
-    """Return the versions of the package and of what computed."""
+    """Return the versions of the package and of its numerical libraries."""
     from importlib import metadata
 
     from poinsot import __version__

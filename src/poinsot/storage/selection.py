@@ -1,4 +1,4 @@
-"""Some members of an ensemble, or some of the times: indices as NumPy and xarray take them."""
+"""Indices of members and times, as in NumPy and xarray."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _of_slice(name: str, index: slice, count: int) -> Chosen:
 
 
 def rows_of(values: Any, members: Chosen | slice | None, at: Any) -> NDArray[Any]:
-    """Return the rows of some members, None: of one body, at some times; of a store no more is read."""
+    """Return the rows of some members, None for one body, at some times; read no other rows of a store."""
     if members is None:
         return np.asarray(values[at])
     if isinstance(values, StoredArray | JoinedArrays):

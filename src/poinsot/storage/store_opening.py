@@ -1,4 +1,4 @@
-"""The store of an ensemble before its chunks: made for a problem, or opened again for the same problem."""
+"""Store of an ensemble before its chunks: made for a problem, or opened again for the same problem."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class StoreDescription:
     Parameters
     ----------
     fixed : xarray.Dataset
-        Variables that are the same for all chunks, and the attributes.
+        Variables that all chunks share, and the attributes.
     rows : mapping
         Descriptions of the stored variables along members by name.
     members : int
@@ -102,7 +102,7 @@ class StoreDescription:
 
 
 def is_there(out: Path) -> bool:
-    """Return whether a store or another file has a name; raise a ValueError for a link to nothing."""
+    """Return True if a store or another file has a name; raise a ValueError for a broken link."""
     with writing(out):
         there = exists(out)
     if not there and out.is_symlink():
@@ -113,7 +113,7 @@ def is_there(out: Path) -> bool:
 
 
 def _difference(name: str, stored: Any, given: Any) -> str:
-    """Return the words for an entry in which two problems differ."""
+    """Return the name of an entry in which two problems differ, for the versions with the packages."""
     if name != "versions" or not isinstance(stored, dict) or not isinstance(given, dict):
         return name
     packages = [package for package in given if stored.get(package) != given[package]]

@@ -1,4 +1,4 @@
-"""Chunks of an ensemble on the workers of a dask cluster: what dask schedules, and what it is told."""
+"""Chunks of an ensemble on the workers of a dask cluster."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from poinsot.storage.run_record import versions
 __all__ = ["check_client", "on_workers"]
 
 SAME_VERSION_PACKAGES = ("poinsot", "llvmlite")
-"""Packages whose versions workers have in common with the client: others compute other bits, or do not know a task."""
+"""Packages whose versions on workers must equal the versions of the client: others may compute other bits."""
 
 LARGEST_TASK = "1 TB"
-"""Of which dask does not warn: a task is in its graph, so that it outlives a worker that has it."""
+"""Size of a task below which dask does not warn. A task in its graph outlives the workers that have it."""
 
 RUNNING = "running"
-"""The status of a client with a scheduler."""
+"""Status of a client that is connected to a scheduler."""
 
 Done = TypeVar("Done", covariant=True)
 
 
 class Task(Protocol[Done]):
-    """What does the chunk of a number, and returns what is told of it."""
+    """Function that computes the chunk with a number and returns its report."""
 
     def __call__(self, number: int) -> Done: ...
 
 
 def check_client(client: Any) -> None:
-    """Refuse what is no client of dask, one without a scheduler, and one without workers."""
+    """Raise an error unless an object is a client of dask with a scheduler and workers."""
     if not callable(getattr(client, "submit", None)) or not callable(getattr(client, "nthreads", None)):
         raise TypeError(f"client must be a dask.distributed Client, got {kind_of(client)}.")
     if client.status != RUNNING:
@@ -41,9 +41,9 @@ def check_client(client: Any) -> None:
 
 
 def on_workers(client: Any, task: Task[Done], numbers: Iterable[int]) -> Iterator[Done]:
-    """Do chunks on workers, and yield what is told of each as it ends; those of a worker that dies go to others.
+    """Compute chunks on workers, and yield the report of each when it ends; repeat the chunks of a worker that dies.
 
-    On an error or on Ctrl-C the chunks that have not begun are given up; those under way end on their workers.
+    After an error or Ctrl-C, no further chunk begins; chunks under way end on their workers.
     """
     distributed: Any = import_module("distributed")
     dask: Any = import_module("dask")
@@ -61,14 +61,14 @@ def on_workers(client: Any, task: Task[Done], numbers: Iterable[int]) -> Iterato
                 )
             yield done
     except Exception as error:
-        raise _told(error) from error
+        raise _explained(error) from error
     finally:
         if client.status == RUNNING:
             client.cancel([given, *futures], force=True)
 
 
 def _packed(task: Task[Any]) -> bytes:
-    """Return a task as bytes; classes and functions of a script are among them."""
+    """Return a task as bytes, with the classes and functions of a script."""
     cloudpickle: Any = import_module("cloudpickle")
     try:
         packed: bytes = cloudpickle.dumps(task)
@@ -109,8 +109,8 @@ def _own_versions() -> dict[str, str]:
     return {name: version for name, version in versions().items() if name in SAME_VERSION_PACKAGES}
 
 
-def _told(error: Exception) -> Exception:
-    """Return the sentence about what dask says of workers; another error as it is."""
+def _explained(error: Exception) -> Exception:
+    """Return the error with a remedy if workers died; any other error as it is."""
     if type(error).__name__ == "KilledWorker":
         died = getattr(error, "allowed_failures", 0) + 1
         return RuntimeError(

@@ -1,13 +1,14 @@
-"""Groups of arrays as Zarr stores of format 3, written whole and read without a library.
+"""Groups of arrays as Zarr stores of format 3, written and read without a library.
 
-Numbers are little-endian and not compressed, and each block of them ends with its CRC-32C. An array is one block, or is
-cut along its first axis into shards, one for each chunk of members, each of blocks of equally many members. The group
-describes all its arrays (`consolidated_metadata`); what is read must be described exactly as it is written here, so
-that no store can name a codec to execute.
+Numbers are little-endian and not compressed, and each block of numbers ends with its CRC-32C. An array is one block, or
+it is divided along its first axis into shards, one for each chunk of members. A shard consists of blocks with equally
+many members. The group describes all its arrays (`consolidated_metadata`). The reader accepts exactly the descriptions
+that this module writes, so that no store can name a codec to execute.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import math
@@ -34,8 +35,10 @@ __all__ = [
     "JoinedArrays",
     "Json",
     "Numbers",
+    "Places",
     "StoreError",
     "StoredArray",
+    "Variables",
     "check_descriptions",
     "check_lengths",
     "own_folder",
@@ -54,12 +57,17 @@ MAX_JSON_BYTES = 8 * 1024 * 1024
 """Bytes of the description of a group: its scenario, and the reason of each member that failed."""
 
 BLOCK_BYTES = 1_000_000
-"""Bytes of a block of members, about: what is read for one of them."""
+"""Approximate size of a block of members in bytes; one member requires the reading of its block."""
 
 ABSENT = np.full(2, 2**64 - 1, dtype="<u8").tobytes()
 Json = bool | int | float | str | None | Sequence["Json"] | Mapping[str, "Json"]
 Attributes = Mapping[str, Json]
 """Attributes of a group or an array, in values of JSON."""
+
+Numbers = NDArray[np.generic]
+
+Variables = Mapping[str, tuple[tuple[str, ...], Numbers, Attributes]]
+"""Dimensions, numbers and attributes of variables by name."""
 
 BYTES: Json = {"name": "bytes", "configuration": {"endian": "little"}}
 CHECKSUM: Json = {"name": "crc32c"}
@@ -69,17 +77,16 @@ WRITER_THREADS = 4
 """Number of threads that write the files of a group."""
 
 
-Numbers = NDArray[np.generic]
 Places = int | slice | NDArray[np.int_] | NDArray[np.bool_]
 
 
 class StoreError(ValueError):
-    """A group, or an array in it, is not as it is written here."""
+    """A group or one of its arrays differs from the format of this module."""
 
 
 @dataclass(frozen=True)
 class Described:
-    """What is known of an array without its numbers.
+    """Description of an array without its numbers.
 
     Parameters
     ----------
@@ -109,27 +116,27 @@ class Described:
 
     @property
     def dtype(self) -> np.dtype[np.generic]:
-        """The kind of its numbers, as they are stored."""
+        """Type of the numbers in a file."""
         return np.dtype(KINDS[self.kind])
 
     @property
     def member_bytes(self) -> int:
-        """The bytes of one place along its first axis."""
+        """Number of bytes of one place along the first axis."""
         return math.prod(self.shape[1:]) * self.dtype.itemsize
 
     @property
     def total_bytes(self) -> int:
-        """The bytes of all its numbers."""
+        """Number of bytes of all numbers."""
         return math.prod(self.shape) * self.dtype.itemsize
 
     @property
     def is_empty(self) -> bool:
-        """Whether a length is zero: Zarr stores no file for such an array."""
+        """True if a length is zero: Zarr stores no file for such an array."""
         return 0 in self.shape
 
     @property
     def metadata(self) -> dict[str, Json]:
-        """What Zarr says of it."""
+        """Zarr's description of the array."""
         inner: list[Json] = [BYTES, CHECKSUM]
         whole = [max(length, 1) for length in self.shape]
         chunk, codecs = whole, inner
@@ -156,16 +163,16 @@ class Described:
         }
 
     @classmethod
-    def read(cls, name: str, told: Any) -> Described:
-        """Return what a description says, which must be one of those that are written here."""
+    def read(cls, name: str, given: Any) -> Described:
+        """Return the description in a file; raise a `StoreError` unless this module writes it in the same way."""
         try:
-            shape, chunk = told["shape"], told["chunk_grid"]["configuration"]["chunk_shape"]
-            codec = told["codecs"][0]
+            shape, chunk = given["shape"], given["chunk_grid"]["configuration"]["chunk_shape"]
+            codec = given["codecs"][0]
             sharded = codec["name"] == "sharding_indexed"
             own = (chunk[0], codec["configuration"]["chunk_shape"][0]) if sharded else (0, 0)
-            found = cls(tuple(told["dimension_names"]), tuple(shape), told["data_type"], told["attributes"], *own)
+            found = cls(tuple(given["dimension_names"]), tuple(shape), given["data_type"], given["attributes"], *own)
             whole = all(type(n) is int and 0 <= n < 2**48 for n in (*found.shape, *own))
-            same = whole and found.kind in KINDS and found.metadata == told and (not sharded or own[0] % own[1] == 0)
+            same = whole and found.kind in KINDS and found.metadata == given and (not sharded or own[0] % own[1] == 0)
         except (KeyError, IndexError, TypeError, ValueError, ZeroDivisionError, AttributeError):
             same = False
         if not same or not name.isidentifier():
@@ -175,27 +182,18 @@ class Described:
     # ------------------------------------------------------------------ numbers
 
     def key(self, number: int = 0) -> str:
-        """Return the name of the file of a shard, or of the whole array."""
+        """Return the name of the file of a shard, or of an array in one block."""
         return ".".join(["c", str(number), *["0"] * (len(self.shape) - 1)]) if self.shape else "c"
 
     def written(self, folder: Path, values: Numbers, number: int = 0) -> None:
-        """Write the numbers of the members of one shard, or of all; the file has its name when it is whole."""
+        """Write the numbers of the members of one shard, or of all, to a file that has its name when it is complete."""
         if self.is_empty:
             return
-        path = folder / self.key(number)
-        part = _part_of(path)
-        try:
-            with part.open("wb") as stream:
-                for block in self._blocks(values):
-                    stream.write(block.data)
-                    stream.write(_checksum(block))
-                stream.write(self.index(len(values)) if self.chunk else b"")
-                stream.flush()
-                os.fsync(stream.fileno())
-            part.replace(path)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
+        with _new_file(folder / self.key(number)) as stream:
+            for block in self._blocks(values):
+                stream.write(block.data)
+                stream.write(_checksum(block))
+            stream.write(self.index(len(values)) if self.chunk else b"")
 
     def _blocks(self, values: Numbers) -> Iterator[Numbers]:
         """Yield the numbers as they are written, which are copied only where they are not in one piece."""
@@ -210,7 +208,7 @@ class Described:
             yield np.ascontiguousarray(block, dtype=self.dtype)
 
     def index(self, members: int) -> bytes:
-        """Return where the blocks of a shard are, as Zarr has it."""
+        """Return Zarr's index of the blocks of a shard."""
         count, size = -(-members // self.block), self.block * self.member_bytes
         places = np.empty((count, 2), dtype="<u8")
         places[:, 0], places[:, 1] = np.arange(count) * (size + SIZE_OF_CHECKSUM), size + SIZE_OF_CHECKSUM
@@ -218,7 +216,7 @@ class Described:
         return index + _checksum(index)
 
     def size_of(self, members: int) -> int:
-        """Return the bytes of the file of a shard with so many members, or of the whole array."""
+        """Return the number of bytes of the file of a shard with so many members, or of the file of the array."""
         if not self.chunk:
             return self.total_bytes + SIZE_OF_CHECKSUM
         blocks = -(-members // self.block) * (self.block * self.member_bytes + SIZE_OF_CHECKSUM)
@@ -226,15 +224,16 @@ class Described:
 
 
 class StoredArray:
-    """An array in a store, of which is read what is asked for; NaN where no chunk is whole.
+    """Array in a store, which is read when it is indexed; NaN for members of chunks that are not complete.
 
     Parameters
     ----------
     folder : Path
-        That of the array.
+        Folder of the array.
     about : Described
-    whole : sequence of bool
-        Which shards may be read; of an array in one block it is not asked.
+        Description of the array.
+    whole : array of bool
+        True for each complete shard. An array in one block ignores it.
     """
 
     def __init__(self, folder: Path, about: Described, whole: NDArray[np.bool_]) -> None:
@@ -248,7 +247,7 @@ class StoredArray:
         return np.asarray(self.members(slice(None)) if self.about.chunk else self._whole_array(), dtype=dtype)
 
     def members(self, index: Places, at: Places = slice(None)) -> Numbers:
-        """Return the rows of some members of one in shards, at some places along the second axis."""
+        """Return the rows of some members of an array in shards, at some places along the second axis."""
         places = np.arange(len(self))[index]
         wanted = np.atleast_1d(places)
         shape = np.empty(self.shape[1:], dtype=bool)[at].shape if self.ndim > 1 else ()
@@ -324,7 +323,7 @@ class StoredArray:
                     )
 
     def check_content(self, number: int = 0) -> None:
-        """Refuse a shard, or a whole array, with other numbers than were written; all of it is read."""
+        """Raise a `StoreError` if a checksum of a shard, or of an array in one block, differs; read all of it."""
         self.check_file(number)
         if not self.about.chunk:
             self._whole_array()
@@ -334,7 +333,7 @@ class StoredArray:
 
 
 class JoinedArrays:
-    """Stored arrays of which rows are joined along their last axis."""
+    """Stored arrays, joined along their last axis."""
 
     def __init__(self, arrays: list[StoredArray]) -> None:
         self._arrays, first = arrays, arrays[0]
@@ -356,10 +355,10 @@ class JoinedArrays:
 
 
 def write_group(folder: Path, described: Mapping[str, Described], attributes: Attributes) -> None:
-    """Write what a group in an existing folder has, and last its own description, which makes it whole."""
-    told = {name: about.metadata for name, about in described.items()}
-    side_by_side(partial(_write_description, own_folder(folder / name), metadata) for name, metadata in told.items())
-    _write_json(folder / GROUP, _group(told, plain_attributes(attributes)))
+    """Write the descriptions of arrays into an existing folder, and last the description that completes the group."""
+    arrays = {name: about.metadata for name, about in described.items()}
+    side_by_side(partial(_write_description, own_folder(folder / name), each) for name, each in arrays.items())
+    _write_json(folder / GROUP, _group(arrays, plain_attributes(attributes)))
     synced(folder)
 
 
@@ -369,7 +368,7 @@ def _write_description(folder: Path, metadata: Attributes) -> None:
 
 
 def side_by_side(writes: Iterable[Callable[[], None]]) -> None:
-    """Write files on several threads: each of them waits for the disk most of its time."""
+    """Write files on several threads, which wait for the disk most of the time."""
     from concurrent.futures import ThreadPoolExecutor
 
     with ThreadPoolExecutor(WRITER_THREADS) as writers:
@@ -378,7 +377,7 @@ def side_by_side(writes: Iterable[Callable[[], None]]) -> None:
 
 
 def own_folder(path: Path) -> Path:
-    """Return the path of a folder, which is made if it is not there, also in the place of a link."""
+    """Return the path of a folder; make it if it does not exist or is a link."""
     if path.is_symlink():
         path.unlink()
     path.mkdir(exist_ok=True)
@@ -386,7 +385,7 @@ def own_folder(path: Path) -> Path:
 
 
 def check_descriptions(folder: Path, described: Mapping[str, Described]) -> None:
-    """Refuse a group that describes its arrays in other words than they describe themselves, or has links to them."""
+    """Raise a `StoreError` if a description in the group differs from the array's, or an array is a link."""
     for name, about in described.items():
         if (folder / name).is_symlink():
             raise StoreError(f"{name} is a link")
@@ -395,7 +394,7 @@ def check_descriptions(folder: Path, described: Mapping[str, Described]) -> None
 
 
 def check_lengths(described: Mapping[str, Described]) -> None:
-    """Refuse arrays of other lengths along a dimension than others have, before any is read."""
+    """Raise a `StoreError` if two arrays have different lengths along a dimension, without reading them."""
     lengths: dict[str, int] = {}
     for name, about in described.items():
         if len(about.dims) != len(about.shape):
@@ -406,21 +405,21 @@ def check_lengths(described: Mapping[str, Described]) -> None:
 
 
 def read_group(folder: Path) -> tuple[dict[str, Described], dict[str, Any]]:
-    """Return the arrays of a group and its attributes; a `StoreError` says what is not as it is written here."""
-    told = _json_in(folder)
+    """Return the arrays of a group and its attributes; raise a `StoreError` that names any other format."""
+    found = _json_in(folder)
     try:
-        attributes, arrays = dict(told["attributes"]), told["consolidated_metadata"]["metadata"]
+        attributes, arrays = dict(found["attributes"]), found["consolidated_metadata"]["metadata"]
         attributes.pop("digest", None)
         described = {str(name): Described.read(str(name), metadata) for name, metadata in arrays.items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise error if isinstance(error, StoreError) else StoreError(f"{GROUP} is no description of a group") from None
-    if _group(arrays, attributes) != told:
+    if _group(arrays, attributes) != found:
         raise StoreError(f"{GROUP} has other numbers or texts than were written: the digest differs")
     return described, attributes
 
 
 def _json_in(folder: Path) -> Any:
-    """Return what describes an array or a group."""
+    """Return the description of an array or a group."""
     try:
         with open(folder / GROUP, "rb", opener=_plain_file) as stream:
             content = stream.read(MAX_JSON_BYTES + 1)
@@ -434,19 +433,26 @@ def _json_in(folder: Path) -> Any:
 
 
 def _group(arrays: Attributes, attributes: Attributes) -> dict[str, Json]:
-    """Return what Zarr says of a group, with the SHA-256 of it all."""
+    """Return Zarr's description of a group, with its SHA-256."""
     consolidated: Json = {"kind": "inline", "must_understand": False, "metadata": dict(arrays)}
     content = json.dumps([arrays, attributes], sort_keys=True).encode()
     own = {**attributes, "digest": hashlib.sha256(content).hexdigest()}
     return {"zarr_format": 3, "node_type": "group", "attributes": own, "consolidated_metadata": consolidated}
 
 
-def _write_json(path: Path, told: Attributes) -> None:
-    """Write a text that is there whole or not at all."""
-    part = _part_of(path)
+def _write_json(path: Path, content: Attributes) -> None:
+    """Write a description, whole or not at all."""
+    with _new_file(path) as stream:
+        stream.write(json.dumps(content, indent=1).encode())
+
+
+@contextlib.contextmanager
+def _new_file(path: Path) -> Iterator[BinaryIO]:
+    """Open a new file under a name that no other writer uses; flush it and give it its name in the end."""
+    part = path.with_name(f"{path.name}.{os.urandom(8).hex()}.part")
     try:
-        with part.open("w", encoding="utf-8") as stream:
-            json.dump(told, stream, indent=1)
+        with part.open("wb") as stream:
+            yield stream
             stream.flush()
             os.fsync(stream.fileno())
         part.replace(path)
@@ -455,13 +461,8 @@ def _write_json(path: Path, told: Attributes) -> None:
         raise
 
 
-def _part_of(path: Path) -> Path:
-    """Return the name of a file until it is whole, which no other process, thread or machine has."""
-    return path.with_name(f"{path.name}.{os.urandom(8).hex()}.part")
-
-
 def _plain_file(path: str, flags: int) -> int:
-    """Open a file, to which no link leads, and which is none to wait for."""
+    """Open a regular file; raise an error for a link, a pipe or a device."""
     number = os.open(path, flags | REGULAR_FILE)
     if not stat.S_ISREG(os.fstat(number).st_mode):
         os.close(number)
@@ -475,7 +476,7 @@ def _checksum(content: bytes | memoryview | Numbers) -> bytes:
 
 
 def plain_attributes(attributes: Attributes) -> dict[str, Json]:
-    """Return attributes as JSON gives them back."""
+    """Return attributes as they are after writing and reading JSON."""
     try:
         out: dict[str, Json] = json.loads(json.dumps({str(name): plain(value) for name, value in attributes.items()}))
     except (TypeError, ValueError) as error:
@@ -484,5 +485,5 @@ def plain_attributes(attributes: Attributes) -> dict[str, Json]:
 
 
 def plain(value: Json | np.generic | Numbers) -> Json:
-    """Return a number of NumPy as one of Python."""
+    """Return a Python number for a NumPy number, and a text for an array."""
     return value.item() if isinstance(value, np.generic) else str(value) if isinstance(value, np.ndarray) else value

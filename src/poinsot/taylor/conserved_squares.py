@@ -6,9 +6,8 @@ x^2 + y^2 + z^2, the form x^2 - y^2 is N - 2 y^2 - z^2. The kernel computes N wh
 
 from __future__ import annotations
 
-import itertools
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -21,6 +20,7 @@ from poinsot.taylor.decomposition import (
     Sum,
     Variable,
     operands_of,
+    products_of,
 )
 
 __all__ = ["without_squares"]
@@ -40,19 +40,13 @@ def without_squares(drafts: Sequence[Draft], rates: Sequence[DraftOperand]) -> S
         The time derivatives of the state variables.
     """
     variables = {k: draft.place for k, draft in enumerate(drafts) if isinstance(draft, Variable)}
-    squared = sorted(x[0] for x in _products(drafts) if len(x) == 2 and x[0] == x[1])
+    squared = sorted(x[0] for x in products_of(map(operands_of, drafts)) if len(x) == 2 and x[0] == x[1])
     slopes = {k: _slope(k, rates[variables[k]], drafts) for k in squared if k in variables}
     for numbers in _invariants(slopes):
         changed = [_without_square(x, numbers, len(drafts)) if isinstance(x, Sum) else x for x in drafts]
-        if len(_products(changed)) < len(_products(drafts)):
+        if len(products_of(map(operands_of, changed))) < len(products_of(map(operands_of, drafts))):
             drafts = [*changed, Invariant(tuple((number,) for number in numbers))]
     return drafts
-
-
-def _products(drafts: Iterable[Draft]) -> set[Monomial]:
-    """Return the monomials that have several factors."""
-    operands = itertools.chain.from_iterable(map(operands_of, drafts))
-    return {x for x in operands if not isinstance(x, Coefficient) and len(x) > 1}
 
 
 def _slope(number: int, rate: DraftOperand, drafts: Sequence[Draft]) -> Slope:

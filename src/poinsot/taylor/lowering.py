@@ -1,11 +1,11 @@
-"""Programs: formulas as a decomposition, and what its parameters are computed from for the inputs of a run."""
+"""Programs: decompositions of formulas, and the formulas of their parameters."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +63,6 @@ class Constants:
     ----------
     formulas : sequence of scalars
         Rates and watched functions.
-    jumps : bool
-        Whether tangent vectors may jump at switches.
 
     Attributes
     ----------
@@ -72,13 +70,10 @@ class Constants:
         Number of constants.
     values : Evaluator
     switches : bool
-        Whether a formula branches along the motion.
-    latest : dict
-        Kind of a kernel -> weak reference to the kernel of the last run, and the constants that were zero in it.
+        True if a formula branches along the motion.
     """
 
-    def __init__(self, formulas: Sequence[GraphScalar], jumps: bool) -> None:
-        self.jumps, self.latest = jumps, dict[Any, tuple[Any, tuple[int, ...]]]()
+    def __init__(self, formulas: Sequence[GraphScalar]) -> None:
         nodes = ordered(formulas)
         conditions = {node.operands[0] for node in nodes if node.name == "where"}
         met = _constants_met(formulas)
@@ -87,11 +82,11 @@ class Constants:
         self.switches = any(node.name == "less" and node.varies for node in nodes)
 
     def zeros(self, values: Sequence[Number], numbers: Sequence[Number]) -> tuple[int, ...]:
-        """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
+        """Return the numbers of the constants that are zero for all members; none if a constant is not finite.
 
-        Values are a list of floats if all numbers are scalars; further ones may follow those of the constants. Those
-        on which a formula branches are not among them, nor those that other numbers of members would change: no member
-        depends on who else is in its ensemble.
+        Values are a list of floats if all numbers are scalars; other values may follow the values of the constants.
+        Conditions of branches do not count, nor constants that are zero by chance for the numbers of these members: no
+        member depends on the others of its ensemble.
         """
         own = values[: self.count]
         alike = isinstance(own, list)
@@ -108,7 +103,7 @@ class Constants:
 
 
 def _other_members(place: int) -> Doubles:
-    """Return numbers between 0 and 1 that members might have at a place, always the same."""
+    """Return fixed numbers between 0 and 1 that members might have at a place."""
     return 0.1 + 0.8 * np.mod((place + 1) * (math.sqrt(5) - 1) / 2 + np.array([0.0, 0.29, 0.61]), 1.0)
 
 
@@ -152,7 +147,7 @@ class StartRoots:
     ----------
     program : Program
     size : int
-        How many variables there are.
+        Number of variables.
 
     Attributes
     ----------

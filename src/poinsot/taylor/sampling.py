@@ -1,4 +1,4 @@
-"""Sampling in a kernel: steps end at the next sample, where variables jump to new values, and the loop goes on."""
+"""Sampling in a kernel: a step ends at the next sample, where variables jump to new values."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Sampling(KernelPart):
     Parameters
     ----------
     jumped : callable
-        Writes what follows where the variables of a lane have jumped.
+        Writes the actions after a jump of the variables of a lane.
 
     Attributes
     ----------

@@ -23,9 +23,10 @@ from poinsot.taylor.decomposition import (
     Select,
     Sum,
     operands_of,
+    products_of,
 )
 
-__all__ = ["CommonSubexpressions", "common_factors"]
+__all__ = ["CommonSubexpressions", "Factoring"]
 
 Pair: TypeAlias = tuple[Monomial, Monomial]
 """Two factors of a product, in order."""
@@ -39,8 +40,7 @@ class CommonSubexpressions:
         self._operations: list[Operation] = []
         self._placed: dict[int, int] = {}
         self._known: dict[tuple[type, Operation], int] = {}
-        operands = itertools.chain(*map(operands_of, drafts), *form.slopes.values())
-        self._ways = common_factors({x for x in operands if not isinstance(x, Coefficient) and len(x) > 1})
+        self._ways = Factoring(products_of([*map(operands_of, drafts), *form.slopes.values()])).ways
 
     def operations(self) -> tuple[Operation, ...]:
         """Return the operations, with slopes behind their functions."""
@@ -90,20 +90,15 @@ class CommonSubexpressions:
         return self._known[key]
 
 
-def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:
-    """Return for each monomial the two that it is the product of: pairs of factors that most have in common first."""
-    return _Factoring(monomials).ways
+class Factoring:
+    """Monomials as products of parts; the pair of parts that most monomials contain becomes one part, repeatedly.
 
-
-class _Factoring:
-    """Monomials as products of parts; the pair of parts that most of them have becomes one part, again and again.
-
-    The monomials that have a pair are stored: to count all pairs anew each time takes the square of their number.
+    The monomials of each pair are stored, since counting all pairs each time takes the square of their number.
 
     Attributes
     ----------
     ways : dict
-        The two parts of each product so far.
+        For each product the two parts that it is the product of.
     """
 
     def __init__(self, monomials: Iterable[Monomial]) -> None:
@@ -120,7 +115,7 @@ class _Factoring:
                 self._join(pair)
 
     def _order(self, pair: Pair) -> tuple[bool, int, Pair]:
-        """Return what is least of the best pair: its product is there anyway, and most have it."""
+        """Return a key, least for the best pair: a pair of a known product, then of the most monomials."""
         return _joined(pair) not in self.ways, -len(self._having[pair]), pair
 
     def _join(self, pair: Pair) -> None:
@@ -152,7 +147,7 @@ class _Factoring:
             self._rank(self._splits[product])
 
     def _rank(self, pairs: Iterable[Pair]) -> None:
-        """Put pairs where they belong now in the order in which they are taken."""
+        """Put pairs into the queue at their present ranks."""
         for pair in pairs:
             if self._having[pair]:
                 heapq.heappush(self._queue, self._order(pair))

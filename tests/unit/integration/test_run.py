@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.integration import equations, run
+from poinsot.integration import equations, report, run
 from poinsot.integration.event_log import EventLog
 from poinsot.integration.kernel_parameters import PreparedKernel
+from poinsot.integration.report import HeldInterrupts
 from poinsot.integration.rows import Rows
-from poinsot.integration.termination import HeldInterrupts
+from poinsot.integration.variational import STEPS_AT_A_TIME
 from poinsot.taylor import kernels
 from poinsot.taylor.queue import Queue, Worker
 
@@ -358,3 +359,20 @@ def test_a_processor_without_fused_multiply_add_gives_the_same_bits(monkeypatch,
     assert np.array_equal(rows(pt.propagate(again, START, [0.0, 1.0, 20.0])), expected)
     assert any(tmp_path.rglob("*")), "no kernel was compiled for the other processor"
     kernels.compiled.cache_clear()
+
+
+@pytest.mark.parametrize("members", [1, 2])
+@pytest.mark.parametrize("steps", [5, 20_000])
+def test_a_task_with_tangent_vectors_that_would_not_end_is_given_up(members, steps, monkeypatch):
+    """A lane is checked after some steps; a task in no lane is checked before its vectors are rescaled."""
+    batch = tops(members)
+    monkeypatch.setattr(Worker.advance, "__defaults__", (steps,))
+    monkeypatch.setattr(kernels, "BUDGET", 10)
+    monkeypatch.setattr(report, "MAX_CHUNKS_AHEAD", 1.0)
+    found = pt.analysis.state_transition(TOP, batch, [2000.0])
+    assert np.all(np.isnan(found.directions))
+    assert list(found.motion.failures) == [*range(members)]
+    assert all("the steps became so short" in why for why in found.motion.failures.values())
+    assert found.motion.run.steps <= members * (STEPS_AT_A_TIME[1] * 11 // 10 + 1)
+    with pytest.raises(pt.PropagationError, match="the steps became so short"):
+        pt.analysis.state_transition(TOP, member(batch, 0), [2000.0])

@@ -9,8 +9,9 @@ import poinsot as pt
 from poinsot import functions as fn
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
+from poinsot.integration.kernel_parameters import formulas_of
 from poinsot.integration.problem import Problem
-from poinsot.integration.tangent_vectors import Variations
+from poinsot.integration.variational import Variations
 
 BODY = pt.Body((1.0, 1.3, 1.7))
 START = BODY.state((0.1, 0.7, -0.5, 0.5), omega_body=(0.4, -0.3, 0.6))
@@ -54,7 +55,7 @@ def test_what_tangent_vectors_stop_at(name):
     plain = equations.state_vector(problem, START, FORMULATIONS["lie_poisson"], "double")
     for order, stops in zip((1, 2), expected, strict=True):
         variations = Variations(plain.tangent_scales, 6, ((len(problem.numbers),),), order)
-        found = equations.saltation_of(problem, replace(plain, variations=variations))
+        found = formulas_of(problem, replace(plain, variations=variations)).saltation
         assert len(found.stops if found else ()) == stops
 
 

@@ -9,7 +9,7 @@ import poinsot as pt
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
-from poinsot.integration.tangent_vectors import Variations
+from poinsot.integration.variational import Variations
 
 BODY = pt.Body((6.0, 8.0, 10.0))
 MEMBERS = pt.Body([(6.0, 8.0, 10.0), (6.5, 8.0, 9.0)])

@@ -6,20 +6,9 @@ import xarray
 
 from poinsot.storage import chunk_plan
 from poinsot.storage.chunk_plan import Plan, StoredVariable, plan_of, with_thinned_times
-from poinsot.storage.ensemble import Ensemble
 from poinsot.storage.zarr_group import Described
 
-ENSEMBLE = Ensemble(
-    members=100,
-    last=1.0,
-    problem={},
-    variables=dict.fromkeys(("quaternion", "energy"), Described(("member", "time"), (100, 5), "float64")),
-    stored=("quaternion",),
-    member_bytes=1000,
-    fixed=xarray.Dataset(),
-    compute=None,
-    open=None,
-)
+VARIABLES, STORED = ("quaternion", "energy"), ("quaternion",)
 
 
 def test_without_arguments_there_is_no_plan():
@@ -28,19 +17,19 @@ def test_without_arguments_there_is_no_plan():
 
 
 def test_the_default_selection_is_stored_and_a_reduction_sees_all():
-    assert [*Plan().selection(ENSEMBLE)] == ["quaternion"]
-    assert [*Plan(reduce=lambda data: data).selection(ENSEMBLE)] == ["quaternion", "energy"]
+    assert [*Plan().selection(VARIABLES, STORED)] == ["quaternion"]
+    assert [*Plan(reduce=lambda data: data).selection(VARIABLES, STORED)] == ["quaternion", "energy"]
     given = {"energy": StoredVariable("float32", 2)}
-    assert Plan(variables=given).selection(ENSEMBLE) == given
+    assert Plan(variables=given).selection(VARIABLES, STORED) == given
     with pytest.raises(ValueError, match=r"^variables must be some of quaternion, energy, got 'mass'\.$"):
-        Plan(variables={"mass": StoredVariable()}).selection(ENSEMBLE)
+        Plan(variables={"mass": StoredVariable()}).selection(VARIABLES, STORED)
 
 
 @pytest.mark.parametrize(("free", "members"), [(16_000, 1), (100_000, 4), (1_600_000, 100)])
 def test_memory_limits_a_chunk_to_a_power_of_two(free, members, monkeypatch):
     monkeypatch.setattr(chunk_plan, "available_memory", lambda: free)
-    assert Plan().members_of_chunk(ENSEMBLE) == members
-    assert Plan(chunk=3).members_of_chunk(ENSEMBLE) == 3
+    assert Plan().members_of_chunk(100, 1000) == members
+    assert Plan(chunk=3).members_of_chunk(100, 1000) == 3
 
 
 def test_threads_of_workers():

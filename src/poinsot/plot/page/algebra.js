@@ -59,7 +59,7 @@ function attitudeOf([[a, b, c], [d, e, f], [g, h, i]]) {
   return unit(rows[largest]);
 }
 
-/** The rotation vector of the turn from one attitude to another, of all the one nearest to a guess. */
+/** The rotation vector from one attitude to another that is nearest to a guess. */
 function turnOf(before, after, guess) {
   const [w, ...v] = product(conjugate(before), after);
   const size = norm(v);
@@ -68,15 +68,15 @@ function turnOf(before, after, guess) {
   return mix(axis, axis, angle + 2 * Math.PI * Math.round((dot(guess, axis) - angle) / (2 * Math.PI)), 0);
 }
 
-/** How far the rates at both ends of an interval may differ from the turn between them, in radians, to be believed. */
+/** Largest difference, radians, between a turn and the rates at both ends for which the rates are used. */
 const CREDIBLE = 1;
 /** The largest turn for which the rate of a rotation vector is used; it is infinite at a whole turn. */
 const LARGEST_TURN = 5;
 
 /**
- * The rotation vector at a part u of an interval, from the attitude before it: a cubic whose slopes are the rates at
- * both ends, body axes, times its length. The slope at the end is that of a rotation vector r for a rate w,
- * w + r x w / 2 + (1 - |r|/2 cot |r|/2) r x (r x w) / r^2 (Bortz 1971).
+ * The rotation vector at a fraction u of an interval, from the attitude before it: a cubic whose slopes are the rates
+ * at both ends, body axes, times the length of the interval. The slope at the end is the derivative of a rotation
+ * vector r for a rate w, w + r x w / 2 + (1 - |r|/2 cot |r|/2) r x (r x w) / r^2 (Bortz 1971).
  */
 function between(before, after, start, end, u) {
   const mean = mix(start, end, 0.5, 0.5);

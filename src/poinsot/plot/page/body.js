@@ -4,10 +4,10 @@
 const BODY_AXIS = 1.35;
 const LONGEST_OMEGA = 1.55;
 const TAIL_TURNS = 10;
-/** Points of a thin curve that are drawn at rest, half of them before the time; fewer where frames come slowly. */
+/** Number of points of a thin curve at rest, half of them before the time; fewer if frames are slow. */
 const THIN_POINTS = 6000;
 
-/** Return the scene; it draws itself at a time. */
+/** Return the scene, which draws itself at a time. */
 function sceneOf(motion, canvas) {
   const { page, fine } = motion;
   const { solids, colours } = page;
@@ -16,7 +16,7 @@ function sceneOf(motion, canvas) {
   const near = new THREE.Group();
   world.add(near);
 
-  // ------------------------------------------------------------ the body and what turns with it
+  // ------------------------------------------------------------ body and objects fixed in it
 
   const body = new THREE.Group();
   near.add(body);
@@ -66,7 +66,7 @@ function sceneOf(motion, canvas) {
     rotate(motion.quaternion(t), [0, 1, 2].map((i) => (i === k ? BODY_AXIS : 0)));
   let traced = 2;
 
-  // ------------------------------------------------------------ what is around it, and the views
+  // ------------------------------------------------------------ surroundings and views
 
   const around = surroundingsOf(motion, { world, near, body, parts });
   const ghosts = ghostsOf(page.ghosts, { "": { drawn } });
@@ -76,7 +76,7 @@ function sceneOf(motion, canvas) {
   const own = { space: { words: "space axes" }, body: { words: "the body", turn: (t) => motion.quaternion(t) } };
   const views = viewsOf(motion, stage, { near, far: around.far, own, usual: page.around.orbit?.moves ? "orbit" : "space" });
 
-  // ------------------------------------------------------------ what changes
+  // ------------------------------------------------------------ frames
 
   let scale = 1;
   const duration = (TAIL_TURNS * 2 * Math.PI) / page.mean_rate;

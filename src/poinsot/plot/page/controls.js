@@ -1,5 +1,5 @@
 "use strict";
-// What is chosen beside the time: what is drawn, from where it is seen, and the keyboard.
+// Controls of the drawn objects and of the view, and the keyboard.
 
 /** Connect the controls of a scene, or remove them if there is none; `changed` is called after each choice. */
 function connectScene(scene, changed) {

@@ -1,13 +1,13 @@
 "use strict";
-// What is saved of the scene: a picture, or a film of the motion from the time on, at the chosen speed.
+// Saved pictures of the scene, and animations of the motion from the present time on, at the chosen speed.
 
 const FILM = { perSecond: 20, longest: 10, widest: 640, bitsPerSecond: 4e6, coarsest: 0.4 };
-/** Seconds of a film from which its colours are taken. */
+/** Seconds of an animation that determine its colours. */
 const SAMPLED = [0, 0.25, 0.5, 0.75, 1];
 const VIDEOS = { mp4: "video/mp4;codecs=avc1.42E01F", webm: "video/webm" };
 const VIDEO = Object.keys(VIDEOS).find((kind) => window.MediaRecorder?.isTypeSupported(VIDEOS[kind]));
 
-/** Offer bytes as a file that has the name of the motion. */
+/** Offer bytes as a file with the name of the motion. */
 function offer(file, ending) {
   const link = document.createElement("a");
   [link.href, link.download] = [URL.createObjectURL(file), `${document.title.split(":")[0] || "motion"}.${ending}`];
@@ -15,7 +15,7 @@ function offer(file, ending) {
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
 
-/** Return the frames of a film: how many, the canvas on which they are drawn, and `draw`, which draws that at a second. */
+/** Return the frames of an animation: their number, their canvas, and `draw`, which draws the frame at a second. */
 function framesOf(scene) {
   const last = motion.times[motion.times.length - 1];
   const first = clock.time < last ? clock.time : motion.times[0];
@@ -33,7 +33,7 @@ function framesOf(scene) {
     scene.picture(part, (picture) => pen.drawImage(picture, 0, 0, canvas.width, canvas.height));
     pen.fillStyle = theme.ink;
     pen.fillText(clock.inWords(t), 8, canvas.height - 10);
-    return pen.getImageData(0, 0, canvas.width, canvas.height).data; // which waits until all is drawn
+    return pen.getImageData(0, 0, canvas.width, canvas.height).data; // waits until all is drawn
   }
 
   return { canvas, seconds, count: Math.max(2, Math.round(seconds * FILM.perSecond)), draw };
@@ -41,7 +41,7 @@ function framesOf(scene) {
 
 const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
 
-/** A film of equal times, as long as it takes to draw; `goes` is told how far it is, and whether it goes on. */
+/** An animation of equal intervals, drawn frame by frame; `goes` receives its progress and returns false to end it. */
 async function gifFilm({ canvas, seconds, count, draw }, goes) {
   const film = new Gif(canvas.width, canvas.height, paletteOf(SAMPLED.map((part) => draw(part * seconds))));
   for (let i = 0; i < count && goes(i / count); i++) {
@@ -51,7 +51,7 @@ async function gifFilm({ canvas, seconds, count, draw }, goes) {
   return film.file();
 }
 
-/** A film that the browser records while it plays, with fewer dots where frames come slowly. */
+/** An animation that the browser records while it plays, with fewer dots if frames are slow. */
 async function recordedFilm({ canvas, seconds, draw }, goes) {
   let part = 1;
   const stream = canvas.captureStream(FILM.perSecond);
@@ -68,13 +68,13 @@ async function recordedFilm({ canvas, seconds, draw }, goes) {
     await pause(Math.max(0, 1000 * (before + 1 / FILM.perSecond - passed())));
   }
   draw(Math.min(passed(), seconds), part);
-  await pause(2000 / FILM.perSecond); // until the browser has taken the last frame
+  await pause(2000 / FILM.perSecond); // until the browser has recorded the last frame
   recorder.stop();
   await ended;
   return new Blob(pieces, { type: VIDEOS[VIDEO] });
 }
 
-/** Connect the buttons; while a film is made its own says how far it is and ends it. */
+/** Connect the buttons. During the recording of an animation its button shows the progress and ends it. */
 function connectSaving(scene, changed) {
   const [picture, gif, video] = ["save", "gif", "video"].map((id) => document.getElementById(id));
   picture.addEventListener("click", () =>

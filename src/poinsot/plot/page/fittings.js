@@ -1,5 +1,5 @@
 "use strict";
-// What is on the body: facets in the colours of what they do with light, and wheels.
+// Facets of the body, coloured by their optical properties, and wheels.
 
 const MIRROR = "#7FB4E6";
 const WHITE = "#F2F0EA";
@@ -28,7 +28,7 @@ function facets({ corners, shares }) {
   return new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ vertexColors: true }));
 }
 
-/** Return what draws wheels on their axes, at some distance from the centre; nothing where there are none. */
+/** Return a function that draws wheels on their axes, at some distance from the centre; nothing without wheels. */
 function wheelsOf(motion) {
   const { wheels } = motion.page.around;
   if (!wheels) return null;

@@ -1,11 +1,12 @@
 "use strict";
-// Other motions beside the own: the same solids, translucent, as long as each lasts.
+// Other motions: translucent copies of the solids, for the duration of each motion.
 
 const GHOST = { transparent: true, opacity: 0.28, depthWrite: false };
 
 /**
- * Return what draws the ghosts at a time; nothing where there are none. `bodies` are those of the scene by the names
- * of their arrays, each with its solids by name, and of two bodies with `placed`, its place for the relative position.
+ * Return a function that draws the other motions at a time; nothing without them. `bodies` are the bodies of the
+ * scene by the names of their arrays, each with its solids by name, and for two bodies with `placed`, its place for a
+ * relative position.
  */
 function ghostsOf(ghosts, bodies) {
   if (!ghosts.length) return null;

@@ -1,13 +1,13 @@
 "use strict";
-// A film as GIF 89a: one palette by median cut, and of each frame what has changed. Pictures are bytes r, g, b, a.
+// Animation as GIF 89a: one palette by median cut, and the changed part of each frame. Pictures are bytes r, g, b, a.
 
 const TRANSPARENT = 255;
-/** Colours are told apart by five bits of each component. */
+/** Number of bits of each component that distinguish colours. */
 const CELLS = 1 << 15;
 const cell = (picture, i) => ((picture[i] >> 3) << 10) | ((picture[i + 1] >> 3) << 5) | (picture[i + 2] >> 3);
 const parted = (at) => [at >> 10, (at >> 5) & 31, at & 31];
 
-/** The 255 colours of pictures: boxes of cells, of which the one that is long and full is cut in two again and again. */
+/** The 255 colours of pictures: boxes of cells. The longest and fullest box is cut in two repeatedly. */
 function paletteOf(pictures) {
   const [counts, sums] = [new Float64Array(CELLS), new Float64Array(3 * CELLS)];
   for (const picture of pictures) {
@@ -47,7 +47,7 @@ function paletteOf(pictures) {
   );
 }
 
-/** A film; `add` takes its frames. */
+/** A GIF file; `add` appends frames. */
 class Gif {
   constructor(width, height, palette) {
     [this.width, this.height, this.palette] = [width, height, palette];
@@ -62,7 +62,7 @@ class Gif {
     return [number & 255, number >> 8];
   }
 
-  /** Add a picture that is shown for so many hundredths of a second. */
+  /** Add a picture with its duration in hundredths of a second. */
   add(picture, hundredths) {
     const colours = new Uint8Array(this.width * this.height);
     for (let i = 0; i < colours.length; i++) colours[i] = this.colour(cell(picture, 4 * i));

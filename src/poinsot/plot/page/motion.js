@@ -1,7 +1,7 @@
 "use strict";
-// The motion: arrays as stored, and what lies between them. Quaternions are scalar first, vectors plain arrays.
+// The motion: stored arrays and their interpolation. Quaternions are scalar first, vectors plain arrays.
 
-/** Numbers as they are stored in letters. */
+/** Numbers from their text in base 64. */
 const stored = (() => {
   const KINDS = { f4: Float32Array, i2: Int16Array };
   const bytes = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0)).buffer;
@@ -17,7 +17,7 @@ function row(array, size, i) {
   return out;
 }
 
-/** What lies between the times of a motion, of which the arrays are given as stored. */
+/** Interpolation between the times of a motion, from its stored arrays. */
 function motionOf(times, packed) {
   const arrays = Object.fromEntries(Object.entries(packed).map(([name, array]) => [name, stored.unscaled(array)]));
 
@@ -40,7 +40,7 @@ function motionOf(times, packed) {
     return mix(row(array, size, i), row(array, size, i + 1), 1 - u, u);
   }
 
-  /** An attitude at a time, on the cubic that has the stored attitudes and rates at both ends of the interval. */
+  /** An attitude at a time, on the cubic through the stored attitudes with the stored rates at both ends. */
   function quaternion(t, body = "") {
     const [quaternions, rates] = ["quaternion", "omega_body"].map((name) => arrays[body ? `${body}_${name}` : name]);
     const [i, u] = place(t);
@@ -50,7 +50,7 @@ function motionOf(times, packed) {
     return unit(product(before, turned(between(before, after, start, end, u))));
   }
 
-  /** A position at a time, on the cubic that has the stored positions and velocities at both ends of the interval. */
+  /** A position at a time, on the cubic through the stored positions with the stored velocities at both ends. */
   function cubic(places, velocities, t) {
     const [i, u] = place(t);
     const h = times[i + 1] - times[i];
@@ -74,7 +74,7 @@ const motion = (() => {
   /** Q = 2 (0, G) q. */
   const momenta = (q, G) => mix(product([0, ...G], q), q, 2, 0);
 
-  /** What a plot shows, of all stored times. */
+  /** The values of a plot at all stored times. */
   function values(name) {
     const made = {
       momenta: (i) => momenta(row(arrays.quaternion, 4, i), row(arrays.angular_momentum_space, 3, i)),
@@ -83,13 +83,13 @@ const motion = (() => {
     return made ? Float64Array.from(Array.from(times, (_, i) => made(i)).flat()) : arrays[name];
   }
 
-  /** Of very many times the least and the largest of all stored values in each column of a plot. */
+  /** The least and the largest stored value in each column of a plot, for very many times. */
   function envelope(name) {
     const found = page.envelopes[name];
     return found && { low: stored.unscaled(found.low), high: stored.unscaled(found.high) };
   }
 
-  /** What a plot shows at a time. */
+  /** The values of a plot at a time. */
   function reading(name, t) {
     const made = {
       quaternion: () => quaternion(t),
@@ -100,8 +100,8 @@ const motion = (() => {
   }
 
   /**
-   * How far it is from one stored time to the next, in radians: the turn of the body and the change of its rate, or of
-   * two bodies the turn of the line of centres.
+   * Distance from one stored time to the next, in radians: the turn of the body and the change of its rate, or for two
+   * bodies the turn of the line of centres.
    */
   function distance(i) {
     const [a, b] = [0, 1].map((k) => row(arrays.position ?? arrays.omega_body, 3, i + k));
@@ -109,7 +109,7 @@ const motion = (() => {
     return norm(mix(a, b, 0.5, 0.5)) * (times[i + 1] - times[i]) + (norm(mix(b, a, 1, -1)) / page.largest.omega || 0);
   }
 
-  /** Times at equal distances along the motion, a step apart, or 1e5 in all: what the curves go through. */
+  /** Times of the points of curves, at equal distances along the motion: a step apart, or 1e5 in all. */
   function fineTimes() {
     const reached = new Float64Array(last + 1);
     for (let i = 0; i < last; i++) reached[i + 1] = reached[i] + distance(i);

@@ -60,8 +60,8 @@
     }
   }
 
-  // Where frames come slowly the picture has fewer dots while it moves, and all of them when it rests, and the marks of
-  // time move as seldom as numbers change, as often as an eye can read them: they cost a new picture of the whole page.
+  // If frames are slow, a moving picture has fewer dots, and a picture at rest all of them. The marks of time move only
+  // when numbers change, as often as a reader can follow, because each move draws the whole page anew.
 
   const [SLOW, COARSEST, REST, READABLE] = [25, 0.4, 300, 100];
   let part = 1;
@@ -128,7 +128,7 @@
     get time() {
       return clock.time;
     },
-    /** Of the body in the scene, scalar first. */
+    /** Attitude of the body in the scene, scalar first. */
     get quaternion() {
       const q = scene?.body?.quaternion;
       return q && [q.w, q.x, q.y, q.z];
@@ -136,11 +136,11 @@
     get playing() {
       return clock.playing;
     },
-    /** Body, parts and paths as they are drawn, to be read. */
+    /** Drawn body, parts and paths, for tests. */
     get scene() {
       return scene;
     },
-    /** The part of its dots with which the scene moves, from 0.4 to 1. */
+    /** Fraction of the dots of a moving scene, from 0.4 to 1. */
     get sharpness() {
       return part;
     },

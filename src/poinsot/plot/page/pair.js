@@ -1,5 +1,5 @@
 "use strict";
-// The scene of two bodies about their barycentre, to scale, with the paths of both and what is around them.
+// The scene of two bodies about their barycentre, to scale, with the paths of both and their surroundings.
 
 const REACH = 1.85;
 const BODY_AXIS = 1.35;
@@ -8,7 +8,7 @@ const THICKEST = 0.012;
 const NEAREST = 4;
 const LEGIBLE = 0.05;
 
-/** Return the scene; it draws itself at a time. */
+/** Return the scene, which draws itself at a time. */
 function sceneOf(motion, canvas) {
   const { page, fine } = motion;
   const { colours } = page;
@@ -58,7 +58,7 @@ function sceneOf(motion, canvas) {
   controls.minDistance = NEAREST * smallest;
   camera.near = smallest;
 
-  // ------------------------------------------------------------ what is around them, and the views
+  // ------------------------------------------------------------ surroundings and views
 
   const around = surroundingsOf(motion, { world, near, body: near, parts });
   const ghosts = ghostsOf(page.ghosts, bodies);
@@ -67,7 +67,7 @@ function sceneOf(motion, canvas) {
   for (const [name, { body }] of Object.entries(bodies)) own[name] = { words: `the ${name}`, centre: () => body.position };
   const views = viewsOf(motion, stage, { near, far: around.far, own, usual: "space" });
 
-  // ------------------------------------------------------------ what changes
+  // ------------------------------------------------------------ frames
 
   const revolution = (2 * Math.PI) / page.mean_rate;
 

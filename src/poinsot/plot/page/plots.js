@@ -1,10 +1,10 @@
 "use strict";
-// What is beside the scene, against time, drawn once for a size, under a cursor that follows the time.
+// Plots against time next to the scene, drawn once for a size, under a cursor that follows the time.
 
 const EVENTS = motion.page.colours.events;
-/** Of what is constant to this part of itself the changes are rounding, which a plot does not enlarge. */
+/** Relative change below which a change is rounding, which a plot does not enlarge. */
 const ROUNDING = 1e-5;
-/** Part of the largest value below which a value is rounding and reads 0. */
+/** Fraction of the largest value below which a value is rounding and reads 0. */
 const NEGLIGIBLE = 1e-14;
 
 /** Round numbers, about `count` of them, within [low, high]. */
@@ -17,7 +17,7 @@ function ticks(low, high, count) {
   return out;
 }
 
-/** A number in words; next to a scale given, rounding reads 0. */
+/** A number as text; relative to a given scale, rounding reads 0. */
 function short(value, digits = 6, scale = 0) {
   const size = Math.abs(value);
   if (size < NEGLIGIBLE * scale) return "0";
@@ -25,7 +25,7 @@ function short(value, digits = 6, scale = 0) {
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
-/** Return one plot in a figure; `values` are n rows of as many components as it has readings. */
+/** Return one plot in a figure; `values` are n rows, with one component for each reading. */
 function plotOf(figure, { times, values, envelope, colours, label, factor, timeLabel, timeFactor, events }) {
   const canvas = figure.querySelector("canvas");
   const cursor = figure.querySelector(".cursor");
@@ -88,7 +88,7 @@ function plotOf(figure, { times, values, envelope, colours, label, factor, timeL
     pen.stroke();
   }
 
-  /** From the least to the largest of each column. */
+  /** Draw from the least to the largest value of each column. */
   function band(pen, k) {
     const count = envelope.low.length / size;
     for (let i = 0; i < count; i++) {
@@ -98,7 +98,7 @@ function plotOf(figure, { times, values, envelope, colours, label, factor, timeL
     }
   }
 
-  /** Of the samples in a column of pixels the first, the least, the most and the last. */
+  /** Return the first, least, largest and last sample of each column of pixels. */
   function samples(pen, k) {
     const value = (i) => values[size * i + k];
     const column = (i) => Math.floor(2 * x(times[i]));
@@ -119,7 +119,7 @@ function plotOf(figure, { times, values, envelope, colours, label, factor, timeL
     const ratio = window.devicePixelRatio;
     [canvas.width, canvas.height] = [Math.round(width * ratio), Math.round(height * ratio)];
     [box.width, box.height] = [width - box.left - box.right, height - box.top - box.bottom];
-    const pen = canvas.getContext("2d", { alpha: false }); // what is opaque is cheaper to put on the page
+    const pen = canvas.getContext("2d", { alpha: false }); // an opaque canvas is drawn faster
     pen.scale(ratio, ratio);
     pen.fillStyle = theme.ground;
     pen.fillRect(0, 0, width, height);

@@ -1,15 +1,15 @@
 "use strict";
-// What scenes in three dimensions are made of: solids, axes, vectors and the paths of their tips.
+// Elements of scenes in three dimensions: solids, axes, vectors and the paths of their tips.
 
 const SPACE_AXIS = 1.75;
 const LONGEST_MOMENTUM = 1.9;
 const LIGHT = "#D3E0EA";
 const SHADE = "#9DB6C9";
 const UP = new THREE.Vector3(0, 1, 0);
-/** Radii of shafts: of those in one place the thinner ones are inside the thicker ones. */
+/** Radii of shafts: at one place thinner shafts are inside thicker ones. */
 const SHAFT = { space_axes: 0.007, orbit_frame: 0.009, body_axes: 0.011, sun: 0.0125, momentum: 0.0145, vector: 0.017, omega: 0.0205 };
 
-/** A fat line along a path, of which the last points before a tip are drawn. */
+/** A wide line along a path, drawn through the last points before a tip. */
 class Tail {
   constructor(parent, colour, width, path, most) {
     const count = path.length / 3 - 1;
@@ -63,7 +63,7 @@ class Tail {
   }
 }
 
-/** An arrow from the origin whose length is set with its tip; too short to have a head, it is hidden. */
+/** An arrow from the origin with a given tip; an arrow too short for a head is hidden. */
 class Arrow {
   constructor(parent, colour, width, label) {
     const material = painted(new THREE.MeshBasicMaterial(), colour);
@@ -92,7 +92,7 @@ class Arrow {
   }
 }
 
-/** A material whose colour goes with the ground. */
+/** A material whose colour depends on the background. */
 function painted(material, colour) {
   theme.paint(() => material.color.set(theme.of(colour)));
   return material;
@@ -121,7 +121,7 @@ function text(words, colour) {
   return sprite;
 }
 
-/** The points that a vector goes through, at the times for curves. */
+/** The points of the tip of a vector, at the times for curves. */
 function path(point) {
   const out = new Float32Array(3 * motion.fine.length);
   motion.fine.forEach((t, i) => out.set(point(t), 3 * i));
@@ -147,7 +147,7 @@ function axes(parent, letters, length, colour, width) {
 /** A sphere, smooth to a dot; a software renderer takes as long for its corners as for its dots. */
 const sphere = () => new THREE.SphereGeometry(1, 48, 28);
 
-/** A solid whose octants alternate between two shades, so that every turn is seen. */
+/** A solid whose octants alternate between two shades, so that its rotation is visible. */
 function shaded(geometry, light = LIGHT, shade = SHADE) {
   const [bright, dark] = [light, shade].map((colour) => new THREE.Color(colour));
   const flat = geometry.index ? geometry.toNonIndexed() : geometry;

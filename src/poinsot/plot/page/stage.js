@@ -1,12 +1,12 @@
 "use strict";
-// The stage of a scene: camera, light, size, and how fine the picture is.
+// The stage of a scene: camera, light, size and resolution.
 
 const SHARPEST = 2;
-/** Of the height of the picture of a word: a letter. */
+/** Height of a letter as fraction of the height of the picture of a word. */
 const LETTER = 0.7;
 const FROM = new THREE.Vector3(3.7, -6.2, 2.9);
 
-/** Whether the processor draws, to which smoothed edges cost more than more dots. */
+/** True if the processor draws, for which smoothed edges cost more than more dots. */
 function drawsWithoutGraphics() {
   const gl = document.createElement("canvas").getContext("webgl2");
   const named = gl?.getExtension("WEBGL_debug_renderer_info");
@@ -16,8 +16,8 @@ function drawsWithoutGraphics() {
 }
 
 /**
- * Return an empty scene with a camera; `render` draws it. What is in it is in the world, which a view turns and moves
- * under the camera, so that a body or an orbit stays where it is.
+ * Return an empty scene with a camera; `render` draws it. All objects are in the world, which a view turns and moves
+ * under the camera, so that a body or an orbit is fixed in the picture.
  */
 function stageOf(canvas) {
   const software = drawsWithoutGraphics();
@@ -40,12 +40,12 @@ function stageOf(canvas) {
 
   let sharpness = 1;
 
-  /** Draw with a part of the dots that the screen has, or without a graphics card with more when at rest. */
+  /** Draw with a fraction of the dots of the screen; at rest, without a graphics card, with more. */
   function sharpen(part) {
     sharpness = part;
     const dots = Math.min(window.devicePixelRatio, SHARPEST);
     const ratio = part === 1 && software ? SHARPEST : dots * part;
-    if (ratio !== renderer.getPixelRatio()) renderer.setPixelRatio(ratio); // which makes all dots anew
+    if (ratio !== renderer.getPixelRatio()) renderer.setPixelRatio(ratio); // allocates all dots anew
   }
 
   function resize() {
@@ -71,7 +71,7 @@ function stageOf(canvas) {
 
   const point = new THREE.Vector3();
 
-  /** Move words to the right that would cover other ones. */
+  /** Move words to the right that would cover other words. */
   function spread() {
     scene.updateMatrixWorld();
     const [across, upwards] = [0, 5].map((k) => camera.projectionMatrix.elements[k]);
@@ -97,7 +97,7 @@ function stageOf(canvas) {
     renderer.render(scene, camera);
   }
 
-  /** Draw with a part of the dots, and do something with that before the browser takes it away. */
+  /** Draw with a fraction of the dots, and use the picture before the browser discards it. */
   function picture(part, take) {
     sharpen(part);
     render();

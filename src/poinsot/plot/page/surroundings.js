@@ -1,11 +1,11 @@
 "use strict";
-// What is around a body or a pair: its orbit and attractor, the orbital frame, the Sun and the shadow, torques and other vectors.
+// Surroundings of a body or a pair: orbit and attractor, orbital frame, Sun and shadow, torques and other vectors.
 
-/** Units of the body's size: how far the attractor is at least, and how high above its surface the body is. */
+/** Smallest distance of the attractor and smallest height above its surface, in sizes of the body. */
 const FARTHEST = 12;
 const HEIGHT = 2.4;
 const MOST = 400;
-/** Of an attractor of unknown size, as a part of the least distance. */
+/** Radius of an attractor of unknown size, as fraction of the least distance. */
 const UNKNOWN = 0.08;
 const ORBIT_POINTS = 240;
 const SUN_LENGTH = 1.85;
@@ -14,7 +14,7 @@ const VECTOR_LENGTH = 1.5;
 const LIT = { Earth: "#8FB8DE", Mars: "#D9A27E", Sun: "#F6D56B", Moon: "#C9C9C9" };
 const USUAL = "#C9BFB2";
 
-/** Return what draws the surroundings of a body or a pair at a time, as far as the motion has them. */
+/** Return a function that draws the surroundings of a body or a pair at a time, if the motion contains them. */
 function surroundingsOf(motion, { world, near, body, parts }) {
   const { around, colours } = motion.page;
   const drawn = [];
@@ -64,7 +64,7 @@ function attracted(motion, world, parts) {
   const period = Math.min((2 * Math.PI) / rate, last - first);
   let drawnAt = -Infinity;
 
-  /** The revolution around a time, as far as the motion goes. */
+  /** The revolution around a time, within the times of the motion. */
   function revolution(t) {
     if (Math.abs(t - drawnAt) < period / ORBIT_POINTS) return;
     drawnAt = t;

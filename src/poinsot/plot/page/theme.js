@@ -1,5 +1,5 @@
 "use strict";
-// Colours on a light or a dark ground, as the page around this one chooses, or else as the reader's system prefers.
+// Colours on a light or a dark background, by the choice of the surrounding page or the preference of the system.
 
 const theme = (() => {
   const prefers = matchMedia("(prefers-color-scheme: dark)");
@@ -36,7 +36,7 @@ const theme = (() => {
     get grid() {
       return isDark() ? "#2E343B" : "#E3E3E3";
     },
-    /** Do what needs a colour, now and whenever the choice or the preference changes. */
+    /** Call a function that uses colours, now and after each change of the choice or the preference. */
     paint(painter) {
       painters.push(painter);
       painter();

@@ -1,5 +1,5 @@
 "use strict";
-// Time: how it passes, the line on which it is chosen, its events, its dates, and the part of a link that says it.
+// Time: playback, time line, events, dates, and the part of a link that contains the time.
 
 const clock = (() => {
   const { page, times } = motion;
@@ -24,7 +24,7 @@ const clock = (() => {
     play.textContent = playing ? "Pause" : "Play";
   }
 
-  /** Go by stored times, forwards or backwards. */
+  /** Step by stored times, forwards or backwards. */
   function step(count) {
     setPlaying(false);
     const [i, u] = motion.place(time);
@@ -33,7 +33,7 @@ const clock = (() => {
     setTime(times[Math.min(Math.max(from + count, 0), times.length - 1)]);
   }
 
-  /** Let time pass until a frame, which comes at this reading of the browser's clock, in milliseconds. */
+  /** Advance the time to a frame at a reading of the browser's clock, in milliseconds. */
   function pass(now) {
     if (!playing) return;
     if (before !== null) setTime(time + (Math.min(now - before, 250) / 1000) * Number(rate.value));
@@ -43,7 +43,7 @@ const clock = (() => {
     else setPlaying(false);
   }
 
-  // ------------------------------------------------------------ in words
+  // ------------------------------------------------------------ texts
 
   const shown = (t, digits = 7) => short(Number((page.factors.time * t).toPrecision(digits)));
   const inWords = (t = time) => `${page.labels.t} = ${shown(t)}${page.labels.unit}`;
@@ -87,7 +87,7 @@ const clock = (() => {
   play.addEventListener("click", () => setPlaying(!playing));
   window.addEventListener("hashchange", followLink);
 
-  /** Each time at which something happened, with its name. */
+  /** Each time of an event, with its name. */
   const events = page.events.flatMap(({ name, times: all, directions }) =>
     all.map((t, i) => ({ t, name: `${name} ${directions[i] > 0 ? "↑" : "↓"}` })),
   );
@@ -113,7 +113,7 @@ const clock = (() => {
   return Object.defineProperties(own, {
     time: { get: () => time },
     playing: { get: () => playing },
-    /** Of the motion's time in a second. */
+    /** Time of the motion that passes in a second. */
     rate: { get: () => Number(rate.value) },
     heard: { value: (hear) => listeners.push(hear) },
   });

@@ -1,14 +1,14 @@
 "use strict";
-// From where the scene is seen: with the space axes, a body, the orbit or the attractor at rest.
+// Views of the scene, in which the space axes, a body, the orbit or the attractor are at rest.
 
-/** Of the distance of the eye from the attractor: the size of the body that is seen from there. */
+/** Size of a body seen from the attractor, as fraction of the distance of the eye from the attractor. */
 const SEEN = 0.035;
-/** The same of the attractor. */
+/** Size of the attractor, as fraction of this distance. */
 const DOT = 0.006;
 
 /**
- * Return the views of a scene, beside its own those of what is around it. Each has its words, and what is at rest in
- * it: `turn` gives its attitude at a time, `centre` its place in the world after that is drawn.
+ * Return the views of a scene and of its surroundings. A view has its label and an object at rest: `turn` returns the
+ * attitude of this object at a time, `centre` its place in the world after it is drawn.
  */
 function viewsOf(motion, { world, camera, controls }, { near, far, own, usual }) {
   const all = { ...own };
@@ -46,7 +46,7 @@ function viewsOf(motion, { world, camera, controls }, { near, far, own, usual })
   return { names, usual, look, place };
 }
 
-/** The attitude of an orbit that is drawn with its radial axis upwards and the transverse one to the right. */
+/** The attitude of an orbit with its radial axis upwards and the transverse axis to the right. */
 function upwardsOfOrbit(t) {
   const [radial, transverse, normal] = axesOfOrbit(t);
   return attitudeOf([transverse, normal, radial]);

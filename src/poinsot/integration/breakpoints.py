@@ -1,14 +1,19 @@
-"""Segments of a run between the knots of its tables, each with the parameters of its piece."""
+"""Times at which the motion of a task is interrupted: knots of tables, and samples of parts that jump."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.functions import Scalar
 from poinsot.integration.kernel_parameters import KernelParameters
+from poinsot.mechanics.part import Jump, Part
+from poinsot.taylor.draws import key_of
 from poinsot.taylor.tasks import Status
 
-__all__ = ["Segments"]
+__all__ = ["Clock", "Segments"]
 
 PIECES_AT_A_TIME, MAX_STORED_PIECES = 256, 1024
 """Pieces whose parameters are computed together where all tasks belong to one body, and most pieces stored."""
@@ -73,3 +78,34 @@ class Segments:
                 self._known.clear()
             self._known.update(zip(block.tolist(), self._computed(block, np.zeros_like(block)), strict=True))
         return self._known[piece]
+
+
+class Clock:
+    """Samples of members at the times number * period + offset, rounded twice.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        Parts that jump.
+    numbers : array (members,)
+        Numbers of the members, which determine their noise.
+    jumped : mapping
+        Name of a part -> mask (members,) of the members whose sample at the start is done.
+    """
+
+    def __init__(self, parts: Sequence[Part], numbers: Integers, jumped: Mapping[str, NDArray[np.bool_]]) -> None:
+        jumps = {part.name: part.jump for part in parts if part.jump is not None}
+
+        def of_members(values: Iterable[Scalar]) -> Array:
+            return np.array([np.broadcast_to(np.asarray(x), numbers.shape) for x in values], dtype=np.float64).T
+
+        self._periods = of_members(jump.period for jump in jumps.values())
+        self._offsets = of_members(jump.offset for jump in jumps.values())
+        self._keys = key_of(of_members(jump.seed for jump in jumps.values()), numbers[:, None]).view(np.int64)
+        self._jumped = of_members(jumped.get(name, False) for name in jumps) > 0
+
+    def set(self, tasks: NDArray[np.void], times: Array, members: Integers) -> None:
+        """Set the first samples of tasks of members that start at times."""
+        samples, times = Jump(self._periods[members], self._offsets[members]), times[:, None]
+        tasks["numbers"] = samples.first(times) + (self._jumped[members] & samples.falls_on(times))
+        tasks["keys"], tasks["periods"], tasks["offsets"] = self._keys[members], samples.period, samples.offset

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from poinsot.integration.tangent_vectors import Variations
+from poinsot.integration.variational import Variations
 
 
 @pytest.mark.parametrize("order", [1, 2])
