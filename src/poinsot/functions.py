@@ -271,22 +271,18 @@ def _elementary(name: str) -> Any:
     return function
 
 
-sqrt: FunctionOfScalar
-exp: FunctionOfScalar
-log: FunctionOfScalar
-sin: FunctionOfScalar
-cos: FunctionOfScalar
-tan: FunctionOfScalar
-tanh: FunctionOfScalar
-rint: FunctionOfScalar
-asin: FunctionOfScalar
-acos: FunctionOfScalar
-atan: FunctionOfScalar
-atan2: Callable[[Scalar, Scalar], Scalar]
-sqrt, exp, log = map(_elementary, ("sqrt", "exp", "log"))
-sin, cos, tan, tanh = map(_elementary, ("sin", "cos", "tan", "tanh"))
-rint = _elementary("rint")
-asin, acos, atan, atan2 = map(_elementary, ("asin", "acos", "atan", "atan2"))
+sqrt: FunctionOfScalar = _elementary("sqrt")
+exp: FunctionOfScalar = _elementary("exp")
+log: FunctionOfScalar = _elementary("log")
+sin: FunctionOfScalar = _elementary("sin")
+cos: FunctionOfScalar = _elementary("cos")
+tan: FunctionOfScalar = _elementary("tan")
+tanh: FunctionOfScalar = _elementary("tanh")
+rint: FunctionOfScalar = _elementary("rint")
+asin: FunctionOfScalar = _elementary("asin")
+acos: FunctionOfScalar = _elementary("acos")
+atan: FunctionOfScalar = _elementary("atan")
+atan2: Callable[[Scalar, Scalar], Scalar] = _elementary("atan2")
 
 
 def less(a: Scalar, b: Scalar) -> Any:
