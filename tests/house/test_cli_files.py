@@ -236,6 +236,6 @@ def test_names_that_cannot_be_read_are_sentences(folder, command):
 def test_folders_of_results(folder):
     call("new", "top.toml")
     (folder / "file").write_text("")
-    assert "is a file" in " ".join(call("run", "top.toml", "--out", "file", code=2).stderr.split())
+    assert "--out must be a folder" in call("run", "top.toml", "--out", "file", code=2).stderr
     assert refused("run", "top.toml", "--out", "file/below")
     assert refused("paper", "--out", "file/below")

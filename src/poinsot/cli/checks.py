@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -22,6 +22,15 @@ from poinsot.cli.terminal import (
     say,
 )
 from poinsot.display.progress import ReportProgress, bar
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from poinsot.validation.cases import Case, Comparison
+    from poinsot.validation.paper import ErrorRow
+
+    Results = list[tuple[Case, list[Comparison]]]
 
 __all__ = ["paper", "verify"]
 
@@ -88,7 +97,7 @@ def verify(as_json: Json = False) -> None:
     from poinsot.validation import cases as checks
 
     console = Console()
-    found: list[Any] = []
+    found: Results = []
     interrupted = False
     with _bar("Verifying", len(checks.CASES), console) as report:
         try:
@@ -111,7 +120,7 @@ def verify(as_json: Json = False) -> None:
     advise(("poinsot new", "writes an example scenario"))
 
 
-def _facts(found: list[Any]) -> list[dict[str, Any]]:
+def _facts(found: Results) -> list[dict[str, Any]]:
     """Return the comparisons of all cases for programs."""
     return [
         {
@@ -123,7 +132,7 @@ def _facts(found: list[Any]) -> list[dict[str, Any]]:
     ]
 
 
-def _show(console: Any, found: list[Any], failed: int, installation: str) -> None:
+def _show(console: Console, found: Results, failed: int, installation: str) -> None:
     count = sum(len(rows) for _, rows in found)
     if count:
         console.print(_comparisons(found))
@@ -131,7 +140,7 @@ def _show(console: Any, found: list[Any], failed: int, installation: str) -> Non
     console.print(installation, highlight=False)
 
 
-def _bar(what: str, total: int, console: Any) -> AbstractContextManager[ReportProgress]:
+def _bar(what: str, total: int, console: Console) -> AbstractContextManager[ReportProgress]:
     """Return a bar where tables go, if that is a terminal, else on the standard error."""
     from rich.console import Console
 
@@ -139,7 +148,7 @@ def _bar(what: str, total: int, console: Any) -> AbstractContextManager[ReportPr
     return bar(what, total, shown.is_terminal, shown)
 
 
-def _comparisons(found: list[Any]) -> object:
+def _comparisons(found: Results) -> Table:
     """Return the comparisons of all cases, each under its title and source."""
     from rich import box
     from rich.padding import Padding
@@ -161,7 +170,7 @@ def _comparisons(found: list[Any]) -> object:
     return table
 
 
-def _table(title: str, rows: list[Any]) -> object:
+def _table(title: str, rows: list[ErrorRow]) -> Table:
     """Return the rows of one case, narrow enough for any terminal."""
     from rich import box
     from rich.table import Table

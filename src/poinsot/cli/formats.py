@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -28,6 +28,18 @@ from poinsot.cli.terminal import (
     opened,
     report_path,
 )
+
+if TYPE_CHECKING:
+    import numpy as np
+    import xarray
+    from numpy.typing import NDArray
+
+    from poinsot.files.attitudes.attitude_table import AttitudeTable
+    from poinsot.files.scenario import Scenario
+    from poinsot.mechanics.state import AnyState
+    from poinsot.mechanics.system import System
+    from poinsot.propagation.recorded import RecordedSystem
+    from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["convert", "info"]
 
@@ -229,10 +241,12 @@ def _of_scenario(file: Path) -> Contents:
 
 
 def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
+    import xarray
+
     from poinsot.files.netcdf import load
 
-    found = load(file)
-    if not hasattr(found, "provenance"):
+    found: Trajectory | xarray.Dataset = load(file)
+    if isinstance(found, xarray.Dataset):
         return _of_dataset(file, found)
     motion = found if member is None else found.member(member)
     reason = getattr(motion.system, "not_rerunnable", None)
@@ -260,24 +274,26 @@ def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
     return Contents(kind, lines, motion.provenance.get("scenario"), data)
 
 
-def _of_dataset(file: Path, found: Any) -> Contents:
+def _of_dataset(file: Path, found: xarray.Dataset) -> Contents:
     """Return the contents of a store without whole states: selected variables, or the results of a reduction."""
     from poinsot.storage.ensemble_store import EnsembleStore
 
     store = EnsembleStore(file)
     sizes = ", ".join(f"{size} along {name}" for name, size in found.sizes.items())
-    variables = [f"  variable: {name}, {each.dtype}, along {', '.join(each.dims)}" for name, each in found.items()]
+    variables = [
+        f"  variable: {name}, {each.dtype}, along {', '.join(map(str, each.dims))}" for name, each in found.items()
+    ]
     done = f"  members: {store.finished} of {store.members} are done"
     lines = [f"Dataset {file.name}", f"  store: {store}", done, f"  sizes: {sizes}", *variables]
     data = {"sizes": found.sizes, "members": store.members, "finished": store.finished}
     return Contents("dataset", lines, data=data)
 
 
-def _ends(times: Any) -> dict[str, Any]:
+def _ends(times: NDArray[np.float64]) -> dict[str, Any]:
     return {"count": times.size, "first": times[0], "last": times[-1]} if times.size else {"count": 0}
 
 
-def _state_near(motion: Any, time: float | None) -> Lines:
+def _state_near(motion: Trajectory, time: float | None) -> Lines:
     """Return the state at the time that is nearest to one."""
     if time is None:
         return []
@@ -302,7 +318,7 @@ def _state_near(motion: Any, time: float | None) -> Lines:
     return [*_start(at, motion.isel(time=place), units), *rates]
 
 
-def _members(motion: Any) -> Lines:
+def _members(motion: Trajectory) -> Lines:
     """Return the line about an ensemble of which not all members are there to the end."""
     if not motion.is_ensemble:
         return []
@@ -313,12 +329,12 @@ def _members(motion: Any) -> Lines:
     return [] if done == len(motion) else [f"  at the last time: {done} of {len(motion)} members"]
 
 
-def _seed(job: Any) -> Lines:
+def _seed(job: Scenario | Trajectory) -> Lines:
     seed = job.provenance.get("seed")
     return [] if seed is None else [f"  seed: {seed}"]
 
 
-def _system(system: Any) -> Lines:
+def _system(system: System | RecordedSystem) -> Lines:
     """Return the lines about body and forces; if the forces cannot be constructed, the lines of the file."""
     if hasattr(system, "not_rerunnable"):
         return [f"  system: {system!r}"]
@@ -329,9 +345,10 @@ def _system(system: Any) -> Lines:
     return [f"  body: {in_units(system.body, known)}", *(forces or ["  forces: none"])]
 
 
-def _start(when: str, state: Any, units: Any) -> Lines:
+def _start(when: str, state: AnyState, units: Mapping[str, str]) -> Lines:
     if state.shape:
         return [f"  members: {len(next(iter(state.phase.values())))}"]
+    from poinsot.mechanics.state import PairState
     from poinsot.mechanics.units import DerivedUnits
     from poinsot.plot.labels import bracketed, momentum_label
 
@@ -345,7 +362,7 @@ def _start(when: str, state: Any, units: Any) -> Lines:
             f"  {when}: quaternion{of} {_written(one.quaternion)}, scalar first, body to space",
             f"  {when}: angular momentum{of} {momentum}, body axes",
         ]
-    if len(state.of_bodies) > 1:
+    if isinstance(state, PairState):
         lines += [
             f"  {when}: position of the secondary {_written(state.position)}{bracketed(known.length)}",
             f"  {when}: momentum of the orbit {_written(state.momentum)}{bracketed(known.linear_momentum)}",
@@ -354,18 +371,18 @@ def _start(when: str, state: Any, units: Any) -> Lines:
     return [*lines, *(f"  {when}: {name} {_written(values)}" for name, values in state.own.items())]
 
 
-def _written(values: Any) -> str:
+def _written(values: NDArray[np.float64]) -> str:
     return f"({', '.join(f'{value:.9g}' for value in values)})"
 
 
-def _span(times: Any, unit: str) -> str:
+def _span(times: NDArray[np.float64], unit: str) -> str:
     return f"  times: {times.size}, {times[0]:.10g} ... {times[-1]:.10g}" + ("" if unit == "1" else f" {unit}")
 
 
 # ------------------------------------------------------------------ other files
 
 
-def _attitudes(title: str, table: Any) -> Lines:
+def _attitudes(title: str, table: AttitudeTable) -> Lines:
     small = table.norm_error < 1e-15
     return [
         f"{title}: {table.body_frame} in {table.reference_frame}",

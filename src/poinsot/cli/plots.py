@@ -6,7 +6,7 @@ import inspect
 import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -28,6 +28,13 @@ from poinsot.cli.terminal import (
 )
 from poinsot.printable import quoted
 from poinsot.quantities import ANGLE_UNITS
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from poinsot.mechanics.environment import Orbit
+    from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["KINDS", "animate", "drawn", "plot", "usual_kind", "view", "viewed"]
 
@@ -211,14 +218,14 @@ def animate(
     advise((opened("view", file), "writes an interactive 3D view"))
 
 
-def usual_kind(motion: Any) -> str:
+def usual_kind(motion: Trajectory) -> str:
     """Return the default kind of plot of a motion."""
     if len(motion.of_bodies) == 1:
         return "quaternions"
     return "distance" if motion.is_ensemble else "mutual_orbit"
 
 
-def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, **options: Any) -> Path:
+def drawn(motion: Trajectory, kind: str, path: Path, overwrite: bool, dpi: int = 150, **options: Any) -> Path:
     """Draw a motion into a file, whole or not at all, and return its path; `options` are options of the command."""
     check_ending(path, ".png", ".pdf", ".svg")
     check_new(path, overwrite)
@@ -241,7 +248,7 @@ def drawn(motion: Any, kind: str, path: Path, overwrite: bool, dpi: int = 150, *
     return path
 
 
-def viewed(motion: Any, path: Path, overwrite: bool, others: Any = None) -> Path:
+def viewed(motion: Trajectory, path: Path, overwrite: bool, others: Trajectory | None = None) -> Path:
     """Write the page of a motion, and return its path."""
     from poinsot.plot.view import view as page_of
 
@@ -271,7 +278,7 @@ def _wanted(kind: str) -> Mapping[str, inspect.Parameter]:
 
 def _arguments(
     kind: str,
-    motion: Any,
+    motion: Trajectory,
     other: Path | None = None,
     orbit: int | None = None,
     time: str | None = None,
@@ -290,7 +297,7 @@ def _arguments(
     return given | {name: word for name, word in words.items() if word is not None}
 
 
-def _orbit(motion: Any, number: int | None) -> Any:
+def _orbit(motion: Trajectory, number: int | None) -> Orbit:
     """Return the orbit of a motion, or the one of a number if there are several."""
     from poinsot.plot.labels import different_orbits
 
@@ -305,21 +312,21 @@ def _orbit(motion: Any, number: int | None) -> Any:
     return found[number - 1]
 
 
-def _chosen(motion: Any, body: str | None, whole: bool = True) -> Any:
+def _chosen(motion: Trajectory, body: str | None, whole: bool = True) -> Trajectory:
     """Return the motion of the named body; without a name the whole motion, if the plot can draw it."""
     from poinsot.propagation.trajectory import of_one_body
 
     return motion if whole and body is None else of_one_body(motion, body)
 
 
-def _loaded(file: Any, member: int | None = None, time: str | None = None) -> Any:
+def _loaded(file: Path, member: int | None = None, time: str | None = None) -> Trajectory:
     """Return a result, or one of its members, at its times or at those within a window."""
     motion = loaded_motion(checked_result(file))
     motion = motion if member is None else motion.member(member)
     return motion if time is None else motion.isel(time=_places(motion.times, time))
 
 
-def _places(times: Any, window: str) -> Any:
+def _places(times: NDArray[np.float64], window: str) -> NDArray[np.int_]:
     """Return the places of the times within FROM:TO."""
     import numpy as np
 

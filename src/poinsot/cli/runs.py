@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -37,6 +37,11 @@ from poinsot.cli.terminal import (
     say,
 )
 from poinsot.printable import quoted
+
+if TYPE_CHECKING:
+    from poinsot.files.scenario import Scenario
+    from poinsot.propagation.trajectory import Trajectory
+    from poinsot.storage.chunk_plan import Chunking
 
 __all__ = ["new", "run"]
 
@@ -160,8 +165,9 @@ def run(
         goes_on = f"{opened('run', file)} --out {shlex.quote(str(store))} --resume"
         goes_on += f" --scheduler {shlex.quote(scheduler)}" if scheduler else ""
         with _workers(scheduler) as client:
-            chunking = {"out": store, "chunk": chunk, "client": client}
-            motion = _stored(job, goes_on, overwrite, threads, chunking)
+            if overwrite and store.exists():
+                _remove_store(store)
+            motion = _stored(job, goes_on, threads, {"out": store, "chunk": chunk, "client": client})
     written: dict[str, Any] = {}
     for kind, path in _write_outputs(motion, names, overwrite):
         written[kind] = str(path)
@@ -178,7 +184,7 @@ def run(
         raise typer.Exit(status)
 
 
-def _estimate(job: Any, threads: int | None, as_json: bool) -> None:
+def _estimate(job: Scenario, threads: int | None, as_json: bool) -> None:
     """Print the estimated time and memory of a run."""
     from poinsot.analysis.run_estimate import estimate_run
 
@@ -221,7 +227,7 @@ SCHEDULER_TIMEOUT = "10s"
 """Longest wait for a scheduler."""
 
 
-def _report(motion: Any, original: Any, written: dict[str, Any] | None) -> int:
+def _report(motion: Trajectory, original: Trajectory | None, written: dict[str, Any] | None) -> int:
     """Print the comparison with a repeated motion and the failed members; return the exit status."""
     same, compared = (True, []) if original is None else _compared(original, motion)
     if written is not None:
@@ -234,7 +240,7 @@ def _report(motion: Any, original: Any, written: dict[str, Any] | None) -> int:
     return DIFFERS if not same else STOPPED if motion.failures else 0
 
 
-def _store(job: Any, out: Path | None, **of_stores: Any) -> Path | None:
+def _store(job: Scenario, out: Path | None, **of_stores: object) -> Path | None:
     """Return the store of an ensemble if one is asked for; refuse options that go with one alone."""
     from poinsot.mechanics.times import common_members
 
@@ -248,7 +254,7 @@ def _store(job: Any, out: Path | None, **of_stores: Any) -> Path | None:
     return None
 
 
-def _job_in(file: Path) -> tuple[Any, Any]:
+def _job_in(file: Path) -> tuple[Scenario, Trajectory | None]:
     """Return the job that a file describes, and the original motion if the file is a result."""
     from poinsot.files.scenario import read_scenario, repetition
 
@@ -261,7 +267,7 @@ def _job_in(file: Path) -> tuple[Any, Any]:
     return repetition(original, str(file)), original
 
 
-def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store: Path | None) -> dict[str, Path]:
+def _output_names(job: Scenario, repeated: bool, file: Path, out: Path | None, store: Path | None) -> dict[str, Path]:
     """Return the paths of the files to write, by kind."""
     if store is not None:
         others = {kind: store.parent / name for kind, name in job.outputs.items() if kind != "result"}
@@ -279,7 +285,7 @@ def _output_names(job: Any, repeated: bool, file: Path, out: Path | None, store:
     return names | {"partial": names["result"].with_suffix(f".partial{names['result'].suffix}")}
 
 
-def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bool) -> None:
+def _check_outputs(job: Scenario, names: dict[str, Path], overwrite: bool, resume: bool) -> None:
     """Check the output files before the run."""
     from poinsot.mechanics.times import common_members
 
@@ -298,7 +304,7 @@ def _check_outputs(job: Any, names: dict[str, Path], overwrite: bool, resume: bo
         raise OSError(f"{folder} must have room for some {needed / 1e6:.0f} MB, but {free / 1e6:.0f} MB are free.")
 
 
-def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -> Any:
+def _propagated(job: Scenario, partial: Path, overwrite: bool, threads: int | None) -> Trajectory:
     """Return the motion; if it stops early, write the partial motion and exit."""
     import numpy as np
 
@@ -318,12 +324,10 @@ def _propagated(job: Any, partial: Path, overwrite: bool, threads: int | None) -
         raise typer.Exit(code) from None
 
 
-def _stored(job: Any, goes_on: str, overwrite: bool, threads: int | None, chunking: dict[str, Any]) -> Any:
+def _stored(job: Scenario, goes_on: str, threads: int | None, chunking: Chunking) -> Trajectory:
     """Return the motions of an ensemble in a store. If the run stops, print the command that continues it, and exit."""
     from poinsot.errors import PropagationInterrupted
 
-    if overwrite and chunking["out"].exists():
-        _remove_store(chunking["out"])
     try:
         return job.propagate(threads=threads, progress=sys.stderr.isatty(), **chunking)
     except PropagationInterrupted as stopped:
@@ -346,7 +350,7 @@ def _remove_store(path: Path) -> None:
     shutil.rmtree(path)
 
 
-def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> Iterator[tuple[str, Path]]:
+def _write_outputs(motion: Trajectory, names: dict[str, Path], overwrite: bool) -> Iterator[tuple[str, Path]]:
     """Write the files, and yield the kind and the path of each when it is there."""
     from poinsot.files.netcdf import save
 
@@ -364,7 +368,7 @@ def _write_outputs(motion: Any, names: dict[str, Path], overwrite: bool) -> Iter
         yield "view", viewed(motion, names["view"], overwrite)
 
 
-def _report_failures(motion: Any) -> None:
+def _report_failures(motion: Trajectory) -> None:
     failures = motion.failures
     say(f"{len(failures)} of {len(motion)} members stopped before the last time.")
     for member, why in list(failures.items())[:MAX_LISTED_FAILURES]:
@@ -373,7 +377,7 @@ def _report_failures(motion: Any) -> None:
         say(f"... and {len(failures) - MAX_LISTED_FAILURES} more, which `motion.failures` lists.")
 
 
-def _compared(original: Any, motion: Any) -> tuple[bool, list[str]]:
+def _compared(original: Trajectory, motion: Trajectory) -> tuple[bool, list[str]]:
     """Return True if a repeated motion equals the original bit for bit, and sentences about the comparison."""
     import numpy as np
 

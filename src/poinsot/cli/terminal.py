@@ -19,7 +19,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -27,6 +27,9 @@ from typing_extensions import override
 
 from poinsot.display.progress import later
 from poinsot.printable import printable
+
+if TYPE_CHECKING:
+    from poinsot.propagation.trajectory import Trajectory
 
 __all__ = [
     "DIFFERS",
@@ -380,7 +383,7 @@ def check_there(path: Path) -> None:
         raise FileNotFoundError(f"No such file: {path}")
 
 
-def loaded_motion(file: Path) -> Any:
+def loaded_motion(file: Path) -> Trajectory:
     """Return the motion in a result; a store may have other things."""
     from poinsot.files.netcdf import load
 

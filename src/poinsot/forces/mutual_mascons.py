@@ -10,7 +10,6 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import real_numbers
 from poinsot.forces.point_masses import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import (
     deviator,
@@ -20,11 +19,11 @@ from poinsot.forces.same_body import (
     refuse_other_mass,
 )
 from poinsot.functions import Scalar, Vector
-from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
-from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.mechanics.parameters import ArrayLength
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.quantities import Along
 from poinsot.taylor.graph import number, ruled
 
@@ -67,12 +66,8 @@ class MutualMascons(Potential):
     secondary_masses: Annotated[Any, ("secondary_count",)]
     secondary_positions: Annotated[Any, ("secondary_count", 3), Along("body axes")]
 
-    def __post_init__(self) -> None:
-        for name in BODIES:
-            shape = real_numbers(f"{name}_positions", getattr(self, f"{name}_positions")).shape
-            if len(shape) < 2:
-                raise ValueError(f"{name}_positions must have shape (n, 3) or (members, n, 3), got shape {shape}.")
-        super().__post_init__()
+    primary_count = ArrayLength("primary_positions", "Number of points of the primary.")
+    secondary_count = ArrayLength("secondary_positions", "Number of points of the secondary.")
 
     @classmethod
     @checked
@@ -92,21 +87,6 @@ class MutualMascons(Potential):
         masses = np.moveaxis(pair.masses, -1, 0)
         sets = [_points(name, body, mass) for (name, body), mass in zip(pair.bodies.items(), masses, strict=True)]
         return cls(*sets[0], *sets[1])
-
-    @property
-    def primary_count(self) -> int:
-        """Number of points of the primary."""
-        return int(np.shape(self.primary_positions)[-2])
-
-    @property
-    def secondary_count(self) -> int:
-        """Number of points of the secondary."""
-        return int(np.shape(self.secondary_positions)[-2])
-
-    @cached_property
-    @override
-    def structure(self) -> tuple[Any, ...]:
-        return (*super().structure, self.primary_count, self.secondary_count)
 
     @property
     def sets(self) -> dict[str, tuple[Any, Any]]:

@@ -1,4 +1,4 @@
-"""How the angular momentum of a body becomes its angular velocity."""
+"""Angular velocity of a body from its angular momentum."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.members import of_arrays
 from poinsot.mechanics.parameters import Parametric, Vector
 
-__all__ = ["CompositeKinetics", "Kinetics", "Matrix", "ObliqueKinetics", "outer", "product", "spread"]
+__all__ = ["CompositeKinetics", "Kinetics", "Matrix", "ObliqueKinetics", "mixed_spread", "outer", "product", "spread"]
 
 Matrix = Any
 """Three rows of three scalars of any kind; a `functions.Vector` of such, where it is computed with."""
@@ -152,6 +152,14 @@ def spread(arm: Iterable[Scalar]) -> functions.Vector:
     square, products = functions.dot(arm, arm), outer(arm, arm)
     return functions.Vector(
         functions.Vector((square if i == j else 0.0) - products[i][j] for j in range(3)) for i in range(3)
+    )
+
+
+def mixed_spread(a: functions.Vector, b: functions.Vector) -> functions.Vector:
+    """Return 2 a.b 1 - (a b^T + b a^T), the part of spread(a + x b) that is linear in x."""
+    between, along = outer(a, b) + outer(b, a), 2 * functions.dot(a, b)
+    return functions.Vector(
+        functions.Vector((along if i == j else 0.0) - between[i][j] for j in range(3)) for i in range(3)
     )
 
 

@@ -1,4 +1,4 @@
-"""Tabulated orbits: piecewise polynomials, and a kernel that stops at every knot."""
+"""Tabulated orbits as piecewise polynomials, at whose knots a kernel stops."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Formulas as graphs: traced once, differentiated, and evaluated on scalars of any kind.
 
-A formula that is called with symbols makes nodes, each an operation on nodes and numbers; what is the same operation on
-the same operands is one node. Constants are the inputs of a run and all that is computed from them alone; what depends
-on a symbol varies.
+A formula that is called with symbols makes nodes, each an operation on nodes and numbers. Equal operations on equal
+operands are one node. Constants are the inputs of a run and all nodes that depend on them alone; nodes that depend on a
+symbol vary.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def _operators(name: str) -> tuple[_Operator, _Operator]:
 
 
 def _combined(name: str, a: Any, b: Any) -> Any:
-    """Return what an operator makes of two operands; vectors have their own rules, arrays of nodes go one by one."""
+    """Return the result of an operator on two operands; vectors have their own rules, arrays of nodes go one by one."""
     graph = a.graph if a.__class__ is Node else b.graph
     if _is_operand(a, graph) and _is_operand(b, graph):
         return graph.simplified(name, (a, b))
@@ -103,23 +103,23 @@ class Graph:
         self._foreign: list[FormulaScalar] = []
 
     def symbol(self, name: Hashable) -> Node:
-        """Return what varies under a name."""
+        """Return the node that varies under a name."""
         return self.node("symbol", (name,), varies=True)
 
     def variable(self, value: FormulaScalar) -> Node:
-        """Return what varies, about a value of any kind."""
+        """Return a node that varies about a value of any kind."""
         node = self.node("variable", (len(self._known),), varies=True)
         node.value = value
         return node
 
     def input(self, number: int) -> Node:
-        """Return the constant that a run is given at a place."""
+        """Return the input of a run at a place, a constant."""
         return self.node("input", (number,), varies=False)
 
     def evaluated(
         self, outputs: Sequence[FormulaScalar], values: Mapping[Node, FormulaScalar] | None = None
     ) -> list[Any]:
-        """Return the values of outputs for those of symbols and inputs, or of any other nodes of this graph."""
+        """Return the values of outputs for values of symbols and inputs, or of any other nodes of this graph."""
         known: dict[int, FormulaScalar] = {node.place: value for node, value in (values or {}).items()}
         own = [x for x in outputs if isinstance(x, Node) and x.graph is self]
         path = needed(own, known)
@@ -132,7 +132,7 @@ class Graph:
         return [known[x.place] if isinstance(x, Node) and x.graph is self else x for x in outputs]
 
     def finished(self, outputs: Sequence[FormulaScalar]) -> list[Any]:
-        """Return the values of outputs, and forget all nodes: what they hold is free at once."""
+        """Return the values of outputs, and forget all nodes, so that their memory is free at once."""
         values = self.evaluated(outputs)
         self._known.clear()
         return values
@@ -179,7 +179,7 @@ class Node(Comparable):
     Attributes
     ----------
     place : int
-        Its number in the graph, larger than those of its operands.
+        Its number in the graph, larger than the numbers of its operands.
     name : str
         "symbol", "variable", "input", "value", "ruled", "add", "neg", "mul", "div", "pow", "less", "where" or a
         function of formulas.
@@ -188,7 +188,7 @@ class Node(Comparable):
     nodes : tuple
         The operands that are nodes.
     varies : bool
-        Whether it depends on a symbol or a variable.
+        True if it depends on a symbol or a variable.
     """
 
     __slots__ = ("graph", "name", "nodes", "operands", "place", "value", "varies")
@@ -391,7 +391,7 @@ def partials(node: Node) -> tuple[GraphScalar, ...]:
     Raises
     ------
     TypeError
-        If it has none.
+        If the node has no derivative.
     """
     if node.name == "ruled":
         *variables, slope = node.operands[1:]
@@ -399,7 +399,7 @@ def partials(node: Node) -> tuple[GraphScalar, ...]:
     if node.name == "rint":  # it is flat between its jumps
         return (0.0,)
     if node.name not in PARTIALS:
-        raise TypeError(f"{node.name} must not be of what a derivative is taken by, but it is.")
+        raise TypeError(f"{node.name} must have a derivative, but it has none.")
     slopes = PARTIALS[node.name](node, *node.operands)
     return tuple([s if isinstance(x, Node) else 0.0 for s, x in zip(slopes, node.operands, strict=True)])
 
@@ -407,7 +407,7 @@ def partials(node: Node) -> tuple[GraphScalar, ...]:
 def ruled(
     value: FormulaScalar, variables: Sequence[FormulaScalar], slope: Callable[[int], FormulaScalar]
 ) -> FormulaScalar:
-    """Return a value whose derivatives by those of the variables that vary, by their number, a closed rule gives."""
+    """Return a value whose derivatives follow from a rule: `slope` of the number of a variable."""
     if not any(isinstance(x, Node) for x in variables):
         return value
     graph = _newest(variables)
@@ -438,7 +438,7 @@ def gradient(output: FormulaScalar, by: Sequence[Node]) -> list[GraphScalar]:
 
 
 def tangents(outputs: Sequence[FormulaScalar], seeds: Mapping[Node, GraphScalar]) -> list[GraphScalar]:
-    """Return the differentials of outputs for those of some nodes, whatever these are computed from."""
+    """Return the differentials of outputs for differentials of some nodes, which need not be symbols."""
     found: dict[int, GraphScalar] = {node.place: seed for node, seed in seeds.items()}
     graphs = {node.graph for node in seeds}
     own = [x if isinstance(x, Node) and x.graph in graphs else 0.0 for x in outputs]
@@ -476,7 +476,7 @@ def _known(found: Mapping[int, GraphScalar], operand: GraphScalar) -> GraphScala
 
 
 def _reached(nodes: Iterable[Node], ends: Iterable[int]) -> set[int]:
-    """Return the places of nodes that depend on others, those among them."""
+    """Return the places of nodes that depend on other nodes, and the places of these."""
     reached = set(ends)
     for node in nodes:
         if node.name != "less" and any(x.place in reached for x in node.nodes):
@@ -489,7 +489,7 @@ SINGULAR = {"div": 1, "atan2": 1, "sqrt": 0, "log": 0, "pow": 0}
 
 
 def replaced(outputs: Sequence[GraphScalar], values: Mapping[Node, GraphScalar]) -> Sequence[GraphScalar]:
-    """Return outputs, simplified, with others in the place of some nodes; as they are where one would be singular."""
+    """Return simplified outputs with some nodes replaced; unchanged outputs if an operation would be singular."""
     known: dict[int, GraphScalar] = {node.place: value for node, value in values.items()}
     for node in ordered(outputs):
         if node.place in known or not any(x.place in known for x in node.nodes):
@@ -512,20 +512,20 @@ def number(scalar: Any) -> Any:
 
 
 def replayed(node: Node, known: Mapping[int, FormulaScalar]) -> FormulaScalar:
-    """Return the value of a node from those of its operands, by their places."""
+    """Return the value of a node from the values of its operands, by their places."""
     operands = [known[x.place] if x.__class__ is Node else x for x in node.operands]
     value: FormulaScalar = operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
     return value
 
 
 def operation_of(node: Node) -> Callable[..., Any]:
-    """Return the function that gives the value of a node from those of its operands."""
+    """Return the function that computes the value of a node from the values of its operands."""
     operation: Callable[..., Any] = REPLAYED.get(node.name) or getattr(functions, node.name)
     return operation
 
 
 def needed(outputs: Iterable[Node], known: Container[int]) -> list[Node]:
-    """Return the nodes that outputs are computed from where those at some places are known, operands first."""
+    """Return the nodes that outputs depend on, operands first, without the nodes at known places and their operands."""
     found: dict[int, Node] = {}
     waiting = list(outputs)
     while waiting:
@@ -537,7 +537,7 @@ def needed(outputs: Iterable[Node], known: Container[int]) -> list[Node]:
 
 
 HELD = "held"
-"""Name of constants that no input gives: conditions and square roots, which change at switches and at the start."""
+"""Name of constants that the kernel holds: conditions and square roots, which change at switches and at the start."""
 
 wide: Callable[[Number], Number] = np.longdouble(1).__mul__  # type: ignore[assignment]
 """Convert a number or an array to long double, in a quarter of the time of `np.longdouble`."""
