@@ -1,7 +1,7 @@
-"""Solid harmonics: the polynomials in which gravity fields are expanded, and their derivatives.
+"""Solid harmonics, the polynomials of expansions of gravity fields, and their derivatives.
 
 Z_nm = r^n P_nm(sin latitude) exp(i m longitude), not normalised, without the sign (-1)^m. A derivative of a sum of
-degree n is a sum of degree n - 1, which is what makes a torque as cheap as an energy.
+degree n is a sum of degree n - 1, so that a torque costs as much as an energy.
 """
 
 from __future__ import annotations

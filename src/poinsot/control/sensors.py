@@ -111,6 +111,6 @@ class NoisySensors(Sensors):
 
 
 def _rounded(numbers: Iterable[Scalar], quantum: Scalar) -> Vector:
-    """Return numbers rounded to multiples of a quantum, as they are where it is 0."""
+    """Return numbers rounded to multiples of a quantum; a quantum of 0 leaves them unchanged."""
     steps = functions.less(0.0, quantum)
     return Vector(functions.where(steps, functions.rint(x / quantum) * quantum, x) for x in numbers)

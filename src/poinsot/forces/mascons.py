@@ -1,4 +1,4 @@
-"""Gravity of a point on a body made of points of mass, to all degrees."""
+"""Gravity of an attractor on a body made of point masses, to all degrees."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class KeplerOrbit(ConicOrbit):
             )
         e = min(here.eccentricity, float(np.nextafter(1.0, 0.0)))
         anomaly = float(np.arctan2(here.e_sin, here.e_cos)) if e > 0 else here.latitude
-        # From the distance, r = a (1 - e)(1 + e)/(1 + e cos f), for that is what must come back.
+        # The distance r = a (1 - e)(1 + e)/(1 + e cos f) is reproduced.
         a = here.distance * ((1 - e) + 2 * e * np.cos(0.5 * anomaly) ** 2) / ((1 - e) * (1 + e))
         shape = {"semimajor_axis": a, "eccentricity": e, "true_anomaly": anomaly}
         return shape, anomaly

@@ -48,14 +48,14 @@ def universal_place(eccentricity: Scalar, time: Scalar) -> tuple[Scalar, Scalar]
     size = abs(here)
     x = _above(e, size)
     enough = 1e-11 if isinstance(x, float | np.ndarray | np.generic) else 1e-2 * functions.sqrt(_rounding())
-    for _ in range(60):  # some ten, for very late times twice as many
+    for _ in range(60):  # about ten iterations, twice as many for very late times
         step = (universal_time(e, x) - size) / _distance(e, x)
         x = x - step
-        if np.all(abs(step) <= enough * abs(x)):  # the next one would be the square of that
+        if np.all(abs(step) <= enough * abs(x)):  # the next step would be the square of this one
             break
     x = functions.where(functions.less(here, 0), -x, x)
     S1, S2, S3 = universal_functions(e, x)
-    change = (time - (x + e * S3)) / (1 + e * S2)  # which has the derivatives of the time
+    change = (time - (x + e * S3)) / (1 + e * S2)  # with the derivatives of the time
     return S1 + (1 + (e - 1) * S2) * change, S2 + S1 * change
 
 

@@ -1,4 +1,4 @@
-"""Masses on springs: what sloshes and what vibrates, one mode each."""
+"""Masses on springs: one mode of sloshing or vibration each."""
 
 from __future__ import annotations
 

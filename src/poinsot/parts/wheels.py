@@ -1,4 +1,4 @@
-"""Several reaction wheels that together give the torque that a control law wants."""
+"""Sets of reaction wheels that apply the torque of a control law."""
 
 from __future__ import annotations
 

@@ -49,13 +49,13 @@ def two_bodies(system: System) -> TwoBodies:
 
 
 def refuse_one_body(system: System, name: str) -> None:
-    """Raise an AttributeError for a quantity of two bodies, read from the motion of one."""
+    """Raise an AttributeError for a quantity of two bodies if the motion is of one body."""
     if len(system.of_bodies) == 1:
         raise AttributeError(f"a motion of one body has no {name}: it belongs to a motion of two bodies.")
 
 
 def refuse_two_bodies(system: System, name: str) -> None:
-    """Raise an AttributeError for a quantity of one body, read from the motion of two."""
+    """Raise an AttributeError for a quantity of one body if the motion is of two bodies."""
     if len(system.of_bodies) > 1:
         raise AttributeError(no_attribute("a motion", name))
 

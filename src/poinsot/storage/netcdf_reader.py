@@ -14,7 +14,7 @@ Variable = list[Any]
 
 
 def content(path: str, size: int, names: list[str], beginnings: list[str]) -> tuple[Any, list[NDArray[Any]]]:
-    """Return the attributes of a file, and the variables that have one of the names or begin so, with their arrays.
+    """Return the attributes of a file, and its variables with one of the names or beginnings, with their arrays.
 
     What `save` does not write is refused before it is read: groups, types of its own, and variables in chunks, with
     filters, or of more bytes than the file, `size`.
