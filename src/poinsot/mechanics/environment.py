@@ -28,6 +28,7 @@ __all__ = [
     "Dated",
     "Environment",
     "EnvironmentOfStates",
+    "FrameOfOrbit",
     "Orbit",
     "OrbitBlock",
     "Views",
