@@ -1,4 +1,4 @@
-"""Flat pieces of a surface on which light and air press."""
+"""Flat facets of a surface under the pressure of light and air."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class Transition(Part):
     def progress(self, time: Scalar) -> Scalar:
         """Return 0 before the transition, 1 after it, and 10 x^3 - 15 x^4 + 6 x^5 at a part x of its duration.
 
-        A subclass may have any other smooth function of the time.
+        A subclass can define another smooth function of the time.
         """
         x = functions.clip((time - self.begin) / self.duration, 0.0, 1.0)
         return x * x * x * (10 - x * (15 - 6 * x))
@@ -48,7 +48,8 @@ class Transition(Part):
         """Return the rate of the progress, its derivative."""
         graph = Graph()
         now = graph.variable(time)
-        return graph.finished(tangents([self.progress(now)], {now: 1.0}))[0]
+        value: Scalar = graph.finished(tangents([self.progress(now)], {now: 1.0}))[0]
+        return value
 
     @of_scalars
     @abstractmethod
