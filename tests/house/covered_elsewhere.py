@@ -117,8 +117,6 @@ COVERED_BY = {
     "taylor/queue.py": "unit/taylor/test_kernels.py",
     "taylor/recurrences.py": "unit/taylor/test_kernels.py",
     "taylor/rescaling.py": "laws/test_growing_momenta.py",
-    "taylor/sampling.py": "laws/test_samples.py",
-    "taylor/shared_products.py": "unit/taylor/test_lowering.py",
     "taylor/tasks.py": "unit/taylor/test_detection.py",
     "validation/cases.py": "house/test_verify_command.py",
     "validation/paper.py": "house/test_paper_command.py",

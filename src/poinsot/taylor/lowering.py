@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.taylor.canonical_form import TIME, CanonicalForm, Root
-from poinsot.taylor.conserved_squares import without_squares
 from poinsot.taylor.decomposition import Decomposition
 from poinsot.taylor.graph import Evaluator, GraphScalar, Node, Number, ordered, replaced, wide
 from poinsot.taylor.rescaling import MOMENTUM_SCALE
 from poinsot.taylor.sampling import Jumps, Update
-from poinsot.taylor.shared_products import CommonSubexpressions
+from poinsot.taylor.shared_products import CommonSubexpressions, without_squares
 
 __all__ = ["TIME", "Constants", "Program", "StartRoots", "conditions_of", "simplified"]
 
