@@ -43,14 +43,14 @@ class Problem(Collection):
     _seals: ClassVar[bool] = False
 
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
-        super().__init__((system.dynamics, *events))
-        vars(self).update(system=system, dynamics=system.dynamics, events=tuple(events))
-        if not events:
-            vars(self).update(zip(SHARED, SHARED_OF(self.dynamics), strict=True))
-            return
-        self.refuse_other_axes()
-        for event in events:
-            try_event(self.dynamics, event)
+        dynamics = system.dynamics
+        super().__init__((dynamics, *events))
+        shared = () if events else zip(SHARED, SHARED_OF(dynamics), strict=True)
+        vars(self).update(shared, system=system, dynamics=dynamics, events=tuple(events))
+        if events:
+            self.refuse_other_axes()
+            for event in events:
+                try_event(dynamics, event)
 
     _member_axes: ClassVar[Mapping[str, int]] = {"system": 0, "events": 0}
 
