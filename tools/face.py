@@ -37,7 +37,7 @@ SHARED = {
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
     "theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
     "fixed.HeldPosition",
-    "parts": "",
+    "parts": "*.AttachedMass *.refuse_oblique",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
     "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",

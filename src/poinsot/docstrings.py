@@ -36,7 +36,8 @@ def inherit_parameters(cls: type, names: Iterable[str]) -> None:
     cls.__doc__ = _completed(cls.__doc__, names, known)
     methods = [each.__func__ for name, each in vars(cls).items() if isinstance(each, classmethod) and name[0] != "_"]
     if methods:
-        known |= parameter_entries(cls.__doc__) | parameter_entries(cls.__doc__.replace("Attributes\n", "Parameters\n"))
+        attributes = parameter_entries(cls.__doc__.replace("Attributes\n", "Parameters\n"))
+        known |= {**parameter_entries(cls.__doc__), **attributes}
     for method in methods:
         code = inspect.unwrap(method).__code__
         arguments = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]

@@ -16,15 +16,15 @@ SPLITTER = 2.0**27 + 1
 
 
 class DoubleDouble:
-    """hi + lo, |lo| at most half a unit in the last place of hi: some 32 digits."""
+    """Sum hi + lo with |lo| of at most half a unit in the last place of hi: 32 digits."""
 
-    __array_ufunc__ = None  # an array times such a number is this number's business
+    __array_ufunc__ = None  # the product of an array and a number calls __rmul__
     __slots__ = ("hi", "lo")
 
     def __init__(self, hi: Any, lo: Any = 0.0) -> None:
         self.hi, self.lo = hi, lo
 
-    def __reduce__(self) -> tuple[Any, ...]:  # old protocols take no slots
+    def __reduce__(self) -> tuple[Any, ...]:  # old protocols of pickle support no slots
         return type(self), (self.hi, self.lo)
 
     @property
@@ -83,7 +83,7 @@ class DoubleDouble:
         return DoubleDouble(self.hi * power_of_two, self.lo * power_of_two)
 
     def sqrt(self) -> DoubleDouble:
-        """Return the square root; of a number whose rounding error made it negative, zero."""
+        """Return the square root; zero for a number that rounding made negative."""
         root = np.sqrt(np.maximum(self.hi, 0.0))
         high, low = _product(root, root)
         correction = (((self.hi - high) - low) + self.lo) / np.where(root > 0, 2 * root, 1.0)

@@ -18,9 +18,9 @@ Of 3,000 pairs with axes within 1 to 6 each, and with a second body ten times sm
 
 
 def gap(first: Sequence[Scalar], second: Sequence[Scalar], turn: Any, separation: Vector) -> Scalar:
-    """Return a number that is positive for ellipsoids apart, zero at contact and negative where they overlap.
+    """Return a number that is positive for separate ellipsoids, zero at contact and negative for overlapping ones.
 
-    It is the factor by which both must grow about their centres to touch, less one: sqrt(max_l f(l)) - 1 with
+    The common scale factor about both centres at which the ellipsoids touch is 1 + gap: sqrt(max_l f(l)) - 1 with
     f = l (1 - l) r . C^-1 r, C = (1 - l) A + l B, where r is the separation and A, B have the squared semiaxes (Perram
     and Wertheim 1985, J. Comput. Phys. 58, 409). With w = C^-1 r the maximum has t^2 = (w . A w) / (w . B w),
     t = l / (1 - l).
@@ -30,9 +30,9 @@ def gap(first: Sequence[Scalar], second: Sequence[Scalar], turn: Any, separation
     first, second : three scalars
         Semiaxes, each along the axes of its ellipsoid.
     turn : three vectors
-        The axes of the second along those of the first.
+        Axes of the second ellipsoid along the axes of the first one.
     separation : vector
-        From the centre of the first to that of the second, along the axes of the first.
+        Vector from the centre of the first ellipsoid to the centre of the second one, along the axes of the first.
     """
     A = [[first[i] * first[i] if i == j else 0.0 for j in range(3)] for i in range(3)]
     B = [[sum(u[i] * u[j] * (s * s) for u, s in zip(turn, second, strict=True)) for j in range(3)] for i in range(3)]

@@ -1,9 +1,9 @@
-"""Products and rotations of harmonic polynomials, by which the multipoles of two bodies are put together.
+"""Products and rotations of harmonic polynomials, which combine the multipoles of two bodies.
 
 A form of degree n is the list of the pairs (c_m, s_m), m = 0 ... n, of the sum over m of c_m Re + s_m Im of
-(n - m)! / (2 n - 1)!! Z_nm, with Z_nm the solid harmonics. Where x^2 + y^2 + z^2 is zero, which is what a harmonic
-polynomial is determined by, that is (x + i y)^m z^(n - m): the harmonic part of a product has for its form the product
-of such powers, with (x + i y) (x - i y) = -z^2, and no other factors.
+(n - m)! / (2 n - 1)!! Z_nm, with Z_nm the solid harmonics. A harmonic polynomial is determined by its values where
+x^2 + y^2 + z^2 = 0. There the factor of (c_m, s_m) is (x + i y)^m z^(n - m). The form of the harmonic part of a product
+is therefore the product of these powers with (x + i y) (x - i y) = -z^2, without other factors.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from poinsot.functions import Scalar
 from poinsot.taylor.graph import number, ruled
@@ -34,7 +35,7 @@ def coefficients_of(form: Form) -> Form:
 
 def product(a: Form, b: Form) -> Form:
     """Return the harmonic part of a product."""
-    total = [(0.0, 0.0)] * (len(a) + len(b) - 1)
+    total: list[tuple[Scalar, Scalar]] = [(0.0, 0.0)] * (len(a) + len(b) - 1)
 
     def add(order: int, factor: float, c: Scalar, s: Scalar) -> None:
         total[order] = total[order][0] + factor * c, total[order][1] + (factor * s if order else 0.0)
@@ -48,17 +49,17 @@ def product(a: Form, b: Form) -> Form:
 
 
 class TurnedForms:
-    """Forms of a turned body along axes at rest.
+    """Forms of a rotated body along fixed axes.
 
-    Their derivatives are those by a small turn, which makes of a form one of the same degree; they hold where the axes
-    are orthogonal.
+    Derivatives are derivatives by a small rotation, which does not change the degree of a form. They hold for
+    orthogonal axes.
 
     Parameters
     ----------
     axes : three of three scalars
-        The axes of the body along those at rest.
+        Axes of the body along the fixed axes.
     turn : three scalars, optional
-        Angles of a small turn of the body about the axes at rest, which are zero: for derivatives.
+        Angles of a small rotation of the body about the fixed axes; they are zero and serve derivatives.
     """
 
     def __init__(self, axes: Sequence[Sequence[Scalar]], turn: Sequence[Scalar] = (0.0, 0.0, 0.0)) -> None:
@@ -78,7 +79,7 @@ class TurnedForms:
             for m, pair in enumerate(form)
             for weight, column in zip(pair[: m + 1], self._power(n, m), strict=False)
         ]
-        values = [
+        values: list[Any] = [
             tuple(sum(weight * column[m][part] for weight, column in columns) for part in (0, 1)) for m in range(n + 1)
         ]
         slopes = [turn_of(values, k) for k in range(3)]
@@ -111,7 +112,8 @@ class _Turn:
             return 0.0
         m = 3 - self._k - l
         sign = 0.5 if (m - self._k) % 3 == 1 else -0.5
-        return sign * number(self._axes[axis][m])
+        value: Scalar = sign * number(self._axes[axis][m])
+        return value
 
 
 def turn_of(form: Form, axis: int) -> Form:
@@ -131,7 +133,7 @@ def turn_of(form: Form, axis: int) -> Form:
 
 
 def _two_sided(form: Form, m: int) -> tuple[Scalar, Scalar]:
-    """Return twice what is before (x + i y)^m, for negative m before (iy - x)^-m; 0 beyond the degree."""
+    """Return twice the coefficient of (x + i y)^m, or of (iy - x)^-m for negative m; 0 beyond the degree."""
     if m >= len(form):
         return 0.0, 0.0
     if m == 0:

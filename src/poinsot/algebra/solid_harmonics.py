@@ -1,7 +1,7 @@
-"""Solid harmonics: the polynomials in which gravity fields are expanded, and their derivatives.
+"""Solid harmonics, the polynomials of expansions of gravity fields, and their derivatives.
 
 Z_nm = r^n P_nm(sin latitude) exp(i m longitude), not normalised, without the sign (-1)^m. A derivative of a sum of
-degree n is a sum of degree n - 1, which is what makes a torque as cheap as an energy.
+degree n is a sum of degree n - 1, so that a torque costs as much as an energy.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ class SolidHarmonics:
         return ruled(self._value(values), (*self.vector, *(x for pair in coefficients for x in pair)), slope)
 
     def _value(self, coefficients: Coefficients) -> Scalar:
-        n, total = len(coefficients) - 1, 0.0
+        total: Scalar = 0.0
+        n = len(coefficients) - 1
         for m, weights in enumerate(coefficients):
             for weight, part in zip(weights[: m + 1], self.pair(n, m), strict=False):
                 total = total + weight * part

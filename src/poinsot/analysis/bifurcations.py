@@ -9,20 +9,17 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.continuation_problem import ContinuationProblem, CurvePoint, NotConvergedError
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.display.html_text import Summarized, formatted
+from poinsot.quantities import Array
 
 __all__ = ["CROSSING_TOLERANCE", "Bifurcation", "bifurcations"]
-
-Array = NDArray[Any]
 
 CROSSING_TOLERANCE = 1e-6
 """Largest singular value, relative to the largest one, of the direction of a branch that crosses."""

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.bifurcations import CROSSING_TOLERANCE, Bifurcation, bifurcations
@@ -27,10 +26,9 @@ from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.named_parameters import NamedNumber
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System, is_of_two_bodies
+from poinsot.quantities import Array
 
 __all__ = ["Bifurcation", "Branch", "continue_motion"]
-
-Array = NDArray[Any]
 
 FIRST_STEP, SMALLEST_STEP, LARGEST_STEP = 0.01, 1e-5, 0.1
 """Lengths along the curve, in radians and in the range of the parameter."""

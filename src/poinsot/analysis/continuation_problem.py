@@ -11,7 +11,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.analysis.multipliers import Multipliers
 from poinsot.analysis.period_map import FAMILY_TOLERANCE, MAX_LAST_STEP, PeriodMap, Point, largest_component
@@ -23,10 +22,9 @@ from poinsot.mechanics.frame import Frame, checked_frame
 from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
 from poinsot.mechanics.system import System
 from poinsot.printable import described, quoted
+from poinsot.quantities import Array
 
 __all__ = ["ContinuationProblem", "CurvePoint", "NamedFunction", "NotConvergedError"]
-
-Array = NDArray[Any]
 
 MAX_ITERATIONS = 8
 """Largest number of iterations of the corrector."""

@@ -12,7 +12,7 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
@@ -36,15 +36,13 @@ from poinsot.mechanics.system import OfOneBody, System
 from poinsot.mechanics.times import checked_time
 from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
-from poinsot.quantities import Time
+from poinsot.quantities import Array, Time
 from poinsot.taylor.graph import Graph, Node, gradient
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 __all__ = ["HALF_TURNS", "Equilibrium", "equilibria", "grows_with_time"]
-
-Array = NDArray[Any]
 
 RATE_TOLERANCE = 1e-6
 """Relative size of rates that count as zero; its square for stiffnesses. Both are larger in oblique axes."""

@@ -14,13 +14,11 @@ import itertools
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.immutable import cached_property
+from poinsot.quantities import Array
 
 __all__ = ["MULTIPLIER_TOLERANCE", "Multipliers"]
-
-Array = NDArray[Any]
 
 MULTIPLIER_TOLERANCE = 1e-6
 """Angle and growth per period below which a multiplier counts as 1, for multipliers that may meet."""
@@ -55,8 +53,8 @@ class Multipliers:
         single: Any = np.argmin(np.abs(self._raw - 1)) if len(matrix) % 2 else []
         pairs = np.delete(self._raw, single)
         polynomial = np.poly(pairs)
-        alike = max(PALINDROME_TOLERANCE, ROUNDING_PER_NORM * float(np.linalg.norm(matrix, 2)))
-        mirrored = np.max(np.abs(polynomial - polynomial[::-1])) <= alike * np.max(np.abs(polynomial))
+        tolerance = max(PALINDROME_TOLERANCE, ROUNDING_PER_NORM * float(np.linalg.norm(matrix, 2)))
+        mirrored = np.max(np.abs(polynomial - polynomial[::-1])) <= tolerance * np.max(np.abs(polynomial))
         self.paired = bool(mirrored) if paired is None else paired
         self._unit = 2.0 if self.paired else 1.0
         self._roots = _sums(pairs) if self.paired else self._raw

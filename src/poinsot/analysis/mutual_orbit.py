@@ -157,8 +157,10 @@ def apsidal_precession(motion: OfTwoBodies) -> Any:
     turning = (np.conj(across) * speed).imag
     vector = -1j * speed * turning / np.asarray(two_bodies(motion.system).mu) - across / motion.distance
     lines = lines_of(vector, motion.times, ECCENTRICITY_LINES)
-    pace = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
-    slow = np.flatnonzero((np.abs(lines.frequencies) < pace / 2) & (np.abs(lines.amplitudes) > MIN_ECCENTRICITY))[:1]
+    mean_motion = abs(moving.longitude[-1] - moving.longitude[0]) / abs(motion.times[-1] - motion.times[0])
+    slow = np.flatnonzero(
+        (np.abs(lines.frequencies) < mean_motion / 2) & (np.abs(lines.amplitudes) > MIN_ECCENTRICITY)
+    )[:1]
     if not slow.size:
         return np.float64(np.nan)
     rate, error = lines.frequencies[slow[0]], lines.errors[slow[0]]

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation, rotation_matrix
@@ -19,10 +18,9 @@ from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.state import PairState, Phase, named, state_of
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.quantities import Array
 
 __all__ = ["PairPoint", "cross_matrix", "refuse_open", "symmetry_axis", "units_of_pair"]
-
-Array = NDArray[Any]
 
 EQUAL_MOMENTS = 1e-12
 """Largest relative difference of equal moments."""

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.pair_point import PairPoint, symmetry_axis, units_of_pair
@@ -29,10 +28,9 @@ from poinsot.mechanics.state import AnyState, PairState, State, changed, state_w
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 
 __all__ = ["FAMILY_TOLERANCE", "MAX_LAST_STEP", "PairPeriodMap", "PeriodMap", "Point", "largest_component"]
-
-Array = NDArray[Any]
 
 Point = tuple[Array, Array]
 """A unit quaternion body -> frame, and an angular momentum, body axes, with the variables of parts behind it."""
@@ -153,7 +151,8 @@ class PeriodMap:
     def _improved(self, point: Point) -> tuple[Point, float, float]:
         """Return the point after a step of Newton's method, and the sizes of the error before it and of the step."""
         passage = self.passage(point)
-        step = np.linalg.lstsq(np.eye(self.units.size) - passage.matrix, passage.change, rcond=FAMILY_TOLERANCE)[0]
+        slope = np.eye(self.units.size) - passage.matrix
+        step = np.asarray(np.linalg.lstsq(slope, passage.change, rcond=FAMILY_TOLERANCE)[0], dtype=float)
         missed, size = (largest_component(x) for x in (passage.change, step))
         return self.displaced(point, step * (MAX_STEP / max(size, MAX_STEP))), missed, size
 

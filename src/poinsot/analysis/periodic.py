@@ -13,7 +13,6 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.analysis.multipliers import MULTIPLIER_TOLERANCE, Multipliers
@@ -34,14 +33,12 @@ from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.printable import described, kind_of
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Inclination
+from poinsot.quantities import Array, Inclination
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 __all__ = ["CassiniState", "PeriodicMotion", "cassini_state", "motion_at", "periodic_motion"]
-
-Array = NDArray[Any]
 
 SAMPLES_PER_PERIOD = 256
 """Number of samples of a mean over a period."""
@@ -357,7 +354,7 @@ def _tilted(orbit: PrecessingOrbit, time: float, obliquity: float) -> Rotation:
     """Return the axes radial, transverse, normal of the orbit, turned about its ascending node."""
     from scipy.spatial.transform import Rotation
 
-    node = orbit.angles_at(time)[0]
+    node: Any = orbit.angles_at(time)[0]
     return Rotation.from_rotvec(obliquity * np.array([np.cos(node), np.sin(node), 0])) * orbit.frame.attitude(time)
 
 

@@ -11,16 +11,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
+from poinsot.quantities import Array
 
 __all__ = ["zeros_of_quartics"]
-
-Array = NDArray[Any]
 
 POLYNOMIAL_TOLERANCE = 1e-9
 """Largest difference of torques from polynomials, relative to their size."""

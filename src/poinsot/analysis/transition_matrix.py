@@ -288,9 +288,9 @@ class _Share:
     def take(self, members: NDArray[np.int_], times: Array, rows: Rows) -> None:  # noqa: ARG002
         """Store the motions and columns of some members and groups."""
         out, (whom, which) = self._out, np.divmod(members, len(self._groups))
-        once = np.flatnonzero(which == 0)
+        with_motion = np.flatnonzero(which == 0)
         for name, stored in out.phase.items():
-            stored[whom[once]] = rows[name][once]
+            stored[whom[with_motion]] = rows[name][with_motion]
         vectors, bent, bits = rows["vectors"], rows["pairs"], rows["exponents"]
         columns = self._groups[which]
         unit, by = out.unit[whom, None, : self._k], out.unit[whom[:, None], columns][:, None]

@@ -24,9 +24,10 @@ from poinsot.quantities import Rule
 __all__ = ["OrbitPointing", "QuaternionFeedback", "RateDamping"]
 
 UNLIMITED = 1e100
+"""Limit of a torque that no torque reaches."""
 
 HALF_TURN_RANGE = 0.2
-"""Four times the square of the scalar part below which a quaternion is taken from its largest other component."""
+"""Four times the square of the scalar part below which another component determines the quaternion."""
 
 
 def _refuse_other_norm(name: str, value: Any, _: str) -> None:
@@ -58,7 +59,7 @@ class _Limited:
 
 
 class _Feedback(_Limited, Torque):
-    """A torque against errors of attitude and rate: u_i = clip(-kp q_i - kd w_i, -limit, limit)."""
+    """Torque against errors of attitude and rate, u_i = clip(-kp q_i - kd w_i, -limit, limit)."""
 
     formula = "N = clip(-(kp*epsilon) - kd*nu, -limit, limit)"
     kp: Gain
@@ -183,7 +184,7 @@ class RateDamping(_Limited, Torque):
 
 
 def _quaternion_of(matrix: Any) -> Vector:
-    """Return the quaternion of rows of a matrix, scalars of any kind, at every angle (Shepperd's way)."""
+    """Return the quaternion of the rows of a matrix, scalars of any kind, at any angle (Shepperd's method)."""
     (a, b, c), (d, e, f), (g, h, i) = matrix
     # Row k is 4 q_k (q0, q1, q2, q3).
     ways = (

@@ -1,4 +1,4 @@
-"""Digital controllers: laws computed at samples, their torques held between them, sensors with noise."""
+"""Digital controllers: laws evaluated at samples, with constant torque between samples and with sensor models."""
 
 from __future__ import annotations
 

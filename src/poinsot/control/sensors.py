@@ -30,7 +30,7 @@ class Sensors(Parametric):
     """
 
     @property
-    def draws(self) -> tuple[int, Scalar]:
+    def draws(self) -> tuple[int, Any]:
         """Number of random numbers per sample, and their seed."""
         return 0, 0.0
 
@@ -96,7 +96,7 @@ class NoisySensors(Sensors):
 
     @property
     @override
-    def draws(self) -> tuple[int, Scalar]:
+    def draws(self) -> tuple[int, Any]:
         return 6, self.seed
 
     @override
@@ -111,6 +111,6 @@ class NoisySensors(Sensors):
 
 
 def _rounded(numbers: Iterable[Scalar], quantum: Scalar) -> Vector:
-    """Return numbers rounded to multiples of a quantum, as they are where it is 0."""
+    """Return numbers rounded to multiples of a quantum; a quantum of 0 leaves them unchanged."""
     steps = functions.less(0.0, quantum)
     return Vector(functions.where(steps, functions.rint(x / quantum) * quantum, x) for x in numbers)

@@ -1,4 +1,4 @@
-"""Events that `propagate` finds on the way.
+"""Events that `propagate` locates.
 
 The names are in `__init__.pyi`; each is imported when it is used first.
 """

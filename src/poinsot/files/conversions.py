@@ -31,27 +31,8 @@ def convert(
 ) -> Path:
     """Convert a file to another format, by the endings of both names, and return the path of the new file.
 
-    Parameters
-    ----------
-    source, target : str or Path
-        Results (.nc, .zarr), or attitudes in one of the `attitude_formats`.
-    scenario : str or Path, optional
-        Scenario with body, forces and calendar, for attitudes that become a result.
-    zero : str, optional
-        Date of t = 0 with its time scale, if neither the result nor the scenario contains it. Default for files of
-        attitudes: the first row.
-    frame : str, optional
-        Name of the space axes, if the file does not contain it.
-    member : int, optional
-        Index of a member, for the result of an ensemble.
-    body : {"primary", "secondary"}, optional
-        Body whose attitudes are written, for a result of two bodies.
-    overwrite : bool
-
-    Raises
-    ------
-    OSError, TypeError, ValueError, ImportError
-        If the reader or the writer raises it, or if this conversion does not use a given argument.
+    The options of the command `poinsot convert`, which have the same names, describe the arguments. A ValueError names
+    an argument that this conversion does not use; the reader and the writer raise further errors.
     """
     source, target = Path(source), Path(target)
     before, after = _format(source), _format(target)

@@ -31,17 +31,16 @@ from poinsot.propagation.recorded import RecordedSystem, recorded_integral
 from poinsot.propagation.scenario_of_motion import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.stored_motion import (
     arrays_in,
-    crossings_in,
+    event_attributes,
+    event_tables,
+    event_variables,
     events_in,
     failures_in,
     phase_in,
     result_in,
     run_in,
-    sizes_of,
     stored_events,
     times_in,
-    told_crossings,
-    told_events,
 )
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.scenarios.system_text import rebuilt_system
@@ -67,7 +66,7 @@ PHASES = tuple(
     for bodies in (ONE, BODIES)
     for rigid in ({"quaternion": 4, "angular_momentum_body": 3}, {"quaternion": 4, "conjugate_momenta": 4})
 )
-"""What states of one body and of two may be made of, with the sizes."""
+"""State variables of one body and of two bodies, with their sizes."""
 
 RECORDED = "recorded_"
 """Prefix of a second copy of the columns that require the formulas of parts, which `load` reads."""
@@ -92,7 +91,7 @@ RUN = ("method", "formulation", "precision", "tolerance", "order", "steps")
 SUMMARY = (*RUN, "kernel", "lanes", "norm_error", "tangency_error", "integrals")
 
 FOREIGN = (OSError, RuntimeError, KeyError, IndexError, TypeError, AttributeError, MemoryError, ValueError)
-"""What the libraries raise about files that are not whole."""
+"""Errors of the libraries about incomplete files."""
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 
@@ -152,15 +151,15 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     data = with_texts(
         _recorded(of_all, motion), motion.system, motion.run, motion.provenance, motion.has_dense_output
     ).assign(_happened(motion))
-    data = data.assign_attrs(told_events(motion._rows.events.watched))
+    data = data.assign_attrs(event_attributes(motion._rows.events.watched))
     if path.suffix == ".nc":
         data.attrs["digest"] = _digest(data)
         with new_file(path, overwrite) as part:
             try:
                 write_netcdf(data, part)
             except (OSError, RuntimeError) as error:  # the library does not name the cause
-                said = f"netCDF says: {getattr(error, 'strerror', None) or error}"
-                raise OSError(f"{unwritable(path, said)} Is the disk full?") from error
+                reason = f"netCDF says: {getattr(error, 'strerror', None) or error}"
+                raise OSError(f"{unwritable(path, reason)} Is the disk full?") from error
     else:
         with new_folder(path, overwrite, GROUP) as part:
             summary = {name: of_all.attrs[name] for name in of_all.attrs.keys() - motion.variables(()).attrs.keys()}
@@ -243,11 +242,11 @@ def _recorded(data: xarray.Dataset, motion: Trajectory) -> xarray.Dataset:
 
 def _happened(motion: Trajectory) -> dict[str, Any]:
     """Return the events along a motion as variables; empty ones have no place in NetCDF, which extends them."""
-    return {name: variable for name, variable in told_crossings(motion.events).items() if len(variable[1])}
+    return {name: variable for name, variable in event_variables(motion.events).items() if len(variable[1])}
 
 
 def _in_store(path: Path) -> Trajectory:
-    """Return what is in a store: a motion, or a dataset where there are no whole states."""
+    """Return the motion in a store, or its dataset if it does not contain all state variables."""
     if not exists(path):
         raise FileNotFoundError(f"No such file: {shortened(path)}")
     if not (path / GROUP).is_file():
@@ -256,8 +255,7 @@ def _in_store(path: Path) -> Trajectory:
         store = EnsembleStore(path)
         store.check_files()
         if store.chunk and phase_in(store) is None:
-            result: Trajectory = result_in(store)
-            return result
+            return cast("Trajectory", result_in(store))
         return _Reading(store.variables(), shortened(path), store).trajectory()
     except (StoreError, KeyError, IndexError, TypeError, AttributeError, OverflowError) as error:
         what = str(error) if isinstance(error, StoreError) else f"its attributes have no {str(error)[:60]}"
@@ -265,7 +263,7 @@ def _in_store(path: Path) -> Trajectory:
 
 
 def _opened(path: Path) -> xarray.Dataset:
-    """Return what is needed of the dataset in a file, and tell what goes wrong on the way as one sentence."""
+    """Return the variables of a file that are read; raise one ValueError for any other file."""
     import xarray
 
     if not path.exists():
@@ -280,7 +278,7 @@ def _opened(path: Path) -> xarray.Dataset:
 
 
 def _check_magic(path: Path) -> None:
-    """Refuse other files before a library looks at them."""
+    """Raise a ValueError for other files before a library opens them."""
     if not path.is_file():
         raise ValueError(f"{shortened(path)} must be a file, got a folder or a device.")
     with path.open("rb") as stream:
@@ -294,11 +292,11 @@ def _netcdf_content(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         raise ValueError(f"it needs {size} bytes of memory, of which {left} are left")
     process = ReaderProcess("poinsot.storage.netcdf_reader", "", memory=2 * size, files=1)
     with contextlib.closing(process):
-        (attributes, told), arrays = process.call(
+        (attributes, variables), arrays = process.call(
             "content", str(path), size, sorted(_names()), list(PREFIXES), seconds=SECONDS_PER_BYTE * size
         )
-    told = {name: (dims, array, said) for (name, dims, said), array in zip(told, arrays, strict=True)}
-    return told, attributes
+    content = zip(variables, arrays, strict=True)
+    return {name: (dims, array, own) for (name, dims, own), array in content}, attributes
 
 
 def _names() -> set[str]:
@@ -323,19 +321,19 @@ def _digest(data: xarray.Dataset) -> str:
 
 
 class _Reading:
-    """A dataset that is read as a trajectory."""
+    """Reader of a dataset as a trajectory."""
 
     def __init__(self, data: xarray.Dataset, name: str, store: EnsembleStore | None = None) -> None:
         self.data, self.name, self.store = with_present_names(data), name, store
         data = self.data
-        said = data.attrs.get("state_variables")
+        names = data.attrs.get("state_variables")
         parts = data.attrs.get("parts", "{}")
         try:
             self.parts = read_parts(parts, data.attrs.get("jumps", "{}"))
         except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
             raise ValueError(f"{name} must have parts by name with their variables, got {described(parts)}.") from None
         self.own = {part.name: part.size for part in self.parts if part.size}
-        self.sizes = next((sizes for sizes in PHASES if " ".join((*sizes, *self.own)) == said), PHASES[0])
+        self.sizes = next((sizes for sizes in PHASES if " ".join((*sizes, *self.own)) == names), PHASES[0])
         self.bodies = BODIES if "position" in self.sizes else ONE
         alike = PHASES[:2] if self.bodies == ONE else PHASES[2:]
         self.initial = next((s for s in alike if all(f"initial_{each}" in data.variables for each in s)), alike[0])
@@ -346,11 +344,11 @@ class _Reading:
         for key in (*RUN, *(f"units_{measure}" for measure in self.measures), "state_variables"):
             if key not in data.attrs:
                 raise ValueError(f"{name} must have the attribute {key}, got none.")
-        if said != " ".join((*self.sizes, *self.own)):
-            raise ValueError(f"{name} must have state_variables that are q and momenta, got {described(said)}.")
+        if names != " ".join((*self.sizes, *self.own)):
+            raise ValueError(f"{name} must have state_variables that are q and momenta, got {described(names)}.")
 
     def _check_variables(self, own: dict[str, int]) -> None:
-        """Refuse variables that are missing, no real numbers, or of shapes that do not go together."""
+        """Raise a ValueError for variables that are missing, not real, or of contradictory shapes."""
         variables = self.data.variables
         first = next(iter(self.sizes))
         shape = variables[first].shape if first in variables else (0, 4)
@@ -382,7 +380,7 @@ class _Reading:
         return np.array(self._variable(name).values, dtype=float)
 
     def _rows(self, name: str) -> Any:
-        """Return what lies along the times; of a store none of it is read."""
+        """Return a variable along the times; do not read it from a store."""
         self._variable(name)
         return self._array(name) if self.store is None or not self.store.chunk else arrays_in(self.store)[name]
 
@@ -401,7 +399,7 @@ class _Reading:
                 one._complete(shape=self._shape(body) or one.shape)
         columns, whole = recorded | self._orbit_variables(), isinstance(system, System)
         phase, initial, run = self._phase(), self._initial(), self._run()
-        events = stored_events(events_in(self.data.attrs), system, sizes_of(phase), self._crossings())
+        events = stored_events(events_in(self.data.attrs), system, phase, self._crossings())
         if self.store is not None and self.store.chunk:
             rows = MotionRows(phase, columns, events, self.store.summary, self.store)
         else:
@@ -410,13 +408,13 @@ class _Reading:
         return Trajectory(system, initial, self._array(self.time), rows, run, failures=failures, provenance=provenance)
 
     def _crossings(self) -> Callable[[Chosen | None], Iterator[Mapping[str, Any]]]:
-        """Return what gives the tables of what happened to some members, None: to all, without the other arrays."""
+        """Return a function that yields the tables of the events of some members, None for all."""
         own, store = self._named_arrays("event_"), self.store
 
         def tables(members: Chosen | None) -> Iterator[Mapping[str, Any]]:
             yield own
             if store is not None:
-                yield from crossings_in(store, members)
+                yield from event_tables(store, members)
 
         return tables
 
@@ -432,17 +430,21 @@ class _Reading:
         return {int(member): str(why) for member, why in failures.items()}
 
     def _provenance(self, whole: bool) -> dict[str, Any]:
-        """Return what is known of the scenario; of a system that cannot be run, no more than what its times mean."""
-        said, times = self.data.attrs, self.data["time"].attrs
-        known = {key: said[key] for key in OF_SCENARIOS if key in said} if whole and "scenario" in said else {}
-        if whole and "seed" in said:
-            known["seed"] = int(said["seed"])
+        """Return the entries about the scenario; for a system that cannot be run, calendar and axes only."""
+        attributes, times = self.data.attrs, self.data["time"].attrs
+        known = (
+            {key: attributes[key] for key in OF_SCENARIOS if key in attributes}
+            if whole and "scenario" in attributes
+            else {}
+        )
+        if whole and "seed" in attributes:
+            known["seed"] = int(attributes["seed"])
         if whole and (data := self._named_arrays("system_")):
             known["data"] = data
         if "epoch" in times and "scale" in times:
             known["calendar"] = Calendar(str(times["epoch"]), str(times["scale"]), str(times.get("units", "s")))
-        if said.get("reference_frame"):
-            known["reference_frame"] = str(said["reference_frame"])
+        if attributes.get("reference_frame"):
+            known["reference_frame"] = str(attributes["reference_frame"])
         return known
 
     def _named_arrays(self, beginning: str) -> dict[str, Any]:
@@ -481,7 +483,7 @@ class _Reading:
         return system
 
     def _are_there(self, bodies: Sequence[Body]) -> bool:
-        """Whether some bodies are those whose moments are in the file."""
+        """Return True if bodies have the moments in the file."""
         moments = [self._array(named(body, "moments")) for body in self.bodies]
         return len(bodies) == len(moments) and all(map(np.array_equal, (one.moments for one in bodies), moments))
 
@@ -547,13 +549,15 @@ class _Reading:
         return _with_orbit({name: self._array(name) for name in self.sizes}) | own
 
     def _run(self) -> RunRecord:
-        said = self.data.attrs
-        versions = {name.removeprefix("version_"): str(said[name]) for name in said if name.startswith("version_")}
-        method, formulation, precision = (str(said[key]) for key in RUN[:3])
+        attributes = self.data.attrs
+        versions = {
+            name.removeprefix("version_"): str(attributes[name]) for name in attributes if name.startswith("version_")
+        }
+        method, formulation, precision = (str(attributes[key]) for key in RUN[:3])
         if method not in list(Method):
             raise ValueError(f"the method in {self.name} must be one of {'; '.join(Method)}, got {quoted(method)}.")
-        tolerance, order, steps = float(said["tolerance"]), int(said["order"]), int(said["steps"])
-        kernel, lanes = str(said.get("kernel", ""))[:40], int(said.get("lanes", 0))
+        tolerance, order, steps = float(attributes["tolerance"]), int(attributes["order"]), int(attributes["steps"])
+        kernel, lanes = str(attributes.get("kernel", ""))[:40], int(attributes.get("lanes", 0))
         run = RunRecord(
             Method(method), formulation, precision, tolerance, order, steps, math.nan, versions, kernel, lanes
         )

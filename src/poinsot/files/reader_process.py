@@ -40,7 +40,7 @@ MIN_PROCESSOR_SECONDS = 1.0
 """Processor time for each question, in addition to the time for its size, seconds."""
 
 ELAPSED_PER_PROCESSOR_SECOND = 60.0
-"""Seconds that may pass for each second of processor time, on a machine that has much else to do."""
+"""Seconds that may pass for each second of processor time on a busy machine."""
 
 MIN_MEMORY = 96 * 1024 * 1024
 """Bytes in addition to the memory of the libraries and of the file."""
@@ -48,10 +48,10 @@ MIN_MEMORY = 96 * 1024 * 1024
 MAX_TEXT_BYTES = 64 * 1024 * 1024
 
 PAIR = struct.Struct("<qq")
-"""What is said to the clean process: a number of a process to end, or 0 for a new one; and what it says."""
+"""Question to the clean process, the number of a process to end or 0 for a new one, and its answer."""
 
 KINDS = {kind.__name__: kind for kind in (ValueError, TypeError)}
-"""Errors that keep their kind; all others are a ValueError."""
+"""Errors that retain their class. All others become a ValueError."""
 
 ENDS = {
     "SIGPROF": "it takes too much processor time",
@@ -73,11 +73,11 @@ _lock = threading.Lock()
 
 
 class ReaderProcess:
-    """A process that calls the functions of one module about one file, to be closed in the end.
+    """Process that calls the functions of one module for one file. `close` ends it.
 
-    The functions take values of JSON, and arrays after them, and return one and a list of arrays. `rule` stands before
-    the reason in the error of a process that does not survive a call; `memory` and `files` are the bytes, and the files
-    kept open, that the reader may take more than others.
+    The functions have values of JSON and arrays as arguments, and return a value of JSON and a list of arrays. `rule`
+    precedes the reason in the error of a process that ends during a call. `memory` and `files` are bytes, and open
+    files, that the reader may use in addition to the limits of all readers.
     """
 
     def __init__(self, module: str, rule: str, *, memory: int = 0, files: int = 0) -> None:
@@ -85,7 +85,7 @@ class ReaderProcess:
         _send(self._process.input, {"folder": os.getcwd(), "memory": MIN_MEMORY + memory, "files": files}, ())
 
     def call(self, function: str, *values: Any, arrays: Arrays = (), seconds: float = 0.0) -> Answer:
-        """Return what a function returns, or raise its error; `seconds` of processor time more than others may pass."""
+        """Return the result of a function, or raise its error. `seconds` add to the limit of processor time."""
         seconds += MIN_PROCESSOR_SECONDS
         deadline = threading.Timer(ELAPSED_PER_PROCESSOR_SECOND * seconds, self._process.kill)
         deadline.daemon = True
@@ -99,10 +99,10 @@ class ReaderProcess:
             deadline.cancel()
         if answer is None:
             raise ValueError(f"{self._rule}{ENDS.get(self._process.close(), 'its reader ends')}.")
-        said, found = answer
-        if "error" in said:
-            raise KINDS.get(said["kind"], ValueError)(str(said["error"]))
-        return said["value"], found
+        header, found = answer
+        if "error" in header:
+            raise KINDS.get(header["kind"], ValueError)(str(header["error"]))
+        return header["value"], found
 
     def close(self) -> None:
         """End the process."""
@@ -110,7 +110,7 @@ class ReaderProcess:
 
 
 class _Forked:
-    """A process for one file, forked from the clean process of its module."""
+    """Process for one file, forked from the clean process of its module."""
 
     def __init__(self, module: str) -> None:
         self._module = module
@@ -132,7 +132,7 @@ class _Forked:
 
 
 class _Spawned:
-    """A process for one file, started anew."""
+    """Process for one file, started for this file alone."""
 
     def __init__(self, module: str) -> None:
         self._killed = False
@@ -158,7 +158,7 @@ def _signal(number: int) -> str:
 
 
 def _started(call: str, **streams: Any) -> subprocess.Popen[bytes]:
-    """Start this Python with a call of this module, and without what the user's environment imports."""
+    """Start this Python with a call of this module, without imports of the user's environment."""
     path = [entry or os.getcwd() for entry in sys.path]
     return subprocess.Popen(  # noqa: S603 - this Python, and nothing of a file
         [sys.executable, "-I", "-c", START.format(path=path, call=call)],
@@ -171,7 +171,7 @@ def _started(call: str, **streams: Any) -> subprocess.Popen[bytes]:
 
 
 class _Clean:
-    """The process that is forked."""
+    """Clean process, which is forked for each file."""
 
     def __init__(self, module: str) -> None:
         self.socket, theirs = _pair()
@@ -192,7 +192,7 @@ def _pair() -> tuple[socket.socket, socket.socket]:
 
 
 def _asked(module: str, pid: int, *files: int) -> int:
-    """Return the number of a new process that talks through a file, or how an old one ended."""
+    """Return the number of a new process that communicates through a file, or the exit status of a process."""
     with _lock:
         clean = _clean.get(module)
         if clean is not None and clean.process.poll() is not None:
@@ -204,7 +204,7 @@ def _asked(module: str, pid: int, *files: int) -> int:
             answer = clean.socket.recv(PAIR.size, socket.MSG_WAITALL)
             return int(PAIR.unpack(answer)[0])
         except BaseException as error:
-            _clean.pop(module).close()  # an answer may be on its way that nobody hears
+            _clean.pop(module).close()  # an answer to this question may still arrive
             if not isinstance(error, OSError | struct.error):
                 raise
             raise RuntimeError(f"a process that reads files must start, got none for {module}.") from None
@@ -217,7 +217,7 @@ def _close() -> None:
 
 
 def _forget() -> None:
-    """Leave the processes to the one that this process was forked from."""
+    """Forget the processes of the parent after a fork."""
     global _lock
     _lock = threading.Lock()
     for clean in _clean.values():
@@ -232,23 +232,23 @@ if FORKS:
 # ------------------------------------------------------------------ messages
 
 
-def _send(stream: Any, said: dict[str, Any], arrays: Arrays) -> None:
-    kept = [np.asarray(array, order="C") for array in arrays]
-    text = json.dumps(said | {"arrays": [[array.dtype.str, array.shape] for array in kept]}).encode()
+def _send(stream: Any, header: dict[str, Any], arrays: Arrays) -> None:
+    contiguous = [np.asarray(array, order="C") for array in arrays]
+    text = json.dumps(header | {"arrays": [[array.dtype.str, array.shape] for array in contiguous]}).encode()
     stream.write(struct.pack("<Q", len(text)) + text)
-    for array in kept:
+    for array in contiguous:
         stream.write(_bytes_of(array))
     stream.flush()
 
 
 def _received(stream: Any) -> tuple[dict[str, Any], list[NDArray[Any]]] | None:
-    """Return a message, None where there are no more or it ends before its end."""
+    """Return a message, or None after the last one and for an incomplete one."""
     head = stream.read(8)
     if len(head) < 8:
         return None
     size = struct.unpack("<Q", head)[0]
-    said = json.loads(stream.read(size) if size <= MAX_TEXT_BYTES else b"")
-    return said, [_array(stream, str(kind), shape) for kind, shape in said.pop("arrays")]
+    header = json.loads(stream.read(size) if size <= MAX_TEXT_BYTES else b"")
+    return header, [_array(stream, str(kind), shape) for kind, shape in header.pop("arrays")]
 
 
 def _array(stream: Any, kind: str, shape: Sequence[int]) -> NDArray[Any]:
@@ -266,7 +266,7 @@ def _bytes_of(array: NDArray[Any]) -> Any:
 
 
 def serve(module: str, file: int) -> None:
-    """Fork for each file that is asked for, and tell how the forks ended."""
+    """Fork for each file on request, and answer with the exit statuses of the forks."""
     functions = importlib.import_module(module)
     control = socket.socket(fileno=file)
     while True:
@@ -290,7 +290,7 @@ def serve(module: str, file: int) -> None:
 
 
 def serve_one(module: str) -> None:
-    """Answer questions about one file, which come through the standard streams."""
+    """Answer questions about one file through the standard streams."""
     nowhere, streams = os.open(os.devnull, os.O_RDWR), [os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")]
     for number in (0, 1):  # a library in C may write to them
         os.dup2(nowhere, number)
@@ -298,15 +298,15 @@ def serve_one(module: str) -> None:
 
 
 def _serve_file(functions: Any, questions: Any, answers: Any) -> None:
-    """Answer questions until there are no more, and end."""
+    """Answer questions until the last one, and end the process."""
     try:
         given, _ = _received(questions) or ({}, [])
         os.chdir(given["folder"])
         _limit(given["memory"], given["files"])
         while (question := _received(questions)) is not None:
-            said, arrays = question
-            _limit_time(said["seconds"])
-            answer, found = _answer(getattr(functions, said["function"]), said["values"], arrays)
+            header, arrays = question
+            _limit_time(header["seconds"])
+            answer, found = _answer(getattr(functions, header["function"]), header["values"], arrays)
             _limit_time(0.0)
             _send(answers, answer, found)
     finally:
@@ -319,13 +319,13 @@ def _answer(function: Any, values: list[Any], arrays: list[NDArray[Any]]) -> tup
     except MemoryError:
         return {"error": "a file must take little more memory than its size, got one that takes more.", "kind": ""}, []
     except Exception as error:  # what a library raises about a broken file is of any kind
-        said = getattr(error, "strerror", None) or str(error) or type(error).__name__
-        return {"error": said, "kind": type(error).__name__}, []
+        message = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        return {"error": message, "kind": type(error).__name__}, []
     return {"value": value}, found
 
 
 def _limit(memory: int, files: int) -> None:
-    """Bound the memory and the open files from now on; nothing is written, and no core is dumped."""
+    """Limit memory and open files, and forbid writing to files and dumping a core."""
     if resource is None:
         return
     with open(os.devnull) as stream:
@@ -337,6 +337,6 @@ def _limit(memory: int, files: int) -> None:
 
 
 def _limit_time(seconds: float) -> None:
-    """End this process after some processor time from now on; 0 ends the limit."""
+    """End this process after a further processor time; 0 removes the limit."""
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_PROF, seconds)

@@ -1,4 +1,4 @@
-"""Drag of thin air on the facets of a body."""
+"""Atmospheric drag on facets and meshes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gravity of a point on a homogeneous ellipsoid, to all degrees."""
+"""Gravity of an attractor on a homogeneous ellipsoid, to all degrees."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class EllipsoidGravity(Potential):
         return inverse * (-0.75 * self.orbit.mu * self.mass) * _beyond_the_sphere(linear, mixed, *shape)
 
     def _excesses(self) -> functions.Vector:
-        """Return the squares of the semiaxes less their mean, without loss of digits where these are nearly equal."""
+        """Return the squared semiaxes minus their mean, without loss of digits for nearly equal semiaxes."""
         a, b, c = self.semiaxes
         ab, bc, ca = (a - b) * (a + b), (b - c) * (b + c), (c - a) * (c + a)
         return functions.Vector(((ab - ca) / 3, (bc - ab) / 3, (ca - bc) / 3))
@@ -144,7 +144,7 @@ def _beyond_the_sphere(q1: Scalar, q2: Scalar, e2: Scalar, e3: Scalar) -> Scalar
 
 
 def _largest_root(a: Scalar, b: Scalar) -> Scalar:
-    """Return the largest root of l^3 - l^2 + a l + b, whose roots are real and one is near 1, by Laguerre's steps."""
+    """Return the largest root of l^3 - l^2 + a l + b, which has real roots, one near 1, by Laguerre's method."""
     l: Scalar = 1.0
     for _ in range(LAGUERRE_STEPS):
         value, slope, bend = ((l - 1) * l + a) * l + b, (3 * l - 2) * l + a, 3 * l - 1

@@ -1,4 +1,4 @@
-"""Flat pieces of a surface on which light and air press."""
+"""Flat facets of a surface under the pressure of light and air."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import array_of, real_array, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
+from poinsot.errors import array_of, real_array, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Vector
-from poinsot.immutable import cached_property
 from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.parameters import ArrayLength, Parametric
 from poinsot.quantities import OR_NUMBER, Along, Rule
 from poinsot.shapes.mesh import Mesh
 
@@ -87,27 +85,13 @@ class Facets(Parametric):
     accommodation: Shares = 1.0
     closed: bool = False
 
+    count = ArrayLength("areas", "Number of facets.")
+
     def __post_init__(self) -> None:
-        shape = real_numbers("areas", self.areas).shape
-        if not shape:
-            raise ValueError("areas must have shape (n,) or (members, n), got shape ().")
-        for name in ("specular", "diffuse", "drag", "accommodation"):
-            value = real_numbers(name, getattr(self, name))
-            object.__setattr__(self, name, value if value.shape else np.full(shape[-1], value))
         super().__post_init__()
         self._check_shares()
         if self.closed:
             self._check_closed()
-
-    @property
-    def count(self) -> int:
-        """Number of facets."""
-        return len(self.areas) if isinstance(self.areas, Vector) else int(np.shape(self.areas)[-1])
-
-    @cached_property
-    @override
-    def structure(self) -> tuple[Any, ...]:
-        return (*super().structure, self.count)
 
     @classmethod
     @checked

@@ -1,4 +1,4 @@
-"""Gravity: on a body with a fixed point, and of a distant attractor."""
+"""Gravity on a body with a fixed point, and gravity of a distant attractor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Magnetic fields that turn with their planet."""
+"""Magnetic fields that rotate with their planet."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class MagneticField(Dated, ABC):
 
 
 class _OfSources(MagneticField):
-    """A field whose sources are inside a sphere: one that declares its `radius`."""
+    """Field with sources inside a sphere; a subclass declares its `radius`."""
 
     if TYPE_CHECKING:
 
@@ -159,7 +159,7 @@ class TiltedDipole(_OfSources):
         return self._around(self.rotation.to_space((self.g11, self.h11, self.g10), time), position)
 
     def _around(self, dipole: Vector, position: Vector) -> Vector:
-        """Return the field at a position, along whatever axes both are."""
+        """Return the field of a dipole at a position, both along the same axes as the result."""
         inverse = 1 / functions.norm(position)
         size, direction = self.radius * inverse, Vector(position) * inverse
         return Vector((direction * (3 * functions.dot(direction, dipole)) - dipole) * (size * size * size))
@@ -412,6 +412,6 @@ def _check_degree(degree: Any, highest: int | None = None) -> None:
 
 @functools.cache
 def _schmidt(degree: int) -> Array:
-    """Return the factors by which Schmidt's coefficients become plain ones."""
+    """Return the factors from Schmidt coefficients to coefficients without normalisation."""
     plain: Array = norms(degree) / np.sqrt(2 * np.arange(degree + 1) + 1)[:, None]
     return plain

@@ -1,4 +1,4 @@
-"""Torques of a magnetic field on a body: of its dipole moment, of eddy currents, and of a controller."""
+"""Torques of a magnetic field on a dipole moment, on eddy currents, and on magnetorquers."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class MagneticMoment(Potential):
 
 
 def _refuse_indefinite(name: str, tensor: Any, hint: str) -> None:
-    """Raise a ValueError for a tensor by which a torque could do work."""
+    """Raise a ValueError for a tensor whose torque could increase the energy."""
     size = np.max(np.abs(tensor), axis=(-1, -2), keepdims=True)
     skew = np.max(tensor - np.swapaxes(tensor, -1, -2) - 1e-12 * size)
     least = np.min(np.linalg.eigvalsh(tensor) + 1e-12 * size[..., 0])

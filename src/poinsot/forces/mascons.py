@@ -1,22 +1,20 @@
-"""Gravity of a point on a body made of points of mass, to all degrees."""
+"""Gravity of an attractor on a body made of point masses, to all degrees."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import real_numbers
 from poinsot.forces.point_masses import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import refuse_other_inertia
 from poinsot.functions import Scalar
-from poinsot.immutable import cached_property
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.parameters import ArrayLength
 from poinsot.quantities import Along
 from poinsot.taylor.graph import ruled
 
@@ -64,26 +62,12 @@ class MasconGravity(Potential):
     masses: Annotated[Any, ("count",)]
     positions: Annotated[Any, ("count", 3), Along("body axes")]
 
-    def __post_init__(self) -> None:
-        shape = real_numbers("positions", self.positions).shape
-        if len(shape) < 2:
-            raise ValueError(f"positions must have shape (n, 3) or (members, n, 3), got shape {shape}.")
-        super().__post_init__()
-
-    @property
-    def count(self) -> int:
-        """Number of points."""
-        return int(np.shape(self.positions)[-2])
-
-    @cached_property
-    @override
-    def structure(self) -> tuple[Any, ...]:
-        return (*super().structure, self.count)
+    count = ArrayLength("positions", "Number of points.")
 
     @override
     def energy(self, instant: Instant) -> Scalar:
         inverse = instant.inverse_distance(self.orbit)
-        away = 2 * inverse * instant.attitude.to_body(instant.direction(self.orbit))
+        away: Any = 2 * inverse * instant.attitude.to_body(instant.direction(self.orbit))
         terms = [
             mass * _beyond_the_first(functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
             for mass, x in zip(self.masses, self.positions, strict=True)

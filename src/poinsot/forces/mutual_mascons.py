@@ -10,7 +10,6 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import real_numbers
 from poinsot.forces.point_masses import beyond_the_first, inertia_of_points, paired_sum
 from poinsot.forces.same_body import (
     deviator,
@@ -20,11 +19,11 @@ from poinsot.forces.same_body import (
     refuse_other_mass,
 )
 from poinsot.functions import Scalar, Vector
-from poinsot.immutable import cached_property
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
-from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.mechanics.parameters import ArrayLength
+from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.quantities import Along
 from poinsot.taylor.graph import number, ruled
 
@@ -67,12 +66,8 @@ class MutualMascons(Potential):
     secondary_masses: Annotated[Any, ("secondary_count",)]
     secondary_positions: Annotated[Any, ("secondary_count", 3), Along("body axes")]
 
-    def __post_init__(self) -> None:
-        for name in BODIES:
-            shape = real_numbers(f"{name}_positions", getattr(self, f"{name}_positions")).shape
-            if len(shape) < 2:
-                raise ValueError(f"{name}_positions must have shape (n, 3) or (members, n, 3), got shape {shape}.")
-        super().__post_init__()
+    primary_count = ArrayLength("primary_positions", "Number of points of the primary.")
+    secondary_count = ArrayLength("secondary_positions", "Number of points of the secondary.")
 
     @classmethod
     @checked
@@ -92,21 +87,6 @@ class MutualMascons(Potential):
         masses = np.moveaxis(pair.masses, -1, 0)
         sets = [_points(name, body, mass) for (name, body), mass in zip(pair.bodies.items(), masses, strict=True)]
         return cls(*sets[0], *sets[1])
-
-    @property
-    def primary_count(self) -> int:
-        """Number of points of the primary."""
-        return int(np.shape(self.primary_positions)[-2])
-
-    @property
-    def secondary_count(self) -> int:
-        """Number of points of the secondary."""
-        return int(np.shape(self.secondary_positions)[-2])
-
-    @cached_property
-    @override
-    def structure(self) -> tuple[Any, ...]:
-        return (*super().structure, self.primary_count, self.secondary_count)
 
     @property
     def sets(self) -> dict[str, tuple[Any, Any]]:
@@ -143,7 +123,8 @@ class MutualMascons(Potential):
         (first_mass, first_spread), (second_mass, second_spread) = map(_zeroth_and_second, self.sets.values())
         spread = first_mass * second_spread + second_mass * first_spread
         linear = inverse * (first_mass * second_mass - 0.5 * inverse * inverse * spread)
-        return -instant.pair.G * (linear + paired_sum(terms))
+        value: Scalar = -instant.pair.G * (linear + paired_sum(terms))
+        return value
 
 
 def _beyond_the_first(inverse: Scalar, excess: Scalar) -> Scalar:
@@ -172,7 +153,8 @@ def _slope(axis: Vector, i: int, k: int) -> Scalar:
     if i == k:
         return 0.0
     other = number(axis[3 - i - k])
-    return other if (k - i) % 3 == 1 else -other
+    value: Scalar = other if (k - i) % 3 == 1 else -other
+    return value
 
 
 def _points(name: str, body: Body, mass: Any) -> tuple[Any, Any]:

@@ -1,4 +1,4 @@
-"""Sums over points of mass."""
+"""Sums over point masses."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ def inertia_of_points(name: str, masses: Any, positions: Any) -> Array:
 
 
 def beyond_the_first(x: Scalar) -> tuple[Scalar, Scalar]:
-    """Return 1 / sqrt(1 + x) - 1 + x / 2 and its slope, products whose digits no small x takes away."""
+    """Return 1 / sqrt(1 + x) - 1 + x / 2 and its derivative, as products without cancellation for small x."""
     root = functions.sqrt(1 + x)
     step, inverse = x / (1 + root), 1 / root  # step = root - 1
     return step * step * (0.5 + inverse), 0.5 * (step * inverse) * (1 + inverse + inverse * inverse)
 
 
 def paired_sum(terms: list[Scalar]) -> Scalar:
-    """Return the sum, by halves: expressions of many terms are then built in a time that is nearly their number."""
+    """Return the sum by pairs, so that the time to build an expression is nearly proportional to its terms."""
     while len(terms) > 1:
         terms = [sum(terms[i + 1 : i + 2], start=terms[i]) for i in range(0, len(terms), 2)]
     return terms[0]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from poinsot.functions import Scalar
 from poinsot.integration.kernel_parameters import KernelParameters
 from poinsot.mechanics.part import Jump, Part
-from poinsot.taylor.draws import key_of
+from poinsot.taylor.sampling import key_of
 from poinsot.taylor.tasks import Status
 
 __all__ = ["Clock", "Segments"]
@@ -97,7 +97,7 @@ class Clock:
         jumps = {part.name: part.jump for part in parts if part.jump is not None}
 
         def of_members(values: Iterable[Scalar]) -> Array:
-            return np.array([np.broadcast_to(x, numbers.shape) for x in values], dtype=float).T
+            return np.array([np.broadcast_to(np.asarray(x), numbers.shape) for x in values], dtype=np.float64).T
 
         self._periods = of_members(jump.period for jump in jumps.values())
         self._offsets = of_members(jump.offset for jump in jumps.values())

@@ -1,7 +1,7 @@
 """Records whose annotated fields are physical parameters: what bodies, forces and orbits have in common.
 
 A field is declared by its annotation: `float` (a scalar), `Vector` (three components), `Annotated[Any, (5, 5)]` (any
-other shape; a length may be the name of an `int` field), what it measures beside it (`Angle`, `AngularVelocity`,
+other shape; a length may be the name of an `int` field or of an `ArrayLength`), a quantity (`Angle`, `AngularVelocity`,
 `Time`, or `Annotated[Vector, Quantity("rate")]`), another record, several (`tuple[Orbit, ...]`), or structure (`int`,
 `bool`, `str`, a `Table`), which selects a formula and is no number to vary. Every real number may carry a leading
 member axis.
@@ -23,7 +23,9 @@ from poinsot import functions
 from poinsot.display.html_text import rounded, text_table
 from poinsot.docstrings import inherit_parameters
 from poinsot.errors import (
+    array_of,
     member_array,
+    real_numbers,
     refuse_negative,
     refuse_nonpositive,
     refuse_other_length,
@@ -50,6 +52,7 @@ from poinsot.quantities import (
 from poinsot.subclasses import is_own
 
 __all__ = [
+    "ArrayLength",
     "BodyDirection",
     "BodyUnitVector",
     "Gain",
@@ -114,6 +117,37 @@ class Table(Immutable):
         return self.pieces_around(time)
 
 
+class ArrayLength:
+    """Length of an axis of an array, under its name in the shapes of fields; it belongs to the structure of a record.
+
+    Parameters
+    ----------
+    field : str
+        Name of a field whose shape contains the length.
+    meaning : str
+        Docstring of the attribute.
+    """
+
+    def __init__(self, field: str, meaning: str) -> None:
+        self._field, self.__doc__ = field, meaning
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, record: Parametric | None, owner: type) -> int:
+        if record is None:
+            return self  # type: ignore[return-value]
+        kind, value = kinds_of(owner)[self._field], getattr(record, self._field)
+        if isinstance(value, functions.Vector):
+            return len(value)
+        shape = (value if isinstance(value, np.ndarray) else real_numbers(self._field, value)).shape
+        if len(shape) < len(kind):
+            own = tuple("n" if isinstance(length, str) else length for length in kind)
+            one, members = (repr(text).replace("'", "") for text in (own, ("members", *own)))
+            raise ValueError(f"{self._field} must have shape {one} or {members}, got shape {shape}.")
+        return int(shape[kind.index(self._name) - len(kind)])
+
+
 def _stays(record: Parametric, name: str, value: Any) -> None:  # noqa: ARG001
     """Refuse to change a record, also in an `__init__` of the user."""
     raise dataclasses.FrozenInstanceError(
@@ -160,10 +194,13 @@ class Parametric(Immutable):
             elif not isinstance(kind, tuple):
                 _check_kind(name, getattr(self, name), kind)
         quantities, axes = said_of(type(self), Quantity), said_of(type(self), Along)
+        numbers_for_all = said_of(type(self), str).keys() & _fields(type(self))[1]
         for name, kind in _fields_of(self).items():
             if isinstance(kind, tuple):
                 value = getattr(self, name)
                 value = quantities[name](name, value) if name in quantities else value
+                if name in numbers_for_all and array_of(name, value).ndim == 0:
+                    value = np.full(kind, real_numbers(name, value))
                 along = axes[name].axes if name in axes else ""
                 object.__setattr__(self, name, member_array(name, value, kind, along))
         for name, rule in said_of(type(self), Rule).items():
@@ -195,7 +232,8 @@ class Parametric(Immutable):
         """What selects the equations: the class and its structural fields, without any real number."""
         fields = ((getattr(self, name), kind) for name, kind in _fields_of(self).items())
         own = (None if isinstance(kind, tuple) else of_each(value, _structure) for value, kind in fields)
-        return type(self), *own
+        lengths = (getattr(self, name) for name in _lengths(type(self)))
+        return type(self), *own, *lengths
 
     @cached_property
     def numbers(self) -> tuple[NDArray[np.float64], ...]:
@@ -371,6 +409,14 @@ def _fields(cls: Any) -> tuple[dict[str, Any], list[str]]:
         for name, kind in kinds.items()
         if isinstance(kind, tuple) and any(isinstance(length, str) for length in kind)
     ]
+
+
+@functools.cache
+def _lengths(cls: Any) -> list[str]:
+    """Return the names of lengths in shapes that are no int fields."""
+    kinds = kinds_of(cls)
+    shapes = (kind for kind in kinds.values() if isinstance(kind, tuple))
+    return list(dict.fromkeys(n for n in itertools.chain(*shapes) if isinstance(n, str) and n not in kinds))
 
 
 @functools.cache

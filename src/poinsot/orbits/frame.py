@@ -20,8 +20,8 @@ __all__ = ["OrbitFrame"]
 class OrbitFrame(Frame):
     """Radial (away from the attractor), transverse (forward), normal to the plane of the orbit.
 
-    The axes are those in which a motion along the orbit is integrated; where the plane itself turns, their
-    angular velocity has its rates too. The sign of the quaternion does not jump.
+    A motion along the orbit is integrated in these axes. The angular velocity includes the rotation of the plane. The
+    sign of the quaternion does not jump.
     """
 
     def __init__(self, orbit: Orbit) -> None:

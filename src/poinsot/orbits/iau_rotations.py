@@ -135,7 +135,7 @@ CMDA 130, 22, as NAIF's pck00011.tpc has them."""
 def at_zero(body: str, calendar: Calendar, origin: Calendar) -> tuple[dict[str, float], list[list[float]]]:
     """Return the fields of a model, radians and units of a calendar, at its zero, and the rows of periodic terms.
 
-    Decimal numbers are taken as they are written, so that angles have all digits of a double.
+    Decimal numbers are converted exactly, so that angles have all digits of a double.
     """
     zero = Fraction(float(origin.converted(np.zeros(1), calendar)[0]))
     unit = Fraction(SECONDS[calendar.unit] * FAST.get(calendar.scale, 1.0))

@@ -1,4 +1,4 @@
-"""Axes fixed in a planet or moon that turns: its pole, its prime meridian, and their rates."""
+"""Rotation models of planets and moons: pole, prime meridian, and their rates."""
 
 from __future__ import annotations
 

@@ -191,7 +191,7 @@ def _turns(table: SeriesTable, time: DoubleDouble) -> Array:
 
 @functools.cache
 def _table(name: str) -> SeriesTable:
-    from scipy.sparse import csr_array  # its products are the same with any number of threads, and for any block
+    from scipy.sparse import csr_array  # the products do not depend on the number of threads or on the block
 
     with resources.files("poinsot.orbits").joinpath("theories.npz").open("rb") as file, np.load(file) as arrays:
         angles, multiples, factors, columns, present, digits = (

@@ -48,14 +48,14 @@ def universal_place(eccentricity: Scalar, time: Scalar) -> tuple[Scalar, Scalar]
     size = abs(here)
     x = _above(e, size)
     enough = 1e-11 if isinstance(x, float | np.ndarray | np.generic) else 1e-2 * functions.sqrt(_rounding())
-    for _ in range(60):  # some ten, for very late times twice as many
+    for _ in range(60):  # about ten iterations, twice as many for very late times
         step = (universal_time(e, x) - size) / _distance(e, x)
         x = x - step
-        if np.all(abs(step) <= enough * abs(x)):  # the next one would be the square of that
+        if np.all(abs(step) <= enough * abs(x)):  # the next step would be the square of this one
             break
     x = functions.where(functions.less(here, 0), -x, x)
     S1, S2, S3 = universal_functions(e, x)
-    change = (time - (x + e * S3)) / (1 + e * S2)  # which has the derivatives of the time
+    change = (time - (x + e * S3)) / (1 + e * S2)  # with the derivatives of the time
     return S1 + (1 + (e - 1) * S2) * change, S2 + S1 * change
 
 
@@ -103,6 +103,8 @@ def _stumpff(y: Scalar) -> tuple[Scalar, Scalar]:
     """Return c_2 and c_3 at -y <= 0: (cosh h - 1)/y and (sinh h - h)/(y h), h = sqrt(y)."""
     is_small = functions.less(y, 4)
     small, large = functions.where(is_small, y, 0 * y), functions.where(is_small, 4.0, y)
+    c2: Scalar
+    c3: Scalar
     c2, c3 = 1, 1
     for k in range(STUMPFF_TERMS, 0, -1):
         c2 = 1 + small / ((2 * k + 1) * (2 * k + 2)) * c2

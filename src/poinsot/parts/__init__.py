@@ -1,4 +1,4 @@
-"""Parts: what moves inside a body or on it.
+"""Parts: moving masses, rotors and fluids inside a body or on it.
 
 The names are in `__init__.pyi`; each is imported when it is used first.
 """

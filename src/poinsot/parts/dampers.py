@@ -1,4 +1,4 @@
-"""Dampers: what turns the energy of a nutation into heat inside the body."""
+"""Dampers that dissipate the energy of nutation inside the body."""
 
 from __future__ import annotations
 

@@ -18,10 +18,17 @@ from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
 from poinsot.quantities import AngularVelocity, Real
 
-__all__ = ["ControlMomentGyro", "GimballedRotor"]
+__all__ = ["ControlMomentGyro", "GimballedRotor", "refuse_oblique"]
 
 PERPENDICULAR_TOLERANCE = 1e-9
 """Largest cosine of the angle between perpendicular axes."""
+
+
+def refuse_oblique(name: str, axis: Any, other_name: str, other: Any) -> None:
+    """Raise a ValueError for unit vectors that are not perpendicular."""
+    cosine = np.max(np.abs(np.sum(other * axis, axis=-1)))
+    if cosine > PERPENDICULAR_TOLERANCE:
+        raise ValueError(f"{name} must be perpendicular to {other_name}, got a cosine of {cosine:.3g}.")
 
 
 class Gimbal(Part):
@@ -33,9 +40,7 @@ class Gimbal(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        cosine = np.max(np.abs(np.sum(self.gimbal_axis * self.spin_axis, axis=-1)))
-        if cosine > PERPENDICULAR_TOLERANCE:
-            raise ValueError(f"spin_axis must be perpendicular to gimbal_axis, got a cosine of {cosine:.3g}.")
+        refuse_oblique("spin_axis", self.spin_axis, "gimbal_axis", self.gimbal_axis)
 
     @override
     @abstractmethod
@@ -178,7 +183,8 @@ class GimballedRotor(Gimbal):
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
         angle, p = own
-        return p * p / (2 * self.moment) + self.stiffness / 2 * (angle * angle)
+        value: Scalar = p * p / (2 * self.moment) + self.stiffness / 2 * (angle * angle)
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:

@@ -1,11 +1,10 @@
-"""Pendulums in a body: what sloshes in a tank."""
+"""Pendulum models of liquid slosh in a tank."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
@@ -15,16 +14,15 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer, spread
 from poinsot.mechanics.members import Components, of_arrays, of_scalars
 from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
-from poinsot.mechanics.part import NOTHING, Part
-from poinsot.quantities import BodyVector, Real
+from poinsot.mechanics.part import NOTHING
+from poinsot.parts.gyros import refuse_oblique
+from poinsot.parts.springs import AttachedMass
+from poinsot.quantities import BodyVector
 
 __all__ = ["SloshPendulum"]
 
-PERPENDICULAR_TOLERANCE = 1e-9
-"""Largest cosine of the angle between perpendicular axes."""
 
-
-class SloshPendulum(Part):
+class SloshPendulum(AttachedMass):
     """Pendulum model of liquid slosh: a point mass on a massless rod from a pivot in a free body.
 
     With the angles a and b, the rod is along e = cos a cos b d + sin a cos b c + sin b d x c, the mass at y = r + l e
@@ -36,8 +34,6 @@ class SloshPendulum(Part):
 
     Parameters
     ----------
-    mass, total_mass : float
-        Mass of the pendulum, positive, and total mass of body and pendulum, larger.
     pivot : array (3,), body axes
         Pivot relative to the centre of mass of body and pendulum at rest. The inertia tensor includes the pendulum at
         rest.
@@ -57,8 +53,6 @@ class SloshPendulum(Part):
     array([0.1, 0. , 0. , 0. ])
     """
 
-    mass: Positive
-    total_mass: Real
     pivot: BodyVector
     direction: BodyUnitVector
     across: BodyUnitVector
@@ -67,15 +61,10 @@ class SloshPendulum(Part):
     damping: NotNegative = 0.0
     planar: bool = False
     momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
-    moves_center_of_mass: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if np.any(np.asarray(self.mass) >= np.asarray(self.total_mass)):
-            raise ValueError(f"mass must be less than total_mass, got {self.mass} and {self.total_mass}.")
-        cosine = np.max(np.abs(np.sum(self.direction * self.across, axis=-1)))
-        if cosine > PERPENDICULAR_TOLERANCE:
-            raise ValueError(f"across must be perpendicular to direction, got a cosine of {cosine:.3g}.")
+        refuse_oblique("across", self.across, "direction", self.direction)
 
     @property
     def angle_count(self) -> int:
@@ -86,11 +75,6 @@ class SloshPendulum(Part):
     def variables(self) -> Mapping[str, int]:  # type: ignore[override]
         """Angles and their momenta."""
         return {"angle": self.angle_count, "momentum": self.angle_count}
-
-    @property
-    def reduced_mass(self) -> Scalar:
-        """Reduced mass of the pendulum and the rest."""
-        return self.mass * (self.total_mass - self.mass) / self.total_mass
 
     @property
     def _axes(self) -> tuple[Vector, Vector, Vector]:
@@ -109,26 +93,27 @@ class SloshPendulum(Part):
         count = self.angle_count
         return own[:count], own[count:]
 
-    def _placed(self, angles: Any) -> tuple[Vector, list[tuple[Vector, Scalar]]]:
-        """Return the place of the mass, and the unit vector and the length of the derivative of e by each angle."""
-        down, across, beside = self._axes
+    def _directions(self, angles: Any) -> tuple[Vector, Vector, Vector, Vector, Scalar, Scalar]:
+        """Return e, e at b = 0 and its derivative by a, the axis of b, and sin b and cos b."""
+        down, across, out_of_plane = self._axes
         c, s = functions.cos(angles[0]), functions.sin(angles[0])
         outwards, tangent = down * c + across * s, across * c - down * s
         if self.planar:
-            return self._pivot + outwards * self.length, [(tangent, 1.0)]
+            return outwards, outwards, tangent, out_of_plane, 0.0, 1.0
         rise, reach = functions.sin(angles[1]), functions.cos(angles[1])
-        rod = outwards * reach + beside * rise
-        return self._pivot + rod * self.length, [(tangent, reach), (beside * reach - outwards * rise, 1.0)]
+        return outwards * reach + out_of_plane * rise, outwards, tangent, out_of_plane, rise, reach
+
+    def _placed(self, angles: Any) -> tuple[Vector, list[tuple[Vector, Scalar]]]:
+        """Return the position of the mass, and the unit vector and the length of the derivative of e by each angle."""
+        rod, outwards, tangent, out_of_plane, rise, reach = self._directions(angles)
+        second = [] if self.planar else [(out_of_plane * reach - outwards * rise, 1.0)]
+        return self._pivot + rod * self.length, [(tangent, reach), *second]
 
     def _turned(self, angles: Any, rates: Any) -> list[Vector]:
         """Return the rates of the derivatives of e by each angle."""
-        down, across, beside = self._axes
-        c, s = functions.cos(angles[0]), functions.sin(angles[0])
-        outwards, tangent = down * c + across * s, across * c - down * s
+        rod, outwards, tangent, _, rise, reach = self._directions(angles)
         if self.planar:
             return [outwards * -rates[0]]
-        rise, reach = functions.sin(angles[1]), functions.cos(angles[1])
-        rod = outwards * reach + beside * rise
         first = outwards * (-reach * rates[0]) - tangent * (rise * rates[1])
         return [first, tangent * (-rise * rates[0]) - rod * rates[1]]
 
@@ -179,7 +164,8 @@ class SloshPendulum(Part):
         each = zip(momenta, slopes, strict=True)
         kinetic = sum((p / (self.length * reach)) ** 2 for p, (_, reach) in each) / (2 * self.reduced_mass)
         lift = functions.dot(self._hanging - y, self._axes[0]) / self.length
-        return kinetic + self.stiffness * lift
+        value: Scalar = kinetic + self.stiffness * lift
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: Vector) -> Vector:
@@ -191,9 +177,9 @@ class SloshPendulum(Part):
         speed = functions.cross(omega, y)
         for along, rate in zip(slope, turning, strict=True):
             speed = speed + along * (self.length * rate)
-        push = speed * (self.reduced_mass * self.length)
+        scaled_momentum = speed * (self.reduced_mass * self.length)
         forces = [
-            functions.dot(push, turned + functions.cross(omega, along))
+            functions.dot(scaled_momentum, turned + functions.cross(omega, along))
             + self.stiffness * functions.dot(self._axes[0], along)
             - self.damping * (reach * reach) * rate
             for turned, along, (_, reach), rate in zip(

@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import real_numbers, refuse_nonpositive
+from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Scalar, Vector
-from poinsot.immutable import cached_property
-from poinsot.mechanics.kinetics import Matrix, outer, spread
+from poinsot.mechanics.kinetics import Matrix, mixed_spread, spread
 from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Positive
+from poinsot.mechanics.parameters import ArrayLength, Positive
 from poinsot.mechanics.part import NOTHING, Part, tensor_array
 from poinsot.quantities import Along, Duration, Rule, Time
 from poinsot.taylor.graph import Graph, tangents
@@ -39,7 +38,7 @@ class Transition(Part):
     def progress(self, time: Scalar) -> Scalar:
         """Return 0 before the transition, 1 after it, and 10 x^3 - 15 x^4 + 6 x^5 at a part x of its duration.
 
-        A subclass may have any other smooth function of the time.
+        A subclass can define another smooth function of the time.
         """
         x = functions.clip((time - self.begin) / self.duration, 0.0, 1.0)
         return x * x * x * (10 - x * (15 - 6 * x))
@@ -49,7 +48,8 @@ class Transition(Part):
         """Return the rate of the progress, its derivative."""
         graph = Graph()
         now = graph.variable(time)
-        return graph.finished(tangents([self.progress(now)], {now: 1.0}))[0]
+        value: Scalar = graph.finished(tangents([self.progress(now)], {now: 1.0}))[0]
+        return value
 
     @of_scalars
     @abstractmethod
@@ -167,27 +167,15 @@ class MovingMasses(Transition):
     begin: Time
     duration: PositiveDuration
     moves_center_of_mass: ClassVar[bool] = True
+    count = ArrayLength("positions", "Number of masses.")
 
     def __post_init__(self) -> None:
-        shape = real_numbers("positions", self.positions).shape
-        if len(shape) < 2:
-            raise ValueError(f"positions must have shape (n, 3) or (members, n, 3), got shape {shape}.")
         super().__post_init__()
         if np.any(np.sum(self.masses, axis=-1) >= self.total_mass):
             raise ValueError(
                 f"total_mass must be more than the sum of the masses, got {self.total_mass} and "
                 f"{np.max(np.sum(self.masses, axis=-1))}. It is the mass of the body and of the point masses."
             )
-
-    @property
-    def count(self) -> int:
-        """Number of masses."""
-        return int(np.shape(self.positions)[-2])
-
-    @cached_property
-    @override
-    def structure(self) -> tuple[Any, ...]:
-        return (*super().structure, self.count)
 
     def _arms(self) -> list[tuple[Scalar, Vector, Vector]]:
         """Return each mass with a and d, and the sums of m a and m d with the factor -1 / M."""
@@ -202,10 +190,7 @@ class MovingMasses(Transition):
     def changes(self) -> tuple[Matrix, Matrix]:
         linear = square = NOTHING
         for mass, arm, step in self._arms():
-            between = outer(arm, step) + outer(step, arm)
-            along = 2 * functions.dot(arm, step)
-            twice = Vector(Vector((along if i == j else 0.0) - between[i][j] for j in range(3)) for i in range(3))
-            linear, square = linear + twice * mass, square + spread(step) * mass
+            linear, square = linear + mixed_spread(arm, step) * mass, square + spread(step) * mass
         return linear, square
 
     @override

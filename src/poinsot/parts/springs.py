@@ -1,4 +1,4 @@
-"""Masses on springs: what sloshes and what vibrates, one mode each."""
+"""Masses on springs: one mode of sloshing or vibration each."""
 
 from __future__ import annotations
 
@@ -12,16 +12,42 @@ from poinsot import functions
 from poinsot.algebra.quaternion import components
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.kinetics import Matrix, outer, spread
+from poinsot.mechanics.kinetics import Matrix, mixed_spread, outer, spread
 from poinsot.mechanics.members import Components, of_arrays
 from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
 from poinsot.quantities import BodyVector, Real
 
-__all__ = ["SpringMass"]
+__all__ = ["AttachedMass", "SpringMass"]
 
 
-class SpringMass(Part):
+class AttachedMass(Part):
+    """Point mass that moves in a body.
+
+    Parameters
+    ----------
+    mass : float
+        Moving mass, positive and less than the total mass.
+    total_mass : float
+        Total mass of body and moving mass.
+    """
+
+    mass: Positive
+    total_mass: Real
+    moves_center_of_mass: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if np.any(np.asarray(self.mass) >= np.asarray(self.total_mass)):
+            raise ValueError(f"mass must be less than total_mass, got {self.mass} and {self.total_mass}.")
+
+    @property
+    def reduced_mass(self) -> Scalar:
+        """Reduced mass of the moving mass and the rest."""
+        return self.mass * (self.total_mass - self.mass) / self.total_mass
+
+
+class SpringMass(AttachedMass):
     """Point mass on a line fixed in a free body, with a spring and a dashpot.
 
     p' = mu ((x . l) omega^2 - (omega . x)(omega . l)) - stiffness rho - damping rho' and rho' = p / mu - omega . d.
@@ -31,10 +57,6 @@ class SpringMass(Part):
 
     Parameters
     ----------
-    mass : float
-        Moving mass, positive and less than the total mass.
-    total_mass : float
-        Total mass of body and moving mass.
     position : array (3,), body axes
         Position of the mass with the spring relaxed, relative to the centre of mass of body and mass. The body's
         inertia tensor includes the mass in this position, about this centre.
@@ -58,24 +80,11 @@ class SpringMass(Part):
     0.09
     """
 
-    mass: Positive
-    total_mass: Real
     position: BodyVector
     direction: BodyUnitVector
     stiffness: NotNegative
     damping: NotNegative = 0.0
     variables: ClassVar[Mapping[str, int]] = {"displacement": 1, "momentum": 1}
-    moves_center_of_mass: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if np.any(np.asarray(self.mass) >= np.asarray(self.total_mass)):
-            raise ValueError(f"mass must be less than total_mass, got {self.mass} and {self.total_mass}.")
-
-    @property
-    def reduced_mass(self) -> Scalar:
-        """Reduced mass of the moving mass and the rest."""
-        return self.mass * (self.total_mass - self.mass) / self.total_mass
 
     @property
     def _arm(self) -> functions.Vector:
@@ -94,12 +103,9 @@ class SpringMass(Part):
     @override
     def inertia(self, own: functions.Vector, time: Scalar) -> Matrix:
         arm, line, rho = self._arm, functions.Vector(self.direction), own[0]
-        between = outer(arm, line) + outer(line, arm)
-        linear = functions.Vector(
-            functions.Vector((2 * functions.dot(arm, line) if i == j else 0.0) - between[i][j] for j in range(3))
-            for i in range(3)
-        )
-        return linear * self.reduced_mass * rho + spread(line) * self.reduced_mass * (rho * rho)
+        linear = mixed_spread(arm, line) * self.reduced_mass * rho
+        change: Matrix = linear + spread(line) * self.reduced_mass * (rho * rho)
+        return change
 
     @override
     def spinning_inertia(self, own: functions.Vector) -> Matrix:
@@ -108,7 +114,8 @@ class SpringMass(Part):
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
         rho, p = own
-        return p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
+        value: Scalar = p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:

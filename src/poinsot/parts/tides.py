@@ -1,4 +1,4 @@
-"""Bodies that yield: a figure that creeps towards the one of equilibrium."""
+"""Deformable bodies whose figure relaxes towards equilibrium by creep."""
 
 from __future__ import annotations
 
@@ -75,7 +75,8 @@ class CreepingTide(Part):
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
         a, b, c, d, e = own
-        return (a * a + a * b + b * b + c * c + d * d + e * e) / self._compliance
+        value: Scalar = (a * a + a * b + b * b + c * c + d * d + e * e) / self._compliance
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
@@ -104,8 +105,8 @@ class CreepingTide(Part):
         array (..., 5)
             Variables of the part.
         """
-        pull = 3 * mu / functions.norm(position_body) ** 5
-        tensor = outer(omega_body, omega_body) - outer(position_body * pull, position_body)
+        gradient = 3 * mu / functions.norm(position_body) ** 5
+        tensor = outer(omega_body, omega_body) - outer(position_body * gradient, position_body)
         return _trace_free(tensor) * (self._compliance / 2)
 
 
@@ -114,6 +115,6 @@ TENSOR_INDICES = ((0, 0), (1, 1), (0, 1), (0, 2), (1, 2))
 
 
 def _trace_free(tensor: Matrix) -> functions.Vector:
-    """Return the five components of a symmetric tensor less its trace."""
+    """Return five components of the trace-free part of a symmetric tensor."""
     third = (tensor[0][0] + tensor[1][1] + tensor[2][2]) / 3
     return functions.Vector(tensor[i][j] - third if i == j else tensor[i][j] for i, j in TENSOR_INDICES)

@@ -1,4 +1,4 @@
-"""Several reaction wheels that together give the torque that a control law wants."""
+"""Sets of reaction wheels that apply the torque of a control law."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import array_of, real_numbers, refuse_negative, refuse_nonpositive, refuse_other_length
+from poinsot.errors import refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Scalar
-from poinsot.immutable import cached_property
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
 from poinsot.mechanics.members import Components, of_arrays, of_scalars
+from poinsot.mechanics.parameters import ArrayLength
 from poinsot.mechanics.part import NOTHING, Part
 from poinsot.quantities import OR_NUMBER, Along, Rule
 
@@ -80,15 +80,9 @@ class ReactionWheels(Part):
     friction: EachNotNegative = 0.0
     dry_friction: EachNotNegative = 0.0
     momenta: ClassVar[frozenset[str]] = frozenset({"momentum"})
+    count = ArrayLength("axes", "Number of wheels.")
 
     def __post_init__(self) -> None:
-        shape = real_numbers("axes", self.axes).shape
-        if len(shape) < 2:
-            raise ValueError(f"axes must have shape (n, 3) or (members, n, 3), got shape {shape}.")
-        for name in ("moments", "largest_torques", "largest_speeds", "friction", "dry_friction"):
-            value = array_of(name, getattr(self, name))
-            if value.ndim == 0:
-                object.__setattr__(self, name, np.broadcast_to(value, self.count))
         super().__post_init__()
         rank, most = np.min(np.linalg.matrix_rank(self.axes, tol=1e-6)), min(self.count, 3)
         if rank < most:
@@ -96,16 +90,6 @@ class ReactionWheels(Part):
                 f"axes must span {most} dimensions, got {self.count} in {rank}. One wheel more there gives no torque "
                 "along another axis."
             )
-
-    @property
-    def count(self) -> int:
-        """Number of wheels."""
-        return int(np.shape(self.axes)[-2])
-
-    @cached_property
-    @override
-    def structure(self) -> tuple[Any, ...]:
-        return (*super().structure, self.count)
 
     @property
     def variables(self) -> Mapping[str, int]:  # type: ignore[override]
@@ -129,7 +113,8 @@ class ReactionWheels(Part):
 
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
-        return sum(p * p / (2 * moment) for p, moment in zip(own, self.moments, strict=True))
+        value: Scalar = sum(p * p / (2 * moment) for p, moment in zip(own, self.moments, strict=True))
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
@@ -142,7 +127,7 @@ class ReactionWheels(Part):
         for i, (wanted, speed) in enumerate(zip(*self._demand(instant), strict=True)):
             downwards, upwards = self._largest(i, speed)
             limit, most = functions.where(wanted > 0, upwards, downwards), self.largest_torques[i]
-            short = abs(wanted) >= limit
+            short: Any = abs(wanted) >= limit
             found[f"{self.name}_{i}_at_torque_limit"] = np.logical_and(short, limit >= most)
             found[f"{self.name}_{i}_at_speed_limit"] = np.logical_and(short, limit < most)
         return found
@@ -167,7 +152,8 @@ class ReactionWheels(Part):
         rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.clip(
             part * (1 / DRY_FRICTION_RANGE), -1.0, 1.0
         )
-        return functions.clip(wanted, -downwards, upwards) - rubbing
+        value: Scalar = functions.clip(wanted, -downwards, upwards) - rubbing
+        return value
 
     @of_scalars
     def distributed(self, torque: functions.Vector) -> functions.Vector:

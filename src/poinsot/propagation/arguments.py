@@ -1,4 +1,4 @@
-"""The arguments that integration and closed form have in common, checked."""
+"""Checks of the arguments that integration and closed form share."""
 
 from __future__ import annotations
 
@@ -41,19 +41,19 @@ def checked_settings(
 
 
 def check_starts(problem: Problem, state: AnyState) -> None:
-    """Let each part and each event refuse a start."""
+    """Raise the error of a part or an event that does not accept an initial state."""
     records: tuple[Part | Event, ...] = (*problem.dynamics.parts, *problem.events)
     if [record for record in records if record.checks_start]:
-        twin = problem.broadcast_to(state.shape)
-        instant = twin.dynamics.at(state)
-        for part in twin.dynamics.parts:
+        expanded = problem.broadcast_to(state.shape)
+        instant = expanded.dynamics.at(state)
+        for part in expanded.dynamics.parts:
             part.check_start(instant)
-        for event in twin.events:
+        for event in expanded.events:
             event.check_start(instant)
 
 
 def check_bodies(system: System, state: AnyState) -> None:
-    """Refuse a state of one body for a system of two, the other way round, and one of two bodies alone.
+    """Raise an error unless system and state have the same number of bodies and the system moves alone.
 
     Warn of two bodies that nothing holds together.
     """
@@ -88,12 +88,12 @@ def check_bodies(system: System, state: AnyState) -> None:
 def broadcast_members(state: Bodies, members: tuple[int, ...]) -> Bodies:
     """Return a state for each member."""
     phase = changed(state.phase, lambda x: np.broadcast_to(x, (*members, x.shape[-1])))
-    jumped = changed(dict(state.jumped), lambda x: np.broadcast_to(x, members))
+    jumped = changed(state.jumped, lambda x: np.broadcast_to(x, members))
     return type(state).computed(phase, np.broadcast_to(state.time, members), jumped)
 
 
 def checked_threads(threads: int | None) -> int:
-    """Return how many threads an ensemble may use; default: all cores of the process."""
+    """Return the number of threads of an ensemble; default: all cores of the process."""
     if threads is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
     if not isinstance(threads, int) or isinstance(threads, bool) or threads < 1:
@@ -102,7 +102,7 @@ def checked_threads(threads: int | None) -> int:
 
 
 def checked_device(device: str) -> str:
-    """Return where an ensemble is integrated."""
+    """Return the device that integrates an ensemble."""
     if device not in ("cpu", "cuda"):
         raise ValueError(f"device must be 'cpu' or 'cuda', got {quoted(device)}.")
     return device

@@ -161,7 +161,7 @@ def dataset_of_result(
 
 
 def text_of_parts(parts: Iterable[Part | RecordedPart]) -> str:
-    """Return the text of a file about parts: the variables of each, and the angular momenta among them."""
+    """Return the text of a file about the parts: their variables, and the angular momenta among these."""
     parts_by_name = {part.name: {"variables": dict(part.variables), "momenta": sorted(part.momenta)} for part in parts}
     return json.dumps(parts_by_name)
 
@@ -246,7 +246,7 @@ def _bodies(state: AnyState, system: System, units: DerivedUnits) -> Iterator[tu
 
 
 def _fixed(values: ArrayLike, attributes: dict[str, str], *axes: str) -> Variable:
-    """Return a variable that does not change along the times; its first dimension is the members if it has more."""
+    """Return a variable that is constant in time; a further first dimension is the dimension of members."""
     array = np.asarray(values, dtype=float)
     return axes if array.ndim == len(axes) else ("member", *axes), array, attributes
 

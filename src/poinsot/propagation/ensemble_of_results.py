@@ -1,4 +1,4 @@
-"""The results of an analysis of members, chunk by chunk."""
+"""Results of an analysis of members, computed in chunks."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 __all__ = ["Analysis", "analysed_in_chunks", "taken_out"]
 
 POINTS = "point"
-"""Dimension of points, of which members have different numbers."""
+"""Dimension of points, whose number differs between members."""
 
 PROOF = ("integral_", "drift_")
-"""Beginnings of the names of conserved quantities: some members conserve more than all members."""
+"""Prefixes of the names of conserved quantities: some members conserve more quantities than all members."""
 
 OF_ONE = (*PROOF, "failures", "initial_state", "norm_error", "order", "state_variables", "steps", "tangency_error")
-"""Beginnings of the names of attributes that describe the first member only."""
+"""Prefixes of the names of attributes that describe the first member only."""
 
 
 Compute = Callable[[NDArray[np.int_]], Any]

@@ -127,12 +127,12 @@ class EventRecords:
 
     @property
     def watched(self) -> list[Event]:
-        """The events that were detected."""
+        """Detected events."""
         return list(self._watched())
 
     @cached_property
     def records(self) -> tuple[EventRecord, ...]:
-        """The records of all members."""
+        """Records of all members."""
         return self._read(None)
 
     @property

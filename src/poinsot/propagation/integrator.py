@@ -1,4 +1,4 @@
-"""How motions of a system are integrated: what is decided before the first step, once for all members."""
+"""Integration of a system whose rows become motions, with decisions that are made once for all members."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Integrator:
 
     @property
     def system(self) -> System:
-        """The system."""
+        """System that is integrated."""
         return self.problem.system
 
     _member_axes: ClassVar[Mapping[str, int]] = {"problem": 0, "variables": 0}
@@ -73,21 +73,21 @@ class Integrator:
     def motion(self, state: AnyState, times: NDArray[np.float64]) -> tuple[Trajectory, Report]:
         """Return the motion from a state, or the motions of members from their states, and the report of the run."""
         problem, members, orbits = self.problem, state.time.shape, self._of_orbits
-        kept: Memory | OneMotion = OneMotion()
+        sink: Memory | OneMotion = OneMotion()
         if members:
             numbers = sum(self.variables.sizes.values()) + sum(size for (size,) in orbits.values())
             refuse_larger_than_memory(members[0], times.size, numbers)
-            kept = Memory(self.variables, members[0], times, **orbits)
-        report, events = self.run(state, times, kept), NO_EVENTS
+            sink = Memory(self.variables, members[0], times, **orbits)
+        report, events = self.run(state, times, sink), NO_EVENTS
         if problem.events:
             rising = bool(times[0] <= times[-1])
             events = EventRecords.of(crossings(problem.system, problem.events, self.variables, report.events, rising))
-        columns = (lambda: {ORBIT_VARIABLES: kept.rows["orbits"]}) if orbits else NO_COLUMNS
-        rows, dense = MotionRows(lambda: kept.phase, columns, events), report.dense
+        columns = (lambda: {ORBIT_VARIABLES: sink.rows["orbits"]}) if orbits else NO_COLUMNS
+        rows, dense = MotionRows(lambda: sink.phase, columns, events), report.dense
         run = self.run_record(report, bool(members))
         polynomials = (dense, *dense.ends) if dense else None
         failures = report.failures if members else {}
-        return Trajectory(problem.system, state, kept.times, rows, run, polynomials, failures), report
+        return Trajectory(problem.system, state, sink.times, rows, run, polynomials, failures), report
 
     def motion_of_members(
         self, state: AnyState, times: NDArray[np.float64], members: slice, progress: Progress
@@ -99,7 +99,7 @@ class Integrator:
     def motion_without_rows(
         self, state: AnyState, times: NDArray[np.float64], provenance: Mapping[str, Any]
     ) -> Trajectory:
-        """Return the motion of all members before the integration: not a number at all times, in no memory."""
+        """Return the motion of all members before the integration, with NaN in all rows, which need no memory."""
         shape = (*state.time.shape, times.size)
         phase = {name: np.broadcast_to(np.nan, (*shape, size)) for name, size in self.variables.sizes.items()}
         orbits = self._of_orbits
@@ -115,7 +115,7 @@ class Integrator:
 
     @property
     def _of_orbits(self) -> dict[str, tuple[int]]:
-        """The shape of the variables of orbits that a motion has; none where no orbit is integrated in any axes."""
+        """Shape of the variables of integrated orbits by name; empty without such orbits."""
         if not [orbit for orbit in self.problem.orbits if orbit.integrated]:
             return {}
         along = self.variables.along_orbits

@@ -1,4 +1,4 @@
-"""Systems, parts and events of which a file contains a description and no formula."""
+"""Systems, parts and events from a file that describes them without their formulas."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class RecordedPart(NamedTuple):
 
 
 class RecordedSystem(Immutable):
-    """Body under forces of which a file contains only the names. It cannot be integrated.
+    """System from a file that contains the names of its forces only. It cannot be integrated.
 
     Attributes
     ----------
@@ -97,17 +97,17 @@ class RecordedSystem(Immutable):
 
     @property
     def jumping(self) -> tuple[RecordedPart, ...]:
-        """The parts whose variables jump."""
+        """Parts whose variables jump."""
         return tuple(part for part in self.parts if part.jump is not None)
 
     @property
     def dynamics(self) -> RecordedSystem:
-        """The system itself, whose equations of motion are unknown."""
+        """System itself: its equations of motion are unknown."""
         return self
 
     @property
     def numbers(self) -> tuple[Array, ...]:
-        """The numbers of the body."""
+        """Numbers of the body."""
         return self._free.dynamics.numbers
 
     def with_numbers(self, numbers: Iterable[Array]) -> AnyDynamics:
@@ -150,7 +150,7 @@ class RecordedSystem(Immutable):
 
 
 class RecordedEvent(Event):
-    """Event of which a file contains the kind and the text, and no formula.
+    """Event from a file that contains its kind and its text, but no formula.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def _formula_missing(name: str) -> ValueError:
 
 
 def recorded_integral(name: str, attributes: Mapping[str, object]) -> Integral:
-    """Return an integral of which a file contains the values along a motion."""
+    """Return an integral from a file that contains its values along a motion."""
 
     def unknown(_: AnyState) -> NoReturn:
         raise _formula_missing(name)

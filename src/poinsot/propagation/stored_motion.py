@@ -29,29 +29,27 @@ from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.ensemble import ChunkResult, Ensemble
 from poinsot.storage.ensemble_store import EnsembleStore
 from poinsot.storage.run_record import RunRecord
-from poinsot.storage.zarr_group import Described, Variables
+from poinsot.storage.zarr_group import Attributes, Described, JoinedArrays, Numbers, StoredArray, Variables
 
 if TYPE_CHECKING:
     import xarray
 from poinsot.storage.fingerprint import digests
 from poinsot.storage.reductions import reduced
 from poinsot.storage.selection import Chosen
-from poinsot.storage.zarr_group import JoinedArrays
 
 __all__ = [
     "arrays_in",
-    "crossings_in",
     "ensemble_of_motions",
+    "event_attributes",
+    "event_tables",
+    "event_variables",
     "events_in",
     "failures_in",
     "phase_in",
     "result_in",
     "run_in",
-    "sizes_of",
     "stored_events",
     "times_in",
-    "told_crossings",
-    "told_events",
 ]
 
 
@@ -61,23 +59,25 @@ def arrays_in(store: EnsembleStore) -> dict[str, NDArray[np.float64]]:
     return cast("dict[str, NDArray[np.float64]]", found)
 
 
-def result_in(store: EnsembleStore) -> Any:
+def result_in(store: EnsembleStore) -> xarray.Dataset:
     """Return the dataset of a store without the state variables: the stored variables, or the result of reductions."""
     return with_present_names(store.dataset()) if store.sharded else reduced(store)
 
 
 def phase_in(store: EnsembleStore) -> Phase | None:
-    """Return the arrays of the state variables, unread; None if one of them is not stored."""
+    """Return the arrays of the state variables without reading them; None if one of them is not stored."""
     names = str(store.attributes.get("state_variables", "")).split()
     stored = {name: name if name in RIGID or name in ORBIT else f"own_{name}" for name in names}
-    arrays: Any = store.sharded
+    arrays = store.sharded
     there = all(name in arrays and arrays[name].kind != "int64" for name in stored.values())
     if not names or not there or times_in(store) not in store.arrays:
         return None
-    found: dict[str, Any] = {name: store.arrays[key] for name, key in stored.items() if name not in ORBIT}
+    found: dict[str, StoredArray | JoinedArrays] = {
+        name: store.arrays[key] for name, key in stored.items() if name not in ORBIT
+    }
     if "position" in stored:
         found["orbit"] = JoinedArrays([store.arrays[name] for name in ORBIT])
-    return found
+    return cast(Phase, found)
 
 
 def times_in(store: EnsembleStore) -> str:
@@ -101,7 +101,7 @@ def failures_in(store: EnsembleStore) -> dict[int, str]:
     return {int(member): str(why) for _, about in store.extras() for member, why in about["failures"].items()}
 
 
-def told_events(events: Sequence[Event]) -> dict[str, str]:
+def event_attributes(events: Sequence[Event]) -> dict[str, str]:
     """Return the attributes of a file about its events, which `events_in` reads."""
     described = [{"name": event.kind, "said": repr(event), "terminal": event.terminal} for event in events]
     return {"events": json.dumps(described)} if described else {}
@@ -117,9 +117,9 @@ def events_in(attributes: Mapping[str, Any]) -> list[RecordedEvent]:
         raise ValueError(f"events must be a list of names, got {described(text)}.") from None
 
 
-def told_crossings(events: Sequence[EventRecord], first: int = 0) -> Variables:
+def event_variables(events: Sequence[EventRecord], first: int = 0) -> Variables:
     """Return the records of events as variables of a file; `first` is the number of the first member."""
-    variables: dict[str, Any] = {}
+    variables = dict[str, tuple[tuple[str, ...], Numbers, Attributes]]()
     for number, found in enumerate(events):
         name = f"event_{number}"
         variables[f"{name}_time"] = (name,), found.times, {}
@@ -130,8 +130,8 @@ def told_crossings(events: Sequence[EventRecord], first: int = 0) -> Variables:
     return variables
 
 
-Table = Mapping[str, Any]
-"""Arrays by the names of `told_crossings`; empty arrays may be missing."""
+Table = Mapping[str, Numbers | StoredArray]
+"""Arrays by the names of `event_variables`; empty arrays may be missing."""
 
 ORBIT = ("position", "momentum")
 """Variables of the orbit of two bodies."""
@@ -140,7 +140,7 @@ ORBIT = ("position", "momentum")
 def stored_events(
     events: Sequence[Event],
     system: System,
-    sizes: Mapping[str, int],
+    phase: Phase,
     tables: Callable[[Chosen | None], Iterable[Table]],
 ) -> EventRecords:
     """Return the records of the events along a motion, which are read on access.
@@ -151,12 +151,13 @@ def stored_events(
         Detected events.
     system : System
         System of the motion.
-    sizes : mapping
-        Number of scalars of each state variable.
+    phase : mapping
+        Rows of the state variables by name, whose last axis contains the scalars.
     tables : callable
         Yields the tables that contain the events of some members, None for all.
     """
     names = [f"event_{number}" for number in range(len(events))]
+    sizes = {name: rows.shape[-1] for name, rows in phase.items()}
 
     def read(members: Chosen | None) -> tuple[EventRecord, ...]:
         found = list(tables(members)) if names else []
@@ -167,11 +168,6 @@ def stored_events(
         return [sum(len(one[f"{name}_time"]) for one in found if f"{name}_time" in one) for name in names]
 
     return EventRecords(lambda: events, read, counts)
-
-
-def sizes_of(phase: Phase) -> dict[str, int]:
-    """Return the number of scalars of each state variable."""
-    return {name: rows.shape[-1] for name, rows in phase.items()}
 
 
 def _record(event: Event, name: str, tables: Sequence[Table], system: System, sizes: Mapping[str, int]) -> EventRecord:
@@ -188,14 +184,14 @@ def _record(event: Event, name: str, tables: Sequence[Table], system: System, si
     return EventRecord(event, system, times, states, whole("direction", kind=int), whole("member", kind=int))
 
 
-def _checked(name: str, stored: Any, shape: tuple[int, ...]) -> Any:
+def _checked(name: str, stored: Numbers | StoredArray, shape: tuple[int, ...]) -> Numbers:
     values = np.asarray(stored)
     if values.shape != shape:
         raise ValueError(f"{name} must have a row for each event, of shape {shape}, got {values.shape}.")
     return values
 
 
-def crossings_in(store: EnsembleStore, members: Chosen | None) -> Iterator[Table]:
+def event_tables(store: EnsembleStore, members: Chosen | None) -> Iterator[Table]:
     """Yield the tables of the chunks that contain the events of some members, None for all."""
     chunks = np.flatnonzero(store.whole)
     if members is not None and store.chunk:
@@ -254,7 +250,7 @@ def ensemble_of_motions(
         stored=(*names, *required),
         member_bytes=8 * times.size * (variables.size + sum(variables.sizes.values())),
         fixed=described.assign_attrs(
-            {**method, "tolerance": run.tolerance, "order": 0, "steps": 0, **told_events(events)}
+            {**method, "tolerance": run.tolerance, "order": 0, "steps": 0, **event_attributes(events)}
         ),
         compute=functools.partial(_integrated, integrate),
         open=functools.partial(_opened, whole, events),
@@ -279,7 +275,7 @@ def _integrated(
 ) -> ChunkResult:
     """Integrate some members."""
     motion, report = integrate(members, progress)
-    rows, extra = motion._reader.read(names), told_crossings(motion._rows.events.records, members.start)
+    rows, extra = motion._reader.read(names), event_variables(motion._rows.events.records, members.start)
     return ChunkResult.of(motion.failures, motion.run, members.start, rows, extra, report.interrupted)
 
 
@@ -290,7 +286,7 @@ def _opened(whole: Trajectory, events: Sequence[Event], store: EnsembleStore) ->
         return store.dataset()
     arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)], dtype=float)
     columns = {ORBIT_VARIABLES: arrays[ORBIT_VARIABLES]} if ORBIT_VARIABLES in arrays else {}
-    found = stored_events(events, whole.system, sizes_of(whole._rows.phase), functools.partial(crossings_in, store))
+    found = stored_events(events, whole.system, whole._rows.phase, functools.partial(event_tables, store))
     rows = MotionRows(phase, columns, found, store.summary, store)
     run, failures = run_in(store, whole.run), failures_in(store)
     return Trajectory(whole.system, whole.initial, times, rows, run, failures=failures, provenance=whole.provenance)

@@ -82,7 +82,7 @@ class Parts:
         data: Mapping[str, Any] | None = None,
     ) -> None:
         self._errors, self._folder = Errors(name, text), folder or Folder(None)
-        read = _with_present_types(parsed_toml(text, name))
+        read = _with_present_names(parsed_toml(text, name))
         for table in ("body", "state", "times"):
             if isinstance(read.get(table), list):
                 raise self._errors.at((table,), f"must be one table, got a list. A scenario has one: [{table}].")
@@ -505,15 +505,22 @@ def _calendar(zero: str, scale: str, unit: str = "s") -> Calendar:
     return calendar
 
 
-def _with_present_types(node: Any) -> Any:
-    """Return the tables of a text with present types in place of former ones."""
+def _with_present_names(node: Any) -> Any:
+    """Return the tables of a text with present types and keys in place of former ones.
+
+    A former key of a table that contains the present one, too, remains and is an unknown key.
+    """
     if isinstance(node, list):
-        return [_with_present_types(item) for item in node]
+        return [_with_present_names(item) for item in node]
     if not isinstance(node, dict):
         return node
-    table = {key: _with_present_types(value) for key, value in node.items()}
-    former = table.get("type")
-    return table | {"type": RENAMED_TYPES[former]} if isinstance(former, str) and former in RENAMED_TYPES else table
+    table = {key: _with_present_names(value) for key, value in node.items()}
+    kind = table.get("type")
+    if not isinstance(kind, str):
+        return table
+    table["type"] = kind = RENAMED_TYPES.get(kind, kind)
+    present = {key: RENAMED.get((kind, key), key) for key in table}
+    return {key if present[key] in table else present[key]: value for key, value in table.items()}
 
 
 def _places(node: Any, path: str = "") -> Iterator[str]:

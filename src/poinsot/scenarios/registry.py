@@ -61,12 +61,11 @@ DEFAULTS: dict[Group, str] = {"body": "Body", "rigid": "Body", "frame": "Rotatin
 PACKAGES = ("control", "forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
 """Their modules have the classes that ship, and functions that make one."""
 
-RENAMED = {("Sampled", "phase"): "offset"}
-"""Present names of keys, by the type of their table and the former name. Scenario files and results of earlier versions
-contain the former names; only the present ones are written."""
-
 RENAMED_TYPES = {"in_metres": "kilometres_to_metres", "orbit_sum": "composite_orbit"}
-"""Present types of tables, by the former name in files of earlier versions."""
+"""Present types of tables, by the former name in scenario files and results of earlier versions."""
+
+RENAMED = {("Sampled", "phase"): "offset"}
+"""Present names of keys, by the present type of their table and the former name. Only present names are written."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -90,8 +89,6 @@ class Key:
         Whether a call takes several one by one.
     or_number : bool
         Whether one number can stand for all of an array.
-    former : str
-        Name of the key in earlier versions.
     """
 
     name: str
@@ -106,7 +103,6 @@ class Key:
     group: Group = ""
     spread: bool = False
     or_number: bool = False
-    former: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -230,8 +226,7 @@ def _maker(call: Callable[..., Any], name: str, left_out: tuple[str, ...] = ()) 
             axes = [f"Along the {extra.axes}." for extra in extras_of(hint) if isinstance(extra, Along)]
             words = " ".join([*entries.get(parameter.name, "").split("\n")[1:], *axes])
             words = " ".join(words.split())
-            former = next((old for (kind, old), new in RENAMED.items() if (kind, new) == (name, parameter.name)), "")
-            more: Any = {"group": group, "spread": spread, "or_number": OR_NUMBER in extras_of(hint), "former": former}
+            more: Any = {"group": group, "spread": spread, "or_number": OR_NUMBER in extras_of(hint)}
             keys.append(Key(parameter.name, kind, words, rank, required, default, **more))
         elif required:
             return None

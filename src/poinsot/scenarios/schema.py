@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal, Union
 
 from pydantic import (
     AfterValidator,
-    AliasChoices,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -302,9 +301,7 @@ def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
     annotation = kinds[key.kind]() if key.kind in kinds else _number(key.kind, key.rank, key.or_number)
     words = f"Name of a file that ends in {' or '.join(key.choices)}. {key.help}" if key.kind == "output" else key.help
     bounds: Any = dict(zip(("ge", "le"), key.limits, strict=True)) if key.limits else {}
-    names = AliasChoices(key.name, key.former) if key.former else None
-    default = ... if key.required else key.default
-    return annotation, Field(default, validation_alias=names, description=words or None, **bounds)
+    return annotation, Field(... if key.required else key.default, description=words or None, **bounds)
 
 
 def _output(endings: tuple[str, ...], name: str) -> str:

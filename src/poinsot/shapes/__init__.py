@@ -1,4 +1,4 @@
-"""Shapes, of which bodies and gravity fields are made.
+"""Shapes, which define bodies and gravity fields.
 
 The names are in `__init__.pyi`; each is imported when it is used first.
 """

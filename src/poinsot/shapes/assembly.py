@@ -1,4 +1,4 @@
-"""Several shapes as one body."""
+"""Rigid assemblies of several shapes."""
 
 from __future__ import annotations
 
@@ -76,8 +76,9 @@ class Assembly(Shape):
 
     def _gravity(self, points: Array) -> tuple[Array, Array]:
         center = self.center_of_mass
-        pulls = [part._gravity(points + center - part.center_of_mass) for part in self.parts]
-        return np.sum([pull[0] for pull in pulls], axis=0), np.sum([pull[1] for pull in pulls], axis=0)
+        each = zip(*(part._gravity(points + center - part.center_of_mass) for part in self.parts), strict=True)
+        potential, attraction = (np.sum(values, axis=0) for values in each)
+        return potential, attraction
 
     def _placed(self, position: Array, matrix: Array) -> Assembly:
         return Assembly([part._placed(position, matrix) for part in self.parts])

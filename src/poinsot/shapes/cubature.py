@@ -1,4 +1,4 @@
-"""Points and weights that integrate polynomials exactly, and the multipoles of mass points."""
+"""Cubature rules that integrate polynomials exactly, and multipoles of point masses."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def cylinder(degree: int) -> tuple[Array, Array]:
     """Return points and weights over the cylinder of radius 1 about the third axis between heights -1 and 1."""
     from scipy.special import roots_legendre
 
-    squares, rings = roots_legendre(degree // 4 + 1)  # and those over a ring of rho^2
+    squares, rings = roots_legendre(degree // 4 + 1)  # means over a ring are polynomials of rho^2
     heights, zones = roots_legendre(degree // 2 + 1)
     square, height, angle = np.meshgrid((1 + squares) / 2, heights, _circle(degree), indexing="ij")
     across = np.sqrt(square)
@@ -65,7 +65,7 @@ def multipoles(masses: Array, points: Array, degree: int) -> NDArray[np.complex1
         harmonics = SolidHarmonics(tuple(points[part].T))
         for n in range(degree + 1):
             for m in range(n + 1):
-                real, imaginary = harmonics.pair(n, m)
+                real, imaginary = map(np.asarray, harmonics.pair(n, m))
                 total[n, m] += np.sum(masses[part] * real) + 1j * np.sum(masses[part] * imaginary)
     return total
 

@@ -1,4 +1,4 @@
-"""Torques of the light that shadows take from the faces of a mesh in a rotation."""
+"""Mean torques that the faces of a mesh lose to shadows in a rotation."""
 
 from __future__ import annotations
 

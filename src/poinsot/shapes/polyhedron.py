@@ -88,7 +88,7 @@ class Triangles:
     def seen_from(self, points: Array) -> tuple[Array, Array, Array]:
         """Return heights of the faces over points (n, 3), the integrals of dA / r and solid angles, each (n, faces).
 
-        A solid angle is positive where the face is seen from behind; one of a point on the face is half a turn.
+        A solid angle is positive behind the face. For a point on the face it is 2 pi.
         """
         away = self.vertices - points[:, None]
         distances = np.linalg.norm(away, axis=-1)

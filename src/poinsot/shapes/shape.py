@@ -86,7 +86,7 @@ class Shape(Immutable):
     def _placed(self, position: Array, matrix: Array) -> Self:
         """Return the shape whose points are matrix x + position."""
 
-    # ------------------------------------------------------------------ what follows
+    # ------------------------------------------------------------------ derived quantities
 
     def _repr_html_(self) -> str:
         return text_table(

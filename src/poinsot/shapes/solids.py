@@ -133,9 +133,9 @@ class Ellipsoid(Solid):
 
         squares = _confocal(points, self.semiaxes)
         a, b, c = squares.T
-        pulls = np.stack([elliprd(b, c, a), elliprd(c, a, b), elliprd(a, b, c)], axis=-1)
-        potential = 1.5 * elliprf(a, b, c) - 0.5 * np.sum(points * points * pulls, axis=-1)
-        return self.mass * potential, -self.mass * points * pulls
+        factors = np.stack([elliprd(b, c, a), elliprd(c, a, b), elliprd(a, b, c)], axis=-1)
+        potential = 1.5 * elliprf(a, b, c) - 0.5 * np.sum(points * points * factors, axis=-1)
+        return self.mass * potential, -self.mass * points * factors
 
 
 def _mean_of_harmonic(n: int, m: int, a2: float, b2: float, c2: float) -> float:

@@ -1,4 +1,4 @@
-"""Check of closed surfaces and of the orientation of their triangles, and its repair."""
+"""Check of closed surfaces, and check and repair of the orientation of their triangles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arguments of ensembles in chunks: how members are divided, and which variables are stored, reduced and where."""
+"""Arguments of ensembles in chunks: number of members in a chunk, stored variables, reduction and store."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["Chunking", "Plan", "Selection", "StoredVariable", "plan_of", "with_thinned_times"]
 
 MEMORY_SHARE = 16
-"""The rows of a chunk take at most the available memory divided by this."""
+"""Available memory divided by the largest size of the rows of a chunk."""
 
 COPIES_IN_MEMORY = 4
 """Memory of a chunk while it is computed and written, divided by the size of its rows."""
@@ -61,7 +61,7 @@ class Chunking(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class StoredVariable:
-    """Options of a stored variable: its type, and that of every so many times one is stored."""
+    """Options of a stored variable: its type, and the number of times of which one is stored."""
 
     dtype: str = "float64"
     every: int = 1
@@ -178,6 +178,6 @@ def _selection(variables: Sequence[str] | Mapping[str, Mapping[str, Any]] | None
 
 
 def with_thinned_times(data: xarray.Dataset, selection: Selection) -> xarray.Dataset:
-    """Return a dataset together with the times of variables of which not every time is stored."""
+    """Return a dataset with the times of the variables that are not stored at every time."""
     thinned = {each.times: each.every for each in selection.values() if each.every > 1 and "time" in data.coords}
     return data.assign_coords({name: (name, data.time.values[::n], data.time.attrs) for name, n in thinned.items()})

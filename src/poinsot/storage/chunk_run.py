@@ -1,8 +1,9 @@
-"""The run of an ensemble chunk by chunk, in this process or on workers, into a store or through a reduction."""
+"""Run of an ensemble in chunks, in this process or on workers, for a store or a reduction."""
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -34,7 +35,7 @@ __all__ = ["run_in_chunks"]
 
 
 class Finished(NamedTuple):
-    """Report of a chunk: its number, how many members are done, and its reduced dataset if there is no store."""
+    """Report of a chunk: its number, the number of finished members, and its reduced dataset if there is no store."""
 
     number: int
     members: int
@@ -99,7 +100,10 @@ class ChunkTask:
         rows = {name: each.rows(self.variables[name], result.rows[name]) for name, each in self.selection.items()}
         reduced = None
         if self.reduce is not None and self.labels is not None:
-            reduced = reduction(self.reduce, self._labelled(self.labels, rows, members))
+            failures = result.about["failures"]
+            attributes = {**result.about["run"], **({"failures": json.dumps(failures)} if failures else {})}
+            labels = self.labels.assign_attrs(attributes)
+            reduced = reduction(self.reduce, self._labelled(labels, rows, members))
         if self.out is None:
             return partial(Finished, number, members.stop - members.start, reduced=reduced)
         about = {"members": [members.start, members.stop], **result.about}
@@ -185,12 +189,12 @@ def _in_store(
     try:
         with contextlib.ExitStack() as until_then:
             with writing(out):
-                held = until_then.enter_context(lease(out))
+                right = until_then.enter_context(lease(out))
                 store = EnsembleStore(out)
                 store.mend(description.header(store.chunk))
             store = EnsembleStore(out)
             task, left = ChunkTask.of(ensemble, plan, selection, store.chunk), np.flatnonzero(~store.whole).tolist()
-            _run(task, plan.client, left, store.finished, shown, lambda _: held.check())
+            _run(task, plan.client, left, store.finished, shown, lambda _: right.check())
     except KeyboardInterrupt:
         store = EnsembleStore(out)
         raise _interrupted(ensemble, store.finished, open_result(store)) from None
@@ -255,7 +259,7 @@ def _written_behind(task: ChunkTask, numbers: Sequence[int], progress: Progress)
 def _on_workers(
     task: ChunkTask, client: Client | None, numbers: Sequence[int], progress: Progress
 ) -> Generator[Finished]:
-    """Run chunks on workers, whose folders may be other ones."""
+    """Run chunks on workers, which may have another working folder."""
     for each in on_workers(client, replace(task, out=task.out and task.out.absolute()), numbers):
         if callable(progress):
             progress(each.members)

@@ -1,4 +1,4 @@
-"""One writer of a folder at a time: a lock on one machine, and elsewhere a lease that is renewed while it lasts."""
+"""Lease of a folder for one writer: a lock on one machine, and a renewed file between machines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["LEASE_SECONDS", "Lease", "lease"]
 NAME = "lock"
 
 LEASE_SECONDS = 60.0
-"""Seconds after which a lease that nobody renews has ended: its owner was killed on another machine."""
+"""Duration of a lease in seconds. A lease that is not renewed ends: its owner was killed on another machine."""
 
 RENEWALS_PER_LEASE = 4
 """Number of renewals of a lease in its duration."""
@@ -37,7 +37,7 @@ def lease(folder: Path) -> Iterator[Lease]:
 
 
 class Lease:
-    """The right to write into a folder.
+    """Exclusive right to write into a folder.
 
     On one machine the kernel keeps it, which ends it with its process. On a file system that others share it is the
     text in the file and the time of its last change.
@@ -67,7 +67,7 @@ class Lease:
         self._renewing.start()
 
     def _lock(self) -> bool:
-        """Lock the file; return whether it still has its name, which its last owner may have taken away."""
+        """Lock the file; return True if it still has its name, which the last owner may have removed."""
         try:
             lock(self._number)
         except BlockingIOError:
@@ -93,7 +93,7 @@ class Lease:
             return {}
 
     def close(self) -> None:
-        """End the lease; its file goes with it."""
+        """End the lease and remove its file."""
         self._ended.set()
         if self._mine:
             self._renewing.join()

@@ -14,7 +14,7 @@ Variable = list[Any]
 
 
 def content(path: str, size: int, names: list[str], beginnings: list[str]) -> tuple[Any, list[NDArray[Any]]]:
-    """Return the attributes of a file, and the variables that have one of the names or begin so, with their arrays.
+    """Return the attributes of a file, and its variables with one of the names or beginnings, with their arrays.
 
     What `save` does not write is refused before it is read: groups, types of its own, and variables in chunks, with
     filters, or of more bytes than the file, `size`.
@@ -29,13 +29,13 @@ def content(path: str, size: int, names: list[str], beginnings: list[str]) -> tu
                 raise ValueError(f"{variable.name} has no numbers")
             if variable.ndim and variable.chunking() != "contiguous":
                 raise ValueError(f"{variable.name} is in chunks, which may be compressed")
-        bytes_told = sum(int(np.prod(variable.shape, dtype=object)) * variable.dtype.itemsize for variable in variables)
-        if bytes_told > size:
-            raise ValueError(f"{size} bytes cannot be the {bytes_told} that it announces")
+        announced = sum(int(np.prod(variable.shape, dtype=object)) * variable.dtype.itemsize for variable in variables)
+        if announced > size:
+            raise ValueError(f"{size} bytes cannot be the {announced} that it announces")
         file.set_auto_maskandscale(False)
         arrays = [np.asarray(variable[...]) for variable in variables]
-        told = [[variable.name, variable.dimensions, _attributes(variable)] for variable in variables]
-        return [_attributes(file), told], arrays
+        described = [[variable.name, variable.dimensions, _attributes(variable)] for variable in variables]
+        return [_attributes(file), described], arrays
 
 
 def _attributes(owner: Any) -> dict[str, Any]:

@@ -99,7 +99,7 @@ class CanonicalForm:
         self.slopes = {place: tuple(map(self._value, slopes)) for place, slopes in self._slopes.items()}
 
     def _with_slopes(self, groups: Iterable[Iterable[GraphScalar]]) -> list[Node]:
-        """Return the nodes of the outputs with those of the slopes of their functions."""
+        """Return the nodes of the outputs and the nodes of the slopes of their functions."""
         wanted, count = [*itertools.chain(*groups)], -1
         while count != len(wanted):
             count = len(wanted)
@@ -146,7 +146,7 @@ class CanonicalForm:
         return apart
 
     def _without_constants(self, monomial: Monomial) -> tuple[Monomial, GraphScalar | None]:
-        """Return a product without the constants that were multiplied into its factors, and these."""
+        """Return a product without the constants that were multiplied into its factors, and these constants."""
         constant: GraphScalar | None = None
         factors = list[int]()
         for place in monomial:
@@ -172,7 +172,7 @@ class CanonicalForm:
         return Linear({tuple(sorted(x + y)): _times(m, n)})
 
     def _multiplied_in(self, m: GraphScalar, x: Monomial, n: GraphScalar) -> tuple[GraphScalar, Monomial, GraphScalar]:
-        """Multiply a constant into its one factor where the other one has none: other products may use that."""
+        """Multiply a constant into its only factor if the other product has none, so that products may share it."""
         if not isinstance(m, Node) or isinstance(n, Node) or len(x) > 1:
             return m, x, n
         sign, parameter = self._coefficient(m)

@@ -1,4 +1,4 @@
-"""A vector field as elementary operations, each with a recurrence of its Taylor coefficients: what kernels are made of.
+"""Vector fields as elementary operations, each with a recurrence of its Taylor coefficients.
 
 A value is a number that stays (`Coefficient`) or the result of an operation, by its number. With u_n the coefficients
 of a value, the recurrences are, for n > 0,
@@ -50,6 +50,7 @@ __all__ = [
     "Variable",
     "magnitude",
     "operands_of",
+    "products_of",
     "varying",
 ]
 
@@ -114,8 +115,7 @@ class Quotient(NamedTuple, Generic[Factor]):
 class Function(NamedTuple, Generic[Factor]):
     """An elementary function by its name in `poinsot.functions`, or "pow".
 
-    The derivative is the sum of slopes times those of the arguments; the slope of an argument that is a coefficient
-    is not looked at.
+    The derivative is the sum of slopes times derivatives of arguments. The slope of a coefficient has no effect.
     """
 
     name: str
@@ -145,7 +145,7 @@ class Crossing(NamedTuple):
     direction : {-1, 0, 1}
         -1 for zeros where the value falls with time, 1 for zeros where it rises; 0 for both.
     stops : bool
-        Whether the motion stops there, at its end or to continue with another state.
+        True if the motion stops at a zero, at its end or to continue with another state.
     """
 
     direction: int
@@ -158,14 +158,14 @@ class Momenta(NamedTuple):
     Parameters
     ----------
     places : tuple of int
-        Of the state variables whose norm it is.
+        Places of the state variables in the norm.
     scaled : tuple of int
-        Of all that go with the scale.
+        Places of all state variables that are proportional to the scale.
     powers : tuple of int
         The power of the scale in each parameter.
     conjugates : tuple of (int, int)
-        Where the quaternions and their conjugate momenta begin. Momenta that have shrunk lose q . Q, the rounding of
-        larger ones, which changes no motion but would hide those that shrink on.
+        First places of the quaternions and of their conjugate momenta. Momenta that have shrunk lose q . Q, the
+        rounding error of larger momenta, which changes no motion but would hide a further decrease.
     """
 
     places: tuple[int, ...] = ()
@@ -203,6 +203,11 @@ def operands_of(draft: Draft) -> tuple[DraftOperand, ...]:
     return ()
 
 
+def products_of(operands: Iterable[Sequence[DraftOperand]]) -> set[Monomial]:
+    """Return the monomials with several factors among operands."""
+    return {x for x in itertools.chain(*operands) if not isinstance(x, Coefficient) and len(x) > 1}
+
+
 @dataclass(frozen=True)
 class Decomposition:
     """A vector field of states, time and parameters.
@@ -214,18 +219,18 @@ class Decomposition:
     rates : tuple of Coefficient or int
         The time derivatives of the state variables, in their order.
     parameters : int
-        How many parameters there are.
+        Number of parameters.
     watched : tuple of Coefficient or int
         A function for each condition, negative where the condition holds, then the values of events.
     conditions : tuple of int
         The parameters that hold these conditions, 1 or 0.
     events : tuple of Crossing
     stops : tuple of int
-        The conditions, by number, behind whose switch the motion stops, to go on with other variables.
+        Numbers of the conditions at whose switch the motion stops, to continue with other variables.
     attitude : tuple of int
         The state variables that are attitudes.
     momenta : Momenta
-        Those that a looped kernel rescales.
+        Momenta that the kernel rescales.
     """
 
     operations: tuple[Operation, ...]
@@ -240,7 +245,7 @@ class Decomposition:
 
     @property
     def size(self) -> int:
-        """How many operations on one or two operands there are."""
+        """Number of operations on one or two operands."""
         return sum(
             len(operation.terms) + len(operation.constants) if isinstance(operation, Sum) else 1
             for operation in self.operations
@@ -256,7 +261,7 @@ _Load = tuple[int, "CoefficientRow"]
 """Rows that a loop loads as first operands (0) and as second operands (1)."""
 
 _Option = tuple[int, int, "InnerSum"]
-"""Of an inner sum its place, whether its operands change places, and what it is then."""
+"""Place of an inner sum, 1 if its operands change places, and the sum with these operands."""
 
 
 class CoefficientRow(NamedTuple):
@@ -280,14 +285,14 @@ class Schedule:
     Attributes
     ----------
     outputs : tuple of Coefficient or int
-        The rates and, behind them, what is watched.
+        The rates, then the watched functions.
     places : dict
         The place of an inner sum among all, by its operation and the number of the argument that it is of.
     groups : list of lists of InnerSum
     rows : list of CoefficientRow
         Rows that inner sums read.
     zeros, reciprocals : dict
-        The operations of which order 0, or one over it, is needed in higher orders, each with its place among these.
+        Operations whose order 0, or its reciprocal, enters higher orders, each with its place among these.
     """
 
     def __init__(self, decomposition: Decomposition) -> None:
@@ -306,7 +311,7 @@ class Schedule:
         self.groups = _grouped(sums)
 
     def state_of(self, row: CoefficientRow) -> int | None:
-        """Return the place of the state variable whose coefficients a row has, if it has one's."""
+        """Return the place of the state variable whose coefficients a row contains, None for other operations."""
         operation = self.operations[row.operation]
         return operation.place if isinstance(operation, Variable) and not row.weighted else None
 
@@ -355,7 +360,7 @@ def _grouped(sums: Sequence[InnerSum]) -> list[list[InnerSum]]:
 
 
 def _group(left: dict[int, InnerSum], readers: Mapping[_Load, Sequence[_Option]], size: int) -> list[InnerSum]:
-    """Take so many inner sums of those that are left, each time the one that loads the fewest rows more."""
+    """Take a number of the remaining inner sums, each time the sum that loads the fewest further rows."""
     group, loaded, waiting = list[InnerSum](), set[_Load](), list[tuple[int, _Option]]()
     while len(group) < size:
         best = heapq.heappop(waiting)[1][-1] if waiting else next(iter(left.values()))

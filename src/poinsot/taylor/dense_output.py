@@ -55,12 +55,14 @@ class StoredSteps:
         if side == "right":
             ends = np.nextafter(ends, -np.inf)
         _, orders, size = self._blocks[0]["coefficients"].shape
-        arrays = ends, self._starts, self._low, self._per_unit, self._addresses, np.ascontiguousarray(times)
-        return _compiled(orders, size)(sign, *arrays)
+        out = np.empty((times.size, size))
+        arrays = ends, self._starts, self._low, self._per_unit, self._addresses, np.ascontiguousarray(times), out
+        _compiled(orders, size)(times.size, self._starts.size, sign, *(array.ctypes.data for array in arrays))
+        return out
 
 
 @functools.cache
-def _compiled(orders: int, size: int) -> Callable[..., Doubles]:
+def _compiled(orders: int, size: int) -> Callable[..., int]:
     """Return the compiled evaluation for coefficients of one shape, which finds the step of each time."""
 
     def body(count: Value, steps: Value, sign: Value, *arrays: Value) -> None:
@@ -87,17 +89,9 @@ def _compiled(orders: int, size: int) -> Callable[..., Doubles]:
 
         lines.repeat([lines.constant(INTEGER, 0)] * 2, lambda place, _: place.is_("lt", count), one)
 
-    module, pointers = Module(), 7
-    module.function("evaluate", "void", [INTEGER, INTEGER, DOUBLE, *[POINTER] * pointers], body)
-    function = function_of(module, "evaluate")
-
-    def evaluate(sign: float, *arrays: Doubles) -> Doubles:
-        _, starts, *_, times = arrays
-        out = np.empty((times.size, size))
-        function(times.size, starts.size, sign, *(array.ctypes.data for array in (*arrays, out)))
-        return out
-
-    return evaluate
+    module = Module()
+    module.function("evaluate", "void", [INTEGER, INTEGER, DOUBLE, *[POINTER] * 7], body)
+    return function_of(module, "evaluate")
 
 
 def _horner(step: Value, ahead: Value, shape: tuple[int, int], out: Value) -> None:

@@ -2,7 +2,7 @@
 
 A step ends at the first sign change of a watched function. A function whose sign changes at the same time is found when
 the next step begins: its coefficients there have another sign than the one that is stored. Then a step of length zero
-follows ("waits"), so that the coefficients of the next step are those of the new branches.
+follows ("waits"), so that the next step has the coefficients of the new branches.
 
 The stored sign of a function, in the field `signs` for events and as parameter 1 (negative) or 0 for conditions, is its
 sign on the side of the last zero where the motion is:
@@ -13,11 +13,16 @@ sign on the side of the last zero where the motion is:
 | 0 | not above `sign_uncertainty` | an action has left the value at zero: the sign is the sign of the rate |
 | +1 or -1 | the same sign | no zero |
 | +1 or -1 | the opposite sign | a zero at the same time as the last one; the event is recorded and its sign changes |
+
+The search for the first sign change of a Taylor polynomial advances from the start of a step by as much as the slope
+and a bound of the second derivative allow, less the bounds of rounding and truncation errors. It converges to the first
+zero from before it, quadratically, and passes no zero, however close the next one is.
 """
 
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -25,9 +30,8 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot.taylor.decomposition import Decomposition
-from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Structure, Value, vector
+from poinsot.taylor.llvm_ir import BOOL, DOUBLE, INTEGER, POINTER, Array, Structure, Value, vector
 from poinsot.taylor.memory import Context, KernelPart, Work
-from poinsot.taylor.sign_changes import first_change
 
 __all__ = ["Detection"]
 
@@ -40,9 +44,9 @@ AT_TARGET = 0.125
 """The part of the time of coincident events within which an event is at an output time, a sample or the end."""
 
 NEARBY = 0.25
-"""The part of a step within which a zero has 32 digits. Coefficients of a watched function may fall more slowly than
-those of the variables; the rest of its series is smaller by this to the power of the order. A step to a zero farther
-away ends half-way."""
+"""The part of a step within which a zero has 32 digits. Coefficients of a watched function may decrease more slowly
+than coefficients of the variables; the rest of its series is smaller by this to the power of the order. A step to a
+zero farther away ends half-way."""
 
 LINEAR_PART = 2.0**-26
 """The part of a step in which variables are linear."""
@@ -65,34 +69,34 @@ class Cut(NamedTuple):
     stops: Value
 
 
-class _Starts(NamedTuple):
-    """The watched functions at the start of a step.
+class _Watched(NamedTuple):
+    """A watched function at the start of a step.
 
     Attributes
     ----------
-    signs : list of vectors
-    passed : list of vectors
-        Times from the start behind which zeros are searched for.
-    shifts : list of vectors
-        For each event the time from the start to its zero, 0 where it is far.
-    delayed : dict
-        For events by number the mask of lanes where the event comes after a sample at the start.
+    sign : vector
+    passed : vector
+        Time from the start behind which zeros are searched for.
+    shift : vector
+        Time from the start to the zero of an event, 0 where it is far.
+    delayed : mask, optional
+        Lanes where the event comes after a sample at the start.
     """
 
-    signs: list[Value]
-    passed: list[Value]
-    shifts: list[Value]
-    delayed: dict[int, Value]
+    sign: Value
+    passed: Value
+    shift: Value
+    delayed: Value | None = None
 
 
 class Detection(KernelPart):
     """The part of a kernel that detects sign changes of conditions and events.
 
-    Fields: `span`, the time of the run; `branches`, the conditions of the last step, and `next_branches`, those at the
-    end of a task; `signs` and `sign_uncertainty` of the values of events; `crossed`, for each event 1 or -1 where it
-    happens and its value rises or falls with time, otherwise 0; `simultaneity`, the time within which events coincide;
-    `shift`, the time from the start of a step to its events; `switched`, the count of successive steps of length zero;
-    and the block of recorded events.
+    Fields: `span`, the time of the run; `branches`, the conditions of the last step, and `next_branches`, the
+    conditions at the end of a task; `signs` and `sign_uncertainty` of the values of events; `crossed`, for each event 1
+    or -1 where it happens and its value rises or falls with time, otherwise 0; `simultaneity`, the time within which
+    events coincide; `shift`, the time from the start of a step to its events; `switched`, the count of successive steps
+    of length zero; and the block of recorded events.
 
     Parameters
     ----------
@@ -141,7 +145,7 @@ class Detection(KernelPart):
             work.array("branches")[lane + i * self.context.lanes] = np.nan
 
     def has_room(self, work: Work, room: Value) -> Value:
-        """Return whether there is room for the records of one more step."""
+        """Return the mask where there is also room for the records of another step."""
         if not self._events:
             return room
         return room & work.array("record_count", INTEGER)[0].is_("le", work.array("records_limit", INTEGER)[0])
@@ -179,14 +183,13 @@ class Detection(KernelPart):
         near = self._simultaneity(work).larger(last_near[0])
         chosen, early, waits, whole = work.lines.constant(self.context.whole, -1), nowhere, nowhere, h
         linear = near.larger(LINEAR_PART * abs(h.high))
-        starts, first = self._starts(work, near, linear), len(self._conditions)
-        wrong = list[Value]()
-        for i, sign in enumerate(starts.signs):
-            reach = (abs(h.high).larger(starts.passed[i])).intrinsic("copysign", way)
-            given = work.per_unit(reach), sign, starts.passed[i] / abs(reach)
-            share, changes = first_change(work.doubles("watched").at(i * self._orders), *given, self._orders)
-            if i - first in starts.delayed:
-                share = starts.delayed[i - first].choose(share.like(1.0), share)
+        starts, wrong = self._starts(work, near, linear), list[Value]()
+        for i, start in enumerate(starts):
+            reach = (abs(h.high).larger(start.passed)).intrinsic("copysign", way)
+            given = work.per_unit(reach), start.sign, start.passed / abs(reach)
+            share, changes = _first_change(work.doubles("watched").at(i * self._orders), *given, self._orders)
+            if start.delayed is not None:
+                share = start.delayed.choose(share.like(1.0), share)
             wrong.append(share.is_("eq", 0.0))
             before = share.is_("lt", 1.0) & ~wrong[-1]
             chosen = before.choose(changes.choose(chosen.like(i), -1), chosen)
@@ -196,26 +199,24 @@ class Detection(KernelPart):
         if self.context.wide:
             far = chosen.is_("ge", 0) & abs(h.high).is_("gt", NEARBY * abs(whole.high))
             h, chosen = far.choose(h.times_power_of_two(0.5), h), far.choose(chosen.like(-1), chosen)
-        h = self._at_targets(work, h, chosen.is_("ge", first), near)
+        h = self._at_targets(work, h, chosen.is_("ge", len(self._conditions)), near)
         stops = self._recorded(work, starts, wrong, active) | (self._switched(work) & ~waits)
         waits = waits | stops
         for i, place in enumerate(self._conditions):
             branches = work.doubles("branches")
             branches[i] = waits.choose(branches[i], work.doubles("parameters")[place])
         crossed = [mask | (~waits & chosen.is_("eq", i)) for i, mask in enumerate(wrong)]
-        self._cross(work, starts.signs, crossed, ~waits)
+        self._cross(work, starts, crossed, ~waits)
         last_near[0] = (waits | chosen.is_("ge", 0)).choose(near, 0.0)
         return Cut(waits.choose(h.like(0.0), h), early | waits, waits, stops)
 
     def _at_targets(self, work: Work, h: Value, is_event: Value, near: Value) -> Value:
         """Return the time of a zero. An event within some roundings of an output time, a sample or the end is there."""
         found = h
-        for target in ("end", "output_time") if self._events else ():
+        for target in ("end", "output_time", *self._deadlines) if self._events else ():
             ahead = self._ahead(work, target)
-            h = (is_event & abs(ahead - h).is_("le", self._at_target * near)).choose(ahead, h)
-        for target in self._deadlines if self._events else ():  # a sample comes before its events
-            ahead = self._ahead(work, target)
-            h = (is_event & abs(ahead - found).is_("le", self._at_target * near)).choose(ahead, h)
+            distance = ahead - (found if target in self._deadlines else h)  # a sample comes before its events
+            h = (is_event & abs(distance).is_("le", self._at_target * near)).choose(ahead, h)
         return h
 
     @staticmethod
@@ -255,7 +256,7 @@ class Detection(KernelPart):
             scale = (1.0 / work.per_unit(fastest)).smaller(scale)
         return scale.larger(abs(work.doubles("time")[0])) * SIMULTANEOUS
 
-    def _starts(self, work: Work, near: Value, linear: Value) -> _Starts:
+    def _starts(self, work: Work, near: Value, linear: Value) -> list[_Watched]:
         """Return the watched functions at the start of the step.
 
         Where an action has left the value of an event at zero, its zero is passed no farther than it was known to be
@@ -266,21 +267,21 @@ class Detection(KernelPart):
         between the start and its zero.
         """
         way = work.doubles("way")[0]
-        signs = [1.0 - 2.0 * work.doubles("parameters")[place] for place in self._conditions]
-        starts = _Starts(signs, [near] * len(signs), [], {})
+        held = [work.doubles("parameters")[place] for place in self._conditions]
+        starts = [_Watched(1.0 - 2.0 * parameter, near, near.like(0.0)) for parameter in held]
         for i in range(self._events):
-            value, slope = (work.doubles("watched")[len(starts.signs) * self._orders + n] for n in (0, 1))
+            value, slope = (work.doubles("watched")[len(starts) * self._orders + n] for n in (0, 1))
             slope = work.per_unit(slope)
             sign, uncertainty, shift = work.doubles("signs")[i], work.doubles("sign_uncertainty"), -value / slope
             at_zero = sign.is_("eq", 0.0) & abs(value).is_("le", uncertainty[i])
-            present = at_zero.choose(slope * way, value)
-            starts.signs.append(sign.is_("eq", 0.0).choose(sign.like(1.0).intrinsic("copysign", present), sign))
-            starts.passed.append(at_zero.choose(near.larger((2.0 * abs(shift)).smaller(linear)), near))
+            present, delayed = at_zero.choose(slope * way, value), None
+            passed = at_zero.choose(near.larger((2.0 * abs(shift)).smaller(linear)), near)
             for target in self._deadlines:
                 ahead = self._ahead(work, target).high
                 new = sign.is_("eq", 0.0) & ~at_zero & shift.is_("le", near)
-                starts.delayed[i] = new & ahead.is_("gt", 0.0) & shift.is_("ge", ahead - AT_TARGET * near)
-            starts.shifts.append(abs(shift).is_("le", linear).choose(shift, 0.0))
+                delayed = new & ahead.is_("gt", 0.0) & shift.is_("ge", ahead - AT_TARGET * near)
+            sign = sign.is_("eq", 0.0).choose(sign.like(1.0).intrinsic("copysign", present), sign)
+            starts.append(_Watched(sign, passed, abs(shift).is_("le", linear).choose(shift, 0.0), delayed))
             uncertainty[i] = near * abs(slope)
         return starts
 
@@ -292,18 +293,18 @@ class Detection(KernelPart):
             switched = switched | abs(change).is_("gt", 0.5)
         return switched
 
-    def _cross(self, work: Work, signs: Sequence[Value], crossed: Sequence[Value], moves: Value) -> None:
+    def _cross(self, work: Work, starts: Sequence[_Watched], crossed: Sequence[Value], moves: Value) -> None:
         """Switch conditions and change the signs of events; mark the events at the end of the step."""
         first = len(self._conditions)
         for i, place in enumerate(self._conditions):
             held = work.doubles("parameters")[place]
             work.doubles("parameters")[place] = crossed[i].choose(1.0 - held, held)
         way = work.doubles("way")[0]
-        for i, (sign, mask) in enumerate(zip(signs[first:], crossed[first:], strict=True)):
-            work.doubles("crossed")[i] = (mask & moves).choose(-(sign * way), 0.0)
-            work.doubles("signs")[i] = mask.choose(-sign, sign)
+        for i, (start, mask) in enumerate(zip(starts[first:], crossed[first:], strict=True)):
+            work.doubles("crossed")[i] = (mask & moves).choose(-(start.sign * way), 0.0)
+            work.doubles("signs")[i] = mask.choose(-start.sign, start.sign)
 
-    def _recorded(self, work: Work, starts: _Starts, wrong: Sequence[Value], active: Value) -> Value:
+    def _recorded(self, work: Work, starts: Sequence[_Watched], wrong: Sequence[Value], active: Value) -> Value:
         """Record the events at the start of the step, and return where one stops the lane."""
         nowhere = work.lines.constant(vector(BOOL, self.context.lanes), 0)
         if not self._events:
@@ -313,7 +314,7 @@ class Detection(KernelPart):
         for i, crossing in enumerate(self._crossings):
             changes = wrong[first + i] & work.doubles("signs")[i].is_("ne", 0.0)
             # An event whose sign changes back is not there yet.
-            back = crossed[i].is_("ne", 0.0).choose(way.like(0.0), -(starts.signs[first + i] * way))
+            back = crossed[i].is_("ne", 0.0).choose(way.like(0.0), -(starts[first + i].sign * way))
             direction = changes.choose(back, crossed[i])
             if crossing.direction:
                 direction = direction.is_("eq", crossing.direction).choose(direction, 0.0)
@@ -321,8 +322,8 @@ class Detection(KernelPart):
             marks.append(direction.is_("ne", 0.0))
             happens, stops = happens | marks[i], stops | marks[i] if crossing.stops else stops
         shift = way.like(0.0)
-        for mask, own in zip(marks, starts.shifts, strict=True):
-            shift = (mask & ~stops).choose(own, shift)
+        for mask, start in zip(marks, starts[first:], strict=True):
+            shift = (mask & ~stops).choose(start.shift, shift)
         work.doubles("shift")[0] = shift
         work.for_each(active & happens, "record_events")
         return stops
@@ -345,3 +346,143 @@ class Detection(KernelPart):
         for k in range(self.context.variables):
             value = rates[lane + k * lanes].high.fma(ahead, states[lane + k * lanes].high)
             out[k] = work.unscaled(k, value, lane)
+
+
+# ---------------------------------------------------------------------- first sign change of a polynomial
+
+ROUNDING_BOUND = 2.0**-50
+"""Bound of the rounding error of a polynomial, relative to the sum of the sizes of its terms."""
+
+MAX_TRUNCATED, NEXT = 1e-7, 2.0**-5
+"""The largest share of the last four terms in that sum for which a polynomial stands for its function, and what part of
+these the rest of the series is at most then."""
+
+MAX_ADVANCES = 60
+"""The most advances of a search. Near a minimum that touches zero each advance leaves a third of the way; a step that
+ends there is as good as any."""
+
+RESOLVED, CERTAIN = 0.25, 2.0
+"""The least advance, and how close a zero is taken for certain, in parts of the time within which events coincide."""
+
+
+class _Series:
+    """A polynomial of the share of a step.
+
+    Attributes
+    ----------
+    unit : vector
+        The part of the step that the shares are of: shorter where the series hardly converges.
+    total : vector
+        The sum of the sizes of its terms.
+    curvature, beyond : vectors
+        Bounds of the second derivative and of the rest of the series, relative to that.
+    """
+
+    def __init__(self, coefficients: Value, h: Value, simultaneous: Value, orders: int) -> None:
+        self._lines, self._terms, self._orders = h.function, Array(coefficients, h.type), orders
+        self._simultaneous, one = simultaneous, h.like(1.0)
+        self.unit, self.total, bend, tail = self._lines.repeat(
+            [one, *self._scaled(h)], lambda unit, total, _, tail: self._is_poor(unit, total, tail).any(), self._halved
+        )
+        self.curvature = (bend / self.total).larger(1e-300)
+        self.beyond = NEXT * tail / self.total
+
+    def _is_poor(self, unit: Value, total: Value, tail: Value) -> Value:
+        return (tail.is_("gt", MAX_TRUNCATED * total) | total.is_("eq", math.inf)) & unit.is_("gt", self._simultaneous)
+
+    def _halved(self, unit: Value, total: Value, _: Value, tail: Value) -> list[Value]:
+        factor = self._is_poor(unit, total, tail).choose(unit.like(0.5), 1.0)
+        return [unit * factor, *self._scaled(factor)]
+
+    def _scaled(self, factor: Value) -> list[Value]:
+        """Multiply the terms by powers; return the sum of sizes, a bound of the second derivative, the last sizes."""
+
+        def scale(n: Value, power: Value, total: Value, bend: Value, *last: Value) -> list[Value]:
+            self._terms[n] = term = self._terms[n] * power
+            weight = (n * (n - 1)).to_double().spread(power.lanes)
+            return [n + 1, power * factor, total + abs(term), weight.fma(abs(term), bend), *last[1:], abs(term)]
+
+        one, zero = factor.like(1.0), factor.like(0.0)
+        lowest = [self._lines.constant(INTEGER, 0), one, zero, zero, *[zero] * 4]
+        _, _, total, bend, *last = self._lines.repeat(lowest, lambda n, *_: n.is_("lt", self._orders), scale)
+        return [total, bend, functools.reduce(Value.larger, last)]
+
+    def at(self, share: Value, sign: Value) -> list[Value]:
+        """Return value, slope, error and the slope of the error, relative to the sum of the sizes."""
+
+        def lower(n: Value, value: Value, slope: Value, size: Value) -> list[Value]:
+            term = self._terms[n]
+            return [n - 1, value.fma(share, term), slope.fma(share, value), size.fma(share, abs(term))]
+
+        highest = [self._lines.constant(INTEGER, self._orders - 1), *[share.like(0.0)] * 3]
+        _, value, slope, size = self._lines.repeat(highest, lambda n, *_: n.is_("ge", 0), lower)
+        power, doublings = share, self._orders.bit_length() - 1
+        for _ in range(doublings):
+            power = power * power
+        truncated = self.beyond * power
+        error = ROUNDING_BOUND * size / self.total + truncated
+        return [sign * value / self.total, sign * slope / self.total, error, 2.0**doublings * truncated / share]
+
+
+def _first_change(coefficients: Value, h: Value, sign: Value, simultaneous: Value, orders: int) -> tuple[Value, Value]:
+    """Return up to which share of a step a function keeps its sign, and the mask where the sign changes there.
+
+    The share is at a zero of the function, or before one that truncation makes uncertain, where the sign does not
+    change. It is 1 if the function keeps its sign to the end, and 0 if the function has another sign at the start, or
+    just behind a zero there.
+
+    Parameters
+    ----------
+    coefficients : address of vectors (orders,)
+        Taylor coefficients of the function; they are overwritten.
+    h : vector
+        Length of the step, negative backwards.
+    sign : vector
+        Sign of the function, 1 or -1.
+    simultaneous : vector
+        Share of the step within which events coincide.
+    """
+    lines, pair = h.function, f"{{{h.type}, {h.type}}}"
+    search = functools.partial(_search, orders=orders)
+    found = lines.call_defined(pair, "first_change", search, coefficients, h, sign, simultaneous)
+    return found.part(0), found.part(1).is_("gt", 0.0)
+
+
+def _search(coefficients: Value, h: Value, sign: Value, simultaneous: Value, orders: int) -> Value:
+    lines, one, zero = h.function, h.like(1.0), h.like(0.0)
+    start = sign * Array(coefficients, h.type)[0]
+    series = _Series(coefficients, h, simultaneous, orders)
+    total, unit = series.total, series.unit
+    simultaneous = simultaneous / unit
+    finite = (0.0 * total).is_("eq", 0.0)
+    watched = (2.0 * start).is_("le", total) & finite & total.is_("gt", 0.0)
+
+    def search() -> list[Value]:
+        curvature = series.curvature + orders**2 * series.beyond
+        first = series.at(simultaneous, sign)
+        wrong = watched & first[0].is_("lt", 0.0)
+        going = watched & ~wrong & simultaneous.is_("lt", 1.0)
+
+        def advance(left: Value, going: Value, share: Value, *found: Value) -> list[Value]:
+            value, slope, error, increase = found
+            room, slope = value - error, slope - increase
+            root = (slope * slope + 2.0 * curvature * room).intrinsic("sqrt")
+            rising = slope.is_("ge", 0.0)
+            ahead = rising.choose((slope + root) / curvature, 2.0 * room / (root - slope))
+            further = going & room.is_("gt", 0.0) & ahead.is_("gt", RESOLVED * simultaneous)
+            share = further.choose((share + ahead).smaller(1.0), share)
+            moved = [further.choose(new, old) for new, old in zip(series.at(share, sign), found, strict=True)]
+            return [left - 1, further & share.is_("lt", 1.0), share, *moved]
+
+        begin = [lines.constant(INTEGER, MAX_ADVANCES), going, simultaneous, *first]
+        _, _, share, value, slope, *_ = lines.repeat(
+            begin, lambda left, going, *_: left.is_("gt", 0) & going.any(), advance
+        )
+        changes = share.is_("lt", 1.0) & slope.is_("lt", 0.0) & (value + CERTAIN * slope * simultaneous).is_("lt", 0.0)
+        share = changes.choose((share - value / slope).larger(simultaneous), share).smaller(1.0)
+        share = wrong.choose(zero, watched.choose(share * unit, unseen))
+        return [share, (watched & changes & ~wrong).choose(one, zero)]
+
+    # The rates of the other branch may be no numbers.
+    unseen = (~finite & start.is_("lt", 0.0)).choose(zero, finite.choose(unit, one))
+    return lines.struct(*lines.either(watched.any(), [unseen, zero], search))

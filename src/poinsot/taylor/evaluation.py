@@ -38,7 +38,7 @@ def written(lines: FunctionText, known: Mapping[int, Value], outputs: Sequence[G
 
 
 def _result(node: Node, operands: list[Value]) -> Value:
-    """Write an operation of scalars; conditions are masks, those that are parameters 0 or 1."""
+    """Write an operation of scalars; a condition is a mask, or a parameter that is 0 or 1."""
     match node.name:
         case "less":
             return operands[0].is_("lt", operands[1])

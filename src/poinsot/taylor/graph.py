@@ -1,8 +1,8 @@
 """Formulas as graphs: traced once, differentiated, and evaluated on scalars of any kind.
 
-A formula that is called with symbols makes nodes, each an operation on nodes and numbers; what is the same operation on
-the same operands is one node. Constants are the inputs of a run and all that is computed from them alone; what depends
-on a symbol varies.
+A formula that is called with symbols makes nodes, each an operation on nodes and numbers. Equal operations on equal
+operands are one node. Constants are the inputs of a run and all nodes that depend on them alone; nodes that depend on a
+symbol vary.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ import math
 import operator
 from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, TypeAlias, TypeGuard
+from typing import Any, TypeAlias, TypeGuard, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.functions import Comparable, Vector
+from poinsot.functions import Comparable, Scalar, Vector
 
 __all__ = [
     "HELD",
@@ -45,9 +45,6 @@ GraphScalar: TypeAlias = "Node | float | Fraction"
 Number: TypeAlias = float | np.floating | NDArray[np.floating]
 """The value of an input of a run, for one body or for members."""
 
-FormulaScalar: TypeAlias = "Node | Fraction | Number"
-"""A scalar of a formula. Scalars of SymPy and mpmath have the same operators."""
-
 MAX_PRODUCT_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
 
@@ -69,7 +66,7 @@ def _operators(name: str) -> tuple[_Operator, _Operator]:
 
 
 def _combined(name: str, a: Any, b: Any) -> Any:
-    """Return what an operator makes of two operands; vectors have their own rules, arrays of nodes go one by one."""
+    """Return the result of an operator on two operands; vectors have their own rules, arrays of nodes go one by one."""
     graph = a.graph if a.__class__ is Node else b.graph
     if _is_operand(a, graph) and _is_operand(b, graph):
         return graph.simplified(name, (a, b))
@@ -83,7 +80,7 @@ def _combined(name: str, a: Any, b: Any) -> Any:
     return _newest((a, b)).applied(name, a, b)
 
 
-def _in_an_array(scalar: FormulaScalar) -> NDArray[np.object_]:
+def _in_an_array(scalar: Scalar) -> NDArray[np.object_]:
     array = np.empty(np.shape(scalar) if isinstance(scalar, np.ndarray) else (), dtype=object)
     array[()] = scalar
     return array
@@ -100,27 +97,25 @@ class Graph:
     def __init__(self) -> None:
         self.age = next(self._ages)
         self._known: dict[Hashable, Node] = {}
-        self._foreign: list[FormulaScalar] = []
+        self._foreign: list[Scalar] = []
 
     def symbol(self, name: Hashable) -> Node:
-        """Return what varies under a name."""
+        """Return the node that varies under a name."""
         return self.node("symbol", (name,), varies=True)
 
-    def variable(self, value: FormulaScalar) -> Node:
-        """Return what varies, about a value of any kind."""
+    def variable(self, value: Scalar) -> Node:
+        """Return a node that varies about a value of any kind."""
         node = self.node("variable", (len(self._known),), varies=True)
         node.value = value
         return node
 
     def input(self, number: int) -> Node:
-        """Return the constant that a run is given at a place."""
+        """Return the input of a run at a place, a constant."""
         return self.node("input", (number,), varies=False)
 
-    def evaluated(
-        self, outputs: Sequence[FormulaScalar], values: Mapping[Node, FormulaScalar] | None = None
-    ) -> list[Any]:
-        """Return the values of outputs for those of symbols and inputs, or of any other nodes of this graph."""
-        known: dict[int, FormulaScalar] = {node.place: value for node, value in (values or {}).items()}
+    def evaluated(self, outputs: Sequence[Scalar], values: Mapping[Node, Scalar] | None = None) -> list[Any]:
+        """Return the values of outputs for values of symbols and inputs, or of any other nodes of this graph."""
+        known: dict[int, Scalar] = {node.place: value for node, value in (values or {}).items()}
         own = [x for x in outputs if isinstance(x, Node) and x.graph is self]
         path = needed(own, known)
         last = {x.place: node.place for node in path for x in node.nodes} | {x.place: -1 for x in own}
@@ -131,8 +126,8 @@ class Graph:
                     known.pop(x.place, None)  # so that memory is used again
         return [known[x.place] if isinstance(x, Node) and x.graph is self else x for x in outputs]
 
-    def finished(self, outputs: Sequence[FormulaScalar]) -> list[Any]:
-        """Return the values of outputs, and forget all nodes: what they hold is free at once."""
+    def finished(self, outputs: Sequence[Scalar]) -> list[Any]:
+        """Return the values of outputs, and forget all nodes, so that their memory is free at once."""
         values = self.evaluated(outputs)
         self._known.clear()
         return values
@@ -145,7 +140,7 @@ class Graph:
             found = self._known[key] = Node(self, len(self._known), name, operands, varies)
         return found
 
-    def leaf(self, scalar: FormulaScalar) -> GraphScalar:
+    def leaf(self, scalar: Scalar) -> GraphScalar:
         """Return a scalar as an operand: a node, a number, or a node that holds an array or a scalar of other kinds."""
         if isinstance(scalar, NUMBERS):
             return float(scalar) if isinstance(scalar, float) else scalar  # type: ignore[return-value]
@@ -156,7 +151,7 @@ class Graph:
         node.value = scalar
         return node
 
-    def applied(self, name: str, *scalars: FormulaScalar) -> GraphScalar:
+    def applied(self, name: str, *scalars: Scalar) -> GraphScalar:
         """Return a function of scalars, of which one at least is a node."""
         return self.simplified(name, tuple([x if _is_operand(x, self) else self.leaf(x) for x in scalars]))
 
@@ -179,7 +174,7 @@ class Node(Comparable):
     Attributes
     ----------
     place : int
-        Its number in the graph, larger than those of its operands.
+        Its number in the graph, larger than the numbers of its operands.
     name : str
         "symbol", "variable", "input", "value", "ruled", "add", "neg", "mul", "div", "pow", "less", "where" or a
         function of formulas.
@@ -188,7 +183,7 @@ class Node(Comparable):
     nodes : tuple
         The operands that are nodes.
     varies : bool
-        Whether it depends on a symbol or a variable.
+        True if it depends on a symbol or a variable.
     """
 
     __slots__ = ("graph", "name", "nodes", "operands", "place", "value", "varies")
@@ -226,13 +221,12 @@ class Node(Comparable):
         return result
 
     def __abs__(self) -> GraphScalar:
-        result: GraphScalar = functions.abs(self)
-        return result
+        return cast("GraphScalar", functions.abs(self))
 
     def __bool__(self) -> bool:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
-    def apply(self, name: str, arguments: tuple[FormulaScalar, ...]) -> GraphScalar:
+    def apply(self, name: str, arguments: tuple[Scalar, ...]) -> GraphScalar:
         """Return an elementary function of scalars, this one among them."""
         return _newest(arguments).applied(name, *arguments)
 
@@ -246,11 +240,11 @@ COMMUTING = ("add", "mul")
 HOLDING = ("variable", "value")
 
 
-def _is_operand(scalar: FormulaScalar, graph: Graph) -> TypeGuard[GraphScalar]:
+def _is_operand(scalar: Scalar, graph: Graph) -> TypeGuard[GraphScalar]:
     return scalar.graph is graph if scalar.__class__ is Node else scalar.__class__ in PLAIN
 
 
-def _newest(scalars: Iterable[FormulaScalar]) -> Graph:
+def _newest(scalars: Iterable[Scalar]) -> Graph:
     graphs = {x.graph for x in scalars if x.__class__ is Node}
     return graphs.pop() if len(graphs) == 1 else max(graphs, key=operator.attrgetter("age"))
 
@@ -391,7 +385,7 @@ def partials(node: Node) -> tuple[GraphScalar, ...]:
     Raises
     ------
     TypeError
-        If it has none.
+        If the node has no derivative.
     """
     if node.name == "ruled":
         *variables, slope = node.operands[1:]
@@ -399,27 +393,25 @@ def partials(node: Node) -> tuple[GraphScalar, ...]:
     if node.name == "rint":  # it is flat between its jumps
         return (0.0,)
     if node.name not in PARTIALS:
-        raise TypeError(f"{node.name} must not be of what a derivative is taken by, but it is.")
+        raise TypeError(f"{node.name} must have a derivative, but it has none.")
     slopes = PARTIALS[node.name](node, *node.operands)
     return tuple([s if isinstance(x, Node) else 0.0 for s, x in zip(slopes, node.operands, strict=True)])
 
 
-def ruled(
-    value: FormulaScalar, variables: Sequence[FormulaScalar], slope: Callable[[int], FormulaScalar]
-) -> FormulaScalar:
-    """Return a value whose derivatives by those of the variables that vary, by their number, a closed rule gives."""
+def ruled(value: Scalar, variables: Sequence[Scalar], slope: Callable[[int], Scalar]) -> Scalar:
+    """Return a value whose derivatives follow from a rule: `slope` of the number of a variable."""
     if not any(isinstance(x, Node) for x in variables):
         return value
     graph = _newest(variables)
     return graph.node("ruled", (*map(graph.leaf, (value, *variables)), slope))
 
 
-def ordered(outputs: Iterable[FormulaScalar]) -> list[Node]:
+def ordered(outputs: Iterable[Scalar]) -> list[Node]:
     """Return all nodes that outputs depend on, themselves included, operands first."""
     return needed([x for x in outputs if isinstance(x, Node)], ())
 
 
-def gradient(output: FormulaScalar, by: Sequence[Node]) -> list[GraphScalar]:
+def gradient(output: Scalar, by: Sequence[Node]) -> list[GraphScalar]:
     """Return the derivatives of one scalar by some nodes, none of which depends on another: by reverse passes."""
     if not by or not isinstance(output, Node) or output.graph is not by[0].graph:
         return [0.0] * len(by)
@@ -437,8 +429,8 @@ def gradient(output: FormulaScalar, by: Sequence[Node]) -> list[GraphScalar]:
     return [adjoints.get(node.place, 0.0) for node in by]
 
 
-def tangents(outputs: Sequence[FormulaScalar], seeds: Mapping[Node, GraphScalar]) -> list[GraphScalar]:
-    """Return the differentials of outputs for those of some nodes, whatever these are computed from."""
+def tangents(outputs: Sequence[Scalar], seeds: Mapping[Node, GraphScalar]) -> list[GraphScalar]:
+    """Return the differentials of outputs for differentials of some nodes, which need not be symbols."""
     found: dict[int, GraphScalar] = {node.place: seed for node, seed in seeds.items()}
     graphs = {node.graph for node in seeds}
     own = [x if isinstance(x, Node) and x.graph in graphs else 0.0 for x in outputs]
@@ -449,7 +441,7 @@ def tangents(outputs: Sequence[FormulaScalar], seeds: Mapping[Node, GraphScalar]
             continue
         factors = [_known(found, x) for x in node.operands]
         if node.name == "where":
-            change = functions.where(node.operands[0], *factors[1:])
+            change: Any = functions.where(node.operands[0], *factors[1:])
         else:
             change = sum([share for share in _shares(node, factors) if not _is_zero(share)], start=0.0)
         if not _is_zero(change):
@@ -457,7 +449,7 @@ def tangents(outputs: Sequence[FormulaScalar], seeds: Mapping[Node, GraphScalar]
     return [_known(found, x) for x in own]
 
 
-def _shares(node: Node, factors: Sequence[GraphScalar]) -> Sequence[GraphScalar]:
+def _shares(node: Node, factors: Sequence[GraphScalar]) -> Sequence[Any]:
     """Return the derivatives of a node by its operands, each times a factor."""
     if node.name == "add":
         return factors
@@ -476,7 +468,7 @@ def _known(found: Mapping[int, GraphScalar], operand: GraphScalar) -> GraphScala
 
 
 def _reached(nodes: Iterable[Node], ends: Iterable[int]) -> set[int]:
-    """Return the places of nodes that depend on others, those among them."""
+    """Return the places of nodes that depend on other nodes, and the places of these."""
     reached = set(ends)
     for node in nodes:
         if node.name != "less" and any(x.place in reached for x in node.nodes):
@@ -489,7 +481,7 @@ SINGULAR = {"div": 1, "atan2": 1, "sqrt": 0, "log": 0, "pow": 0}
 
 
 def replaced(outputs: Sequence[GraphScalar], values: Mapping[Node, GraphScalar]) -> Sequence[GraphScalar]:
-    """Return outputs, simplified, with others in the place of some nodes; as they are where one would be singular."""
+    """Return simplified outputs with some nodes replaced; unchanged outputs if an operation would be singular."""
     known: dict[int, GraphScalar] = {node.place: value for node, value in values.items()}
     for node in ordered(outputs):
         if node.place in known or not any(x.place in known for x in node.nodes):
@@ -511,21 +503,21 @@ def number(scalar: Any) -> Any:
     return scalar
 
 
-def replayed(node: Node, known: Mapping[int, FormulaScalar]) -> FormulaScalar:
-    """Return the value of a node from those of its operands, by their places."""
+def replayed(node: Node, known: Mapping[int, Scalar]) -> Scalar:
+    """Return the value of a node from the values of its operands, by their places."""
     operands = [known[x.place] if x.__class__ is Node else x for x in node.operands]
-    value: FormulaScalar = operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
+    value: Scalar = operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
     return value
 
 
 def operation_of(node: Node) -> Callable[..., Any]:
-    """Return the function that gives the value of a node from those of its operands."""
+    """Return the function that computes the value of a node from the values of its operands."""
     operation: Callable[..., Any] = REPLAYED.get(node.name) or getattr(functions, node.name)
     return operation
 
 
 def needed(outputs: Iterable[Node], known: Container[int]) -> list[Node]:
-    """Return the nodes that outputs are computed from where those at some places are known, operands first."""
+    """Return the nodes that outputs depend on, operands first, without the nodes at known places and their operands."""
     found: dict[int, Node] = {}
     waiting = list(outputs)
     while waiting:
@@ -537,7 +529,7 @@ def needed(outputs: Iterable[Node], known: Container[int]) -> list[Node]:
 
 
 HELD = "held"
-"""Name of constants that no input gives: conditions and square roots, which change at switches and at the start."""
+"""Name of constants that the kernel holds: conditions and square roots, which change at switches and at the start."""
 
 wide: Callable[[Number], Number] = np.longdouble(1).__mul__  # type: ignore[assignment]
 """Convert a number or an array to long double, in a quarter of the time of `np.longdouble`."""

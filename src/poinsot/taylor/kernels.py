@@ -130,7 +130,7 @@ class KernelProgram:
         )
 
     def _moved(self, address: Value) -> tuple[Array, Array]:
-        """Return the states in the memory that `evaluate` has written, and the rounding errors of their sums."""
+        """Return the states that `evaluate` has written to memory, and the rounding errors of their sums."""
         kind, size = self.context.kind, self.context.variables
         rounded = Array(Array(address, kind).at(self.context.words * size), kind)
         return Array(address, self.context.number, size), rounded
@@ -146,21 +146,19 @@ class KernelProgram:
         for first in range(0, self.context.variables, SUMS_IN_REGISTERS):
             places = range(first, min(first + SUMS_IN_REGISTERS, self.context.variables))
 
-            def body(n: Value, *sums: Value, places: range = places) -> list[Value]:
-                states = work.states(n)
-                return [n - 1, *(total.fma(h, states[k]) for k, total in zip(places, sums, strict=True))]
-
-            def small(n: Value, *sums: Value, places: range = places) -> list[Value]:
-                states = work.states(n)
-                return [n - 1, *(total.fma(h.high, states[k].high) for k, total in zip(places, sums, strict=True))]
+            def lower(h: Value, n: Value, *sums: Value, places: range = places) -> list[Value]:
+                states, wide = work.states(n), isinstance(h, WideValue)
+                terms = (states[k] if wide else states[k].high for k in places)
+                return [n - 1, *(total.fma(h, term) for total, term in zip(sums, terms, strict=True))]
 
             highest = work.states(self.context.order)
             start = [h.function.constant(INTEGER, self.context.order - 1), *(highest[k] for k in places)]
             if self.context.wide:
                 rough = [start[0], *(value.high for value in start[1:])]
+                small = functools.partial(lower, h.high)
                 n, *sums = h.function.repeat(rough, lambda n, *_: n.is_("ge", WIDE_ORDERS), small)
                 start = [n, *map(h.like, sums)]
-            _, *sums = h.function.repeat(start, lambda n, *_: n.is_("ge", 1), body)
+            _, *sums = h.function.repeat(start, lambda n, *_: n.is_("ge", 1), functools.partial(lower, h))
             lowest = work.states(0)
             for k, total in zip(places, sums, strict=True):
                 change, before = total.fma(h, below[k]), lowest[k]
@@ -303,7 +301,7 @@ class KernelProgram:
         lines.repeat(due(), lambda _, which: which.any(), write)
 
     def _advance(self, address: Value, budget: Value) -> Value:
-        """Take steps until all is done, the budget is used or no room is left; return whether something is to do."""
+        """Take steps until all tasks are done, the budget is used or no room is left; return 1 if tasks are left."""
         work, lines = Work(address, self.context), address.function
         lines.count(self.context.lanes, functools.partial(self._tasks.fill, work))
 

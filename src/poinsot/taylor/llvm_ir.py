@@ -53,11 +53,12 @@ Argument: TypeAlias = "Value | Number"
 """The second operand of an operator."""
 
 ATTRIBUTES = 'alignstack(64) "prefer-vector-width"="512"'
-"""Of all functions. LLVM by itself keeps vectors that find no register at any multiple of 16 bytes of the stack: where
-they cross lines of the cache, which is chance, a step takes up to 1.2 times as long."""
+"""Attributes of all functions. Without them LLVM spills vectors to any multiple of 16 bytes of the stack: where they
+happen to cross cache lines, a step takes up to 1.2 times as long."""
 
 SELDOM = f"noinline optnone {ATTRIBUTES}"
-"""Of functions that run once a task or less: they are compiled without optimization, in a third of the time."""
+"""Attributes of functions that run at most once a task: they are compiled without optimization, in a third of the
+time."""
 
 
 NEVER = "never"
@@ -65,7 +66,7 @@ NEVER = "never"
 
 
 def vector(kind: str, lanes: int) -> str:
-    """Return the type of so many values of a kind; of one it is the kind."""
+    """Return the type of a vector of some lanes; one lane is a scalar."""
     return kind if lanes == 1 else f"<{lanes} x {kind}>"
 
 
@@ -155,7 +156,7 @@ class Value:
         return self ^ self.like(-1 if _kind(self.type) == INTEGER else 1)
 
     def is_(self, relation: str, other: Argument) -> Value:
-        """Compare: lt, le, gt, ge, eq; NaN is in no relation to anything."""
+        """Compare: lt, le, gt, ge, eq, ne; every comparison with NaN is false."""
         other = self.like(other)
         if DOUBLE in self.type:
             test = f"fcmp o{relation}"
@@ -269,7 +270,7 @@ class Value:
         return self if lanes == 1 else self.each(filled)
 
     def any(self) -> Value:
-        """Whether a mask is set somewhere."""
+        """Return a mask that is set if this mask is set in any lane."""
         lanes = self.lanes
         if lanes == 1:
             return self
@@ -511,7 +512,7 @@ class Structure:
 
 
 class Module:
-    """Functions, and what they call from outside."""
+    """Functions, and declarations of the external functions that they call."""
 
     def __init__(self) -> None:
         self.functions: dict[str, FunctionText] = {}
@@ -525,7 +526,7 @@ class Module:
         body: Callable[..., Value | None],
         attributes: str = ATTRIBUTES,
     ) -> None:
-        """Define a function, if there is none of that name, by what writes its body from its arguments."""
+        """Define a function, unless there is one of the name; `body` writes the instructions for its arguments."""
         if name in self.functions:
             return
         function = self.functions[name] = FunctionText(self, name, returns, arguments, attributes)
@@ -600,7 +601,7 @@ class FunctionText:
 
     @contextmanager
     def when(self, condition: Value) -> Iterator[None]:
-        """Do what follows under a condition."""
+        """Execute the following instructions under a condition."""
         inside, after = self._label(), self._label()
         self.line(f"br i1 {condition.name}, label %{inside}, label %{after}")
         self._begin(inside)
@@ -609,7 +610,7 @@ class FunctionText:
         self._begin(after)
 
     def either(self, condition: Value, otherwise: Sequence[Value], body: Callable[[], Sequence[Value]]) -> list[Value]:
-        """Return what a body returns under a condition, other values otherwise."""
+        """Return the values of a body under a condition, other values otherwise."""
         before = self._block
         with self.when(condition):
             values, end = body(), self._block

@@ -1,4 +1,4 @@
-"""Programs: formulas as a decomposition, and what its parameters are computed from for the inputs of a run."""
+"""Programs: decompositions of formulas, and the formulas of their parameters."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.taylor.canonical_form import TIME, CanonicalForm, Root
-from poinsot.taylor.conserved_squares import without_squares
 from poinsot.taylor.decomposition import Decomposition
 from poinsot.taylor.graph import Evaluator, GraphScalar, Node, Number, ordered, replaced, wide
 from poinsot.taylor.rescaling import MOMENTUM_SCALE
 from poinsot.taylor.sampling import Jumps, Update
-from poinsot.taylor.shared_products import CommonSubexpressions
+from poinsot.taylor.shared_products import CommonSubexpressions, without_squares
 
 __all__ = ["TIME", "Constants", "Program", "StartRoots", "conditions_of", "simplified"]
 
@@ -70,7 +69,7 @@ class Constants:
         Number of constants.
     values : Evaluator
     switches : bool
-        Whether a formula branches along the motion.
+        True if a formula branches along the motion.
     """
 
     def __init__(self, formulas: Sequence[GraphScalar]) -> None:
@@ -82,11 +81,11 @@ class Constants:
         self.switches = any(node.name == "less" and node.varies for node in nodes)
 
     def zeros(self, values: Sequence[Number], numbers: Sequence[Number]) -> tuple[int, ...]:
-        """Return which constants are zero for all members; none if one of all is not finite, which is to stop the run.
+        """Return the numbers of the constants that are zero for all members; none if a constant is not finite.
 
-        Values are a list of floats if all numbers are scalars; further ones may follow those of the constants. Those
-        on which a formula branches are not among them, nor those that other numbers of members would change: no member
-        depends on who else is in its ensemble.
+        Values are a list of floats if all numbers are scalars; other values may follow the values of the constants.
+        Conditions of branches do not count, nor constants that are zero by chance for the numbers of these members: no
+        member depends on the others of its ensemble.
         """
         own = values[: self.count]
         alike = isinstance(own, list)
@@ -103,7 +102,7 @@ class Constants:
 
 
 def _other_members(place: int) -> Doubles:
-    """Return numbers between 0 and 1 that members might have at a place, always the same."""
+    """Return fixed numbers between 0 and 1 that members might have at a place."""
     return 0.1 + 0.8 * np.mod((place + 1) * (math.sqrt(5) - 1) / 2 + np.array([0.0, 0.29, 0.61]), 1.0)
 
 
@@ -147,7 +146,7 @@ class StartRoots:
     ----------
     program : Program
     size : int
-        How many variables there are.
+        Number of variables.
 
     Attributes
     ----------

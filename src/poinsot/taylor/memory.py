@@ -83,7 +83,7 @@ class CoefficientMemory:
 
 
 class Batch(CoefficientMemory):
-    """Vectors hold members: coefficients of the states and of what inner sums read, order by order."""
+    """Vectors hold members: coefficients of the states and of the rows of inner sums, order by order."""
 
     def __init__(self, schedule: Schedule, variables: int, order: int, lanes: int, wide: bool) -> None:
         states = {row: schedule.state_of(row) for row in schedule.rows}
@@ -100,7 +100,7 @@ class Batch(CoefficientMemory):
         return whole.from_(whole.at(n * self._stride))
 
     def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
-        """Store what inner sums of higher orders read."""
+        """Store a row of inner sums of higher orders."""
         if row in self._stored:
             self.states(memory, n)[self._stored[row]] = value
 
@@ -145,7 +145,7 @@ class Single(CoefficientMemory):
         return self._at(memory, n * self._variables + self._states)
 
     def store(self, memory: Value, n: Value, row: CoefficientRow, value: Value) -> None:
-        """Store what inner sums of higher orders read, vectors as soon as they are complete."""
+        """Store a row of inner sums of higher orders, vectors as soon as they are complete."""
         for place in self._places.get(row, ()):
             block = place // SUMS_PER_VECTOR
             vector_of = self._open.setdefault(block, n.function.constant(self._kind(SUMS_PER_VECTOR), 0.0))
@@ -158,7 +158,7 @@ class Single(CoefficientMemory):
     def inner_sums(self, memory: Value, n: Value) -> Callable[[int], Value]:
         """Write the inner sums of an order; every other adds most terms of the next too, and loads nothing for them.
 
-        These are such that the last order needs nothing ahead of it; nor does the second need anything of the first.
+        The last order then adds nothing ahead, and the second order needs no terms of the first.
         """
         lines, far, stride = n.function, self._count // SUMS_PER_VECTOR, self._stride // SUMS_PER_VECTOR
         first_of_two = (n & 1).is_("eq", self._ahead) | n.is_("eq", 1)
@@ -222,7 +222,7 @@ def layout_of(layout: Layout, schedule: Schedule, variables: int, order: int, la
 
 
 def _rest(n: Value, rows: Callable[[Value | int], Array], newest: Value, pair: tuple[int, int], ahead: Value) -> Value:
-    """Write the sum of an order of which all terms but j = n - 1 and, at last, j = 1 were added ahead."""
+    """Write the sum of an order whose terms were added ahead, but for j = n - 1 and, at last, j = 1."""
     first, second = pair
     total = rows(newest)[first].product_added(rows(newest.smaller(1))[second], ahead)
     return rows(1)[first].product_added(rows(n - 1)[second], total).normalized()
@@ -231,7 +231,7 @@ def _rest(n: Value, rows: Callable[[Value | int], Array], newest: Value, pair: t
 def _two_multiplied(
     n: Value, rows: Callable[[Value | int], Array], stride: int, pairs: Sequence[tuple[int, int]]
 ) -> tuple[list[Value], list[Value]]:
-    """Write the sums of `_multiplied`, and those of the next order without j = n and, at last, j = 1."""
+    """Write the sums of `_multiplied`, and the sums of the next order without j = n and, at last, j = 1."""
     count, ones = len(pairs), rows(1)
 
     def body(j: Value, up: Value, down: Value, *carried: Value) -> list[Value]:
@@ -280,7 +280,7 @@ def _parts(groups: Sequence[Sequence[Element]], most: int) -> list[Sequence[Elem
 
 
 def _registers(lanes: int) -> int:
-    """Return how many vectors may be summed up at a time."""
+    """Return the number of vectors whose sums fit into the registers."""
     features = host_features()
     own, count = (8, 24) if features.get("avx512f") else (2, 24) if features.get("neon") else (4, 12)
     return max(count // -(-lanes // own), 1)
@@ -304,7 +304,7 @@ class Context:
     order : int
         Degree of the Taylor polynomials.
     wide : bool
-        Whether numbers are double-double.
+        True if numbers are double-double.
     layout : Batch or Single
         Places of the Taylor coefficients.
 
@@ -430,7 +430,7 @@ Body = Callable[[Work, Value], None]
 
 
 class KernelPart:
-    """A part of a kernel: its fields in memory, its functions, and what it does where lanes change their tasks.
+    """A part of a kernel: its fields in memory, its functions, and its actions where lanes change their tasks.
 
     Attributes
     ----------
@@ -439,7 +439,7 @@ class KernelPart:
     of_tasks, of_lanes, of_workers : sequence of Field
         Fields of tasks alone, of lanes alone, and of a worker.
     functions, seldom : dict
-        Functions of one lane by their names: those of steps, and those that run once a task or less.
+        Functions of one lane by their names: functions of steps, and functions that run at most once a task.
     """
 
     of_tasks_and_lanes: Sequence[Field] = ()
@@ -453,10 +453,10 @@ class KernelPart:
         self.context = context
 
     def taken(self, work: Work, task: Structure, lane: Value) -> None:
-        """Write what a lane does when it has taken a task."""
+        """Write the actions of a lane that has taken a task."""
 
     def stayed(self, work: Work, lane: Value) -> None:
-        """Write what a lane does that stays in its task although it has stopped in `leave`."""
+        """Write the actions of a lane that stays in its task after it has called `leave`."""
 
     def left(self, work: Work, task: Structure, lane: Value) -> None:
-        """Write what a lane does before it copies its fields back to its task."""
+        """Write the actions of a lane before it copies its fields back to its task."""

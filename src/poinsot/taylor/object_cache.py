@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 __all__ = ["ObjectCache", "folder", "function_of", "machine_code", "symbols_of"]
 
 CODE_GENERATION = 1
-"""LLVM's level: code of level 2 is not faster, and of a large system it takes nearly twice as long to make."""
+"""Optimization level of LLVM: code of level 2 is not faster, and large systems take nearly twice as long to compile."""
 
 MAX_OPTIMIZED = 20_000_000
-"""Characters of a text above which code is of level 0: of some 35,000 operations level 1 takes 10 s, level 0 a fifth of
-that, and a step of level 0 takes nearly twice as long."""
+"""Characters of a text above which the optimization level is 0. For some 35,000 operations level 1 takes 10 s and level
+0 takes 2 s, but a step of level 0 takes nearly twice as long."""
 
 CODE_FORMAT = 1
 """A number to change where the same text is compiled or loaded otherwise than before."""
@@ -147,7 +147,7 @@ def _evict(folder: Path) -> None:
 
 
 def _content(path: Path) -> bytes | None:
-    """Return what a file contains; None if it is no regular file that only this user can write."""
+    """Return the contents of a file; None if it is no regular file that only this user can write."""
     with contextlib.ExitStack() as stack:
         number = os.open(path, os.O_RDONLY | REGULAR_FILE)
         stream = stack.enter_context(os.fdopen(number, "rb"))
@@ -158,9 +158,9 @@ def _content(path: Path) -> bytes | None:
 
 
 def _is_safe(folder: Path) -> bool:
-    """Return whether only this user and root can change what is in a folder, with a warning if it exists otherwise.
+    """Return True if only this user and root can change the contents of a folder; otherwise warn, if it exists.
 
-    In folders above it others may write where the sticky bit forbids them to move what is not theirs, as in /tmp.
+    Others may write in folders above it whose sticky bit protects files of each user, such as /tmp.
     """
     place = Path(os.path.realpath(folder))
     for each in (place, *place.parents):
@@ -182,7 +182,7 @@ def _is_safe(folder: Path) -> bool:
 
 
 def _is_own(status: os.stat_result, users: set[int]) -> bool:
-    """Return whether a file belongs to one of some users and nobody else can write it; on Windows, always."""
+    """Return True if a file belongs to one of some users and nobody else can write it; on Windows, always."""
     return sys.platform == "win32" or (status.st_uid in users and not status.st_mode & OTHERS)
 
 
@@ -191,7 +191,7 @@ def _user() -> int:
 
 
 def _reason(error: OSError) -> str:
-    """Return the system's words; an error that `new_file` has raised contains its message alone."""
+    """Return the message of the system; an error of `new_file` contains its message alone."""
     return error.strerror or str(error).rpartition("reported: ")[-1].rstrip(".")
 
 
@@ -250,7 +250,7 @@ def machine_code(text: str) -> ExecutionEngine:
 
 
 def _key(text: str, *machine: str | int) -> str:
-    """Return the name of all that decides what object code is."""
+    """Return a hash of all data that determine the object code."""
     import llvmlite
 
     decided = (CODE_FORMAT, llvmlite.__version__, llvm().llvm_version_info, *machine)

@@ -56,7 +56,7 @@ class Kernel:
     places : slice
         The four words of 8 bytes of a task that describe its rows, as in an `Output`.
     advance : callable
-        Takes steps: the address of the memory of a worker and a number of steps to whether something is left to do.
+        Takes a number of steps of a worker, by the address of its memory; returns 1 if tasks are left.
     budget : int
         Number of steps between checks for Ctrl-C.
     """
@@ -196,7 +196,7 @@ class Worker:
     ----------
     kernel : Kernel
     stores_steps : bool
-        Whether `steps` contains the coefficients of all steps; for one lane.
+        True if `steps` contains the coefficients of all steps; for one lane.
     """
 
     def __init__(self, kernel: Kernel, stores_steps: bool = False) -> None:
@@ -221,7 +221,7 @@ class Worker:
             self._new_block(STEPS_IN_BLOCK)
 
     def queue(self, states: Doubles, times: Doubles, parameters: Doubles, output: Output) -> Queue:
-        """Return a queue, in the memory of the last one if it has as many tasks."""
+        """Return a queue, in the memory of the last queue if that has as many tasks."""
         for queue in self._queues:
             if queue.tasks.size == len(output.tasks):
                 queue.fill(states, times, parameters, output)
@@ -229,13 +229,13 @@ class Worker:
         return Queue(self._kernel, states, times, parameters, output)
 
     def start(self, queue: Queue) -> None:
-        """Begin to work on a queue, and remove what earlier ones have left."""
+        """Begin to work on a queue, and remove steps and records of earlier queues."""
         self._queues, self._queue_address[0], self._stored_count[0] = [queue], queue.address, 0
         self._blocks, self._records = self._blocks[-1:], []
         self._active[:] = self._record_count[0] = 0
 
     def new_records(self) -> Records:
-        """Return the records of events since the last call, those of each task in their order."""
+        """Return the records of events since the last call, the records of each task in order."""
         self._copy_records()
         blocks, self._records = self._records, []
         return np.concatenate(blocks) if blocks else np.empty(0, self._kernel.context.record)
@@ -255,7 +255,7 @@ class Worker:
         self._work["stored_steps"], self._work["stored_limit"], self._stored_count[0] = _address(block), count, 0
 
     def advance(self, budget: int | None = None) -> bool:
-        """Take at most some steps in each lane, and return whether something is left to do."""
+        """Take at most some steps in each lane, and return True if tasks are left."""
         left = bool(self._kernel.advance(self._address, budget or self._kernel.budget))
         if self._record_count[0] > RECORDS_IN_BLOCK:
             self._copy_records()

@@ -22,7 +22,7 @@ the allocation of registers take a time that grows with more than the length of 
 
 
 class ZerothOrder:
-    """Writes the values of all operations; each kind of these has the method of its name."""
+    """Writer of the values of all operations; each kind of operation has a method of its name."""
 
     def __init__(self, work: Work, schedule: Schedule) -> None:
         self._work, self._context, self._schedule = work, work.context, schedule
@@ -30,7 +30,7 @@ class ZerothOrder:
         self._values: list[Value] = []
 
     def outputs(self) -> list[Value]:
-        """Write all operations, and return the rates and, behind them, what is watched."""
+        """Write all operations, and return the rates, then the watched functions."""
         large = len(self._schedule.operations) > MAX_UNCUT
         for k, operation in enumerate(self._schedule.operations):
             if large and k % MAX_BLOCK == 0:
@@ -62,7 +62,7 @@ class ZerothOrder:
         return self._work.numbers(name)[place]
 
     def _store(self, k: int, value: Value) -> None:
-        """Store what higher orders need of order 0."""
+        """Store the values of order 0 that enter higher orders."""
         if k in self._schedule.zeros:
             self._work.numbers("zeros")[self._schedule.zeros[k]] = value
         if k in self._schedule.reciprocals:
@@ -75,7 +75,7 @@ class ZerothOrder:
         return self._field("time", 0)
 
     def _sum(self, terms: Sequence[tuple[Coefficient, int]], constants: Sequence[Coefficient]) -> Value:
-        """Write a linear sum; terms with one factor share it, and what is known last comes last."""
+        """Write a linear sum; terms with one factor share it, and the operation that is known last comes last."""
         shared: dict[Coefficient, list[tuple[int, bool]]] = {}
         for coefficient, k in sorted(terms, key=lambda term: term[1]):
             size = coefficient._replace(number=magnitude(coefficient.number))
@@ -87,7 +87,7 @@ class ZerothOrder:
         return self._coefficient(NOTHING) if total is None else total
 
     def _added(self, total: Value | None, size: Coefficient, members: Sequence[tuple[int, bool]]) -> Value:
-        """Write a total and a factor times some values, those that are marked with a minus."""
+        """Write a total plus a factor times some values, each with its sign."""
         if size == Coefficient(1.0):
             return self._signed(total, members)
         negative = members[0][1]
@@ -124,7 +124,7 @@ class ZerothOrder:
 
 
 class HigherOrder(ZerothOrder):
-    """Writes the coefficients of an order n > 0 of all operations; those of states may be in registers."""
+    """Writer of the coefficients of an order n > 0 of all operations; coefficients of states may be in registers."""
 
     def __init__(self, work: Work, schedule: Schedule, n: Value, states: Sequence[Value]) -> None:
         super().__init__(work, schedule)
@@ -139,7 +139,7 @@ class HigherOrder(ZerothOrder):
 
     @override
     def _store(self, k: int, value: Value) -> None:
-        """Store what inner sums of higher orders read."""
+        """Store the rows of inner sums of higher orders."""
         for row in (CoefficientRow(k, False), CoefficientRow(k, True)):
             if row in self._rows:
                 stored = value * self._weight if row.weighted else value

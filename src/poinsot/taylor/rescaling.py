@@ -105,7 +105,7 @@ class Rescaling(KernelPart):
         return (square.is_("lt", least) & square.is_("gt", 0.0)) | square.is_("gt", most)
 
     def _scale_states(self, work: Work, lane: Value, exponent: Value) -> None:
-        """Multiply what is proportional to the scale by a power of two."""
+        """Multiply the variables that are proportional to the scale by a power of two."""
         factor, lanes = _power_of_two(exponent), self.context.lanes
         for array in (work.states(0).of(DOUBLE), work.array("below")):
             for k in self.context.scaled:

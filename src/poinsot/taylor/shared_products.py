@@ -1,11 +1,17 @@
-"""Products of several factors as products of two, and all operations of a canonical form in their final order."""
+"""Few products of a canonical form: conserved squares, shared factors, and all operations in their final order.
+
+A sum of squares that is an integral of the motion, such as the norm of a quaternion, saves the square of a variable. A
+constant of the motion has no Taylor coefficients but the first, so it costs no product of series. If N is
+x^2 + y^2 + z^2, the form x^2 - y^2 is N - 2 y^2 - z^2. The kernel computes N when a step begins; it assumes no value.
+"""
 
 from __future__ import annotations
 
 import heapq
 import itertools
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 from typing import TypeAlias
 
 from poinsot.taylor.canonical_form import CanonicalForm
@@ -22,10 +28,12 @@ from poinsot.taylor.decomposition import (
     Quotient,
     Select,
     Sum,
+    Variable,
     operands_of,
+    products_of,
 )
 
-__all__ = ["CommonSubexpressions", "common_factors"]
+__all__ = ["CommonSubexpressions", "Factoring", "without_squares"]
 
 Pair: TypeAlias = tuple[Monomial, Monomial]
 """Two factors of a product, in order."""
@@ -39,8 +47,7 @@ class CommonSubexpressions:
         self._operations: list[Operation] = []
         self._placed: dict[int, int] = {}
         self._known: dict[tuple[type, Operation], int] = {}
-        operands = itertools.chain(*map(operands_of, drafts), *form.slopes.values())
-        self._ways = common_factors({x for x in operands if not isinstance(x, Coefficient) and len(x) > 1})
+        self._ways = Factoring(products_of([*map(operands_of, drafts), *form.slopes.values()])).ways
 
     def operations(self) -> tuple[Operation, ...]:
         """Return the operations, with slopes behind their functions."""
@@ -90,20 +97,15 @@ class CommonSubexpressions:
         return self._known[key]
 
 
-def common_factors(monomials: Iterable[Monomial]) -> dict[Monomial, Pair]:
-    """Return for each monomial the two that it is the product of: pairs of factors that most have in common first."""
-    return _Factoring(monomials).ways
+class Factoring:
+    """Monomials as products of parts; the pair of parts that most monomials contain becomes one part, repeatedly.
 
-
-class _Factoring:
-    """Monomials as products of parts; the pair of parts that most of them have becomes one part, again and again.
-
-    The monomials that have a pair are stored: to count all pairs anew each time takes the square of their number.
+    The monomials of each pair are stored, since counting all pairs each time takes the square of their number.
 
     Attributes
     ----------
     ways : dict
-        The two parts of each product so far.
+        For each product the two parts that it is the product of.
     """
 
     def __init__(self, monomials: Iterable[Monomial]) -> None:
@@ -120,7 +122,7 @@ class _Factoring:
                 self._join(pair)
 
     def _order(self, pair: Pair) -> tuple[bool, int, Pair]:
-        """Return what is least of the best pair: its product is there anyway, and most have it."""
+        """Return a key, least for the best pair: a pair of a known product, then of the most monomials."""
         return _joined(pair) not in self.ways, -len(self._having[pair]), pair
 
     def _join(self, pair: Pair) -> None:
@@ -152,7 +154,7 @@ class _Factoring:
             self._rank(self._splits[product])
 
     def _rank(self, pairs: Iterable[Pair]) -> None:
-        """Put pairs where they belong now in the order in which they are taken."""
+        """Put pairs into the queue at their present ranks."""
         for pair in pairs:
             if self._having[pair]:
                 heapq.heappush(self._queue, self._order(pair))
@@ -165,3 +167,80 @@ def _pairs(parts: Sequence[Monomial]) -> set[Pair]:
 
 def _joined(pair: Pair) -> Monomial:
     return tuple(sorted(pair[0] + pair[1]))
+
+
+# ---------------------------------------------------------------------- conserved squares
+
+Slope: TypeAlias = Mapping[tuple[tuple[int, ...], Monomial], float | Fraction]
+"""A sum of numbers times parameters and a monomial."""
+
+
+def without_squares(drafts: Sequence[Draft], rates: Sequence[DraftOperand]) -> Sequence[Draft]:
+    """Return drafts with invariants in the place of squares in sums, where that leaves fewer products.
+
+    Parameters
+    ----------
+    drafts : sequence of Draft
+    rates : sequence of coefficients and monomials
+        The time derivatives of the state variables.
+    """
+    variables = {k: draft.place for k, draft in enumerate(drafts) if isinstance(draft, Variable)}
+    squared = sorted(x[0] for x in products_of(map(operands_of, drafts)) if len(x) == 2 and x[0] == x[1])
+    slopes = {k: _slope(k, rates[variables[k]], drafts) for k in squared if k in variables}
+    for numbers in _invariants(slopes):
+        changed = [_without_square(x, numbers, len(drafts)) if isinstance(x, Sum) else x for x in drafts]
+        if len(products_of(map(operands_of, changed))) < len(products_of(map(operands_of, drafts))):
+            drafts = [*changed, Invariant(tuple((number,) for number in numbers))]
+    return drafts
+
+
+def _slope(number: int, rate: DraftOperand, drafts: Sequence[Draft]) -> Slope:
+    """Return half the time derivative of the square of a variable."""
+    total: defaultdict[tuple[tuple[int, ...], Monomial], float | Fraction] = defaultdict(float)
+    for size, factors, x in _written_out(rate, drafts):
+        total[tuple(sorted(factors)), tuple(sorted((number, *x)))] += size
+    return total
+
+
+def _written_out(value: DraftOperand, drafts: Sequence[Draft]) -> list[tuple[float | Fraction, list[int], Monomial]]:
+    """Return a value as a sum: numbers, each with parameters and a monomial that it multiplies."""
+    if isinstance(value, Coefficient):
+        return [(value.number, [] if value.parameter is None else [value.parameter], ())]
+    draft = drafts[value[0]]
+    if len(value) > 1 or not isinstance(draft, Sum):
+        return [(1.0, [], value)]
+    whole: list[tuple[Coefficient, DraftOperand]] = [*draft.terms, *((Coefficient(), x) for x in draft.constants)]
+    return [
+        (number * size, [*own, *factors], x)
+        for coefficient, part in whole
+        for number, own, _ in _written_out(coefficient, drafts)
+        for size, factors, x in _written_out(part, drafts)
+    ]
+
+
+def _invariants(slopes: Mapping[int, Slope]) -> list[list[int]]:
+    """Return the groups of squares whose derivatives have terms in common and cancel."""
+    groups: list[tuple[list[int], Slope]] = []
+    for number, slope in slopes.items():
+        numbers, total = [number], dict(slope)
+        for group in [group for group in groups if group[1].keys() & slope.keys()]:
+            groups.remove(group)
+            numbers += group[0]
+            total |= {key: size + total.get(key, 0.0) for key, size in group[1].items()}
+        groups.append((sorted(numbers), total))
+    return [numbers for numbers, total in groups if not any(total.values())]
+
+
+def _without_square(draft: Sum[Monomial], numbers: Sequence[int], invariant: int) -> Sum[Monomial]:
+    """Return a sum in which an invariant less the other squares is in the place of the first square."""
+    first, *others = numbers
+    found: defaultdict[tuple[Monomial, int | None], float | Fraction] = defaultdict(float)
+    for (number, parameter), x in draft.terms:
+        if x != (first, first):
+            found[x, parameter] += number
+            continue
+        found[(invariant,), parameter] += number
+        for other in others:
+            found[(other, other), parameter] -= number
+    terms = [(Coefficient(number, parameter), x) for (x, parameter), number in found.items() if number]
+    return draft._replace(terms=tuple(sorted(terms, key=lambda term: term[1])))

@@ -106,7 +106,7 @@ class Tasks(KernelPart):
                 work.lines.run("store_step", work.address, h.high)
 
     def has_room(self, work: Work) -> Value:
-        """Return whether there is room for another stored step."""
+        """Return the mask where there is room for another stored step."""
         return work.array("stored_count", INTEGER)[0].is_("lt", work.array("stored_limit", INTEGER)[0])
 
     def fill(self, work: Work, lane: Value) -> None:
@@ -126,7 +126,7 @@ class Tasks(KernelPart):
 
     @staticmethod
     def _look_ahead(work: Work, task: Structure, lane: Value) -> None:
-        """Set the next output time of a lane, infinity if it has none."""
+        """Set the next output time of a lane, infinity after the last output time."""
         lines, index = lane.function, work.array("index", INTEGER)[lane]
         times = Array(work.queue().array("times", POINTER)[0], DOUBLE)
 

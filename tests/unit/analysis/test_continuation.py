@@ -209,11 +209,11 @@ def test_function_is_followed_as_the_number_that_it_changes(branch):
 
 def test_interrupted_continuation_keeps_what_it_has(monkeypatch):
     def stop(more, part):
-        if len(told) == 5:
+        if len(reports) == 5:
             raise KeyboardInterrupt
-        told.append((more, part))
+        reports.append((more, part))
 
-    told = []
+    reports = []
     monkeypatch.setattr(continuation, "bar", lambda *_: _Context(stop))
     with pytest.raises(
         pt.PropagationInterrupted, match=r"the continuation was interrupted at body\.moments\[0\] ="

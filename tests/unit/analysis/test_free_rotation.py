@@ -482,10 +482,10 @@ def test_angles_grow_with_the_frequencies(order, g):
 def test_angles_on_the_separatrix_are_limits(moments, g, offset, mode, signs):
     """Beside it they change as the first frequency, 1 / log of the offset, which two of them eliminate."""
     limit = special(moments, signs * np.array(g))
-    beside = [special(moments, signs * (g + size * np.array(offset))) for size in (1e-9, 1e-13)]
-    assert (limit.mode, *(rotation.mode for rotation in beside)) == ("separatrix", mode, mode)
-    (rate, _, _), (other_rate, _, _) = (rotation.frequencies for rotation in beside)
-    angles, others = (np.array(rotation.angles) for rotation in beside)
+    near = [special(moments, signs * (g + size * np.array(offset))) for size in (1e-9, 1e-13)]
+    assert (limit.mode, *(rotation.mode for rotation in near)) == ("separatrix", mode, mode)
+    (rate, _, _), (other_rate, _, _) = (rotation.frequencies for rotation in near)
+    angles, others = (np.array(rotation.angles) for rotation in near)
     extrapolated = angles + np.angle(np.exp(1j * (others - angles))) * rate / (rate - other_rate)
     assert np.isnan(limit.angles[0])
     assert apart(extrapolated[1:], limit.angles[1:]) < 1e-8

@@ -203,7 +203,7 @@ def test_a_real_signal():
 @pytest.mark.parametrize("samples", [256, 257])
 @pytest.mark.parametrize("bins", [0.3, 0.5, 1.2, 3.0])
 @pytest.mark.parametrize("phase", [0.3, 1.5])
-def test_a_real_line_beside_the_highest_frequency(samples, bins, phase):
+def test_a_real_line_near_the_highest_frequency(samples, bins, phase):
     """It and its mirror image at the other sign are 2 bins apart."""
     turns = 0.5 - bins / samples
     found = pt.analysis.frequencies(np.cos(2 * np.pi * turns * np.arange(samples) + phase), 1.0, count=3)

@@ -68,7 +68,7 @@ def test_two_slow_pairs_that_grow_together_are_outside(growth, rng):
 
 
 def test_composite_pass_where_the_determinants_do(rng):
-    """det(M - 1) is the product of 2 - s, det(M + 1) that of s + 2: of one sign with what is beside 1 and -1."""
+    """det(M - 1) is the product of 2 - s, det(M + 1) that of s + 2: with the sign of the distances from 1 and -1."""
     for _ in range(50):
         angles = rng.uniform(0, np.pi, 2)
         matrix = symplectic([turned(angles[0]), turned(angles[1]), np.diag([2.0, 0.5]) * rng.choice([-1, 1])], rng)

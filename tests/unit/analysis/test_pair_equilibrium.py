@@ -97,7 +97,7 @@ BALL = pt.Body((0.4, 0.4, 0.4), mass=1.0)
 TILTED = pt.TwoBodies(BALL, pt.Body((0.01, 0.01, 0.013), mass=0.02), G=1.0)
 
 
-def tilted(angle, beside=(0, 0, 0)):
+def tilted(angle, rotation=(0, 0, 0)):
     """A symmetric body with its axis across the line of centres: C omega_3 = A n cos(angle) makes g parallel to n."""
     start = TILTED.doubly_synchronous(distance=4.0)
     velocity = start.momentum / TILTED.reduced_mass
@@ -106,7 +106,7 @@ def tilted(angle, beside=(0, 0, 0)):
     turn = Rotation.from_rotvec([angle, 0, 0])
     rate = turn.inv().apply(n)
     rate[2] *= 0.01 / 0.013
-    attitudes = [(1, 0, 0, 0), turn * Rotation.from_rotvec(beside)]
+    attitudes = [(1, 0, 0, 0), turn * Rotation.from_rotvec(rotation)]
     return TILTED.state(start.position, 4.0 * n[2] * velocity / velocity[1], attitudes, omega_body=[n, rate])
 
 
@@ -152,12 +152,12 @@ def test_frequencies_are_those_of_small_motions():
 
 
 @pytest.mark.parametrize("turn", [(0, 0, 0), (0.05, -0.1, 0.2)])
-def test_the_rate_is_that_of_the_closed_form_from_a_guess_beside_it(turn):
+def test_the_rate_from_a_nearby_guess_agrees_with_the_closed_form(turn):
     guess = EQUAL.doubly_synchronous(distance=2500.0)
     shaken = guess.secondary.attitude * Rotation.from_rotvec(turn)
-    beside = EQUAL.state(guess.position, (0, 0.22, 0.003), [(1, 0, 0, 0), shaken], omega_body=[(0, 0, 1e-4)] * 2)
+    near = EQUAL.state(guess.position, (0, 0.22, 0.003), [(1, 0, 0, 0), shaken], omega_body=[(0, 0, 1e-4)] * 2)
     distances = [2500.0, 2000.0, 4000.0]
-    for equilibrium, distance in zip(found_near(EQUAL, beside, distances=distances), distances, strict=True):
+    for equilibrium, distance in zip(found_near(EQUAL, near, distances=distances), distances, strict=True):
         exact = EQUAL.doubly_synchronous(distance=distance)
         w = np.linalg.norm(exact.momentum) / EQUAL.reduced_mass / distance
         assert equilibrium.distance == pytest.approx(distance, rel=1e-15, abs=0)

@@ -113,8 +113,8 @@ def test_the_power_is_continuous_at_the_separatrix_and_vanishes_in_steady_rotati
     relaxation = InelasticRelaxation(BODY, 1.0, 1.0)
     low, middle, high = np.sort(BODY.moments)
     assert np.all(relaxation.power(1.0, [low, high]) == 0)
-    beside = relaxation.power(1.0, middle + middle * np.array([-1e-12, 0, 1e-12]))
-    assert np.ptp(beside) < 1e-3 * beside[1]
+    near = relaxation.power(1.0, middle + middle * np.array([-1e-12, 0, 1e-12]))
+    assert np.ptp(near) < 1e-3 * near[1]
     # A revolution next to the separatrix takes log(1 / distance): so does the mean.
     near, nearer = relaxation.power(1.0, middle * np.array([1 + 1e-4, 1 + 1e-8]))
     assert 0.4 < nearer / near < 0.7

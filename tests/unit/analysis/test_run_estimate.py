@@ -61,7 +61,7 @@ def test_one_body_is_one_member():
     assert found.seconds > 0
 
 
-def test_more_than_memory_is_said():
+def test_summary_names_results_larger_than_memory():
     many = pt.analysis.RunEstimate(TOP, 10**6, np.arange(1000.0), 56 * 10**9, 8 * 10**9, 2, 9000.0, 0.2, 512)
     assert "56 GB, is more than memory has room for: give out= (8 GB)" in repr(many)
     assert "2.5 h on 2 threads" in repr(many)

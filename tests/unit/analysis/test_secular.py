@@ -1,4 +1,4 @@
-"""Averaged evolution: effects add up, and it stops where it is told."""
+"""Averaged evolution: sums of effects, and its end at a zero of `until`."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def test_rates_of_change_add_up():
     assert "stopped" not in repr(found)
 
 
-def test_it_stops_where_it_is_told():
+def test_it_stops_at_a_zero_of_until():
     found = pt.analysis.secular_evolution(
         [lambda _: {"rate": -0.5}], {"rate": 2.0}, [0.0, 1.0, 8.0], until=lambda state: state["rate"] - 0.25
     )

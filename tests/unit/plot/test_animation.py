@@ -107,7 +107,7 @@ def no_ffmpeg(monkeypatch, tmp_path):
 
 
 def ffmpeg(folder, program):
-    """A program of that name: what it is given is kept, or it fails."""
+    """Program of that name that stores its input, or fails."""
     path = folder / "ffmpeg"
     path.write_text(f"#!{sys.executable}\nimport sys\n{program}")
     path.chmod(path.stat().st_mode | stat.S_IXUSR)
@@ -119,7 +119,7 @@ def test_ffmpeg_is_given_every_frame(no_ffmpeg):
     assert path.stat().st_size == 4 * 480 * 480 * 3
 
 
-def test_what_ffmpeg_says_is_told(no_ffmpeg):
+def test_errors_contain_the_message_of_ffmpeg(no_ffmpeg):
     ffmpeg(no_ffmpeg, "sys.exit('no such codec')")
     with pytest.raises(
         OSError, match=r"^a\.mp4 must be a file that can be written, but ffmpeg reported: no such codec\.$"

@@ -208,7 +208,7 @@ def test_a_forced_polhode_is_drawn_without_ellipsoid(top, start):
     assert np.array_equal(point[0], motion.omega_body[-1])
 
 
-def test_names_of_axes_are_beside_long_numbers():
+def test_names_of_axes_do_not_cover_long_numbers():
     body, orbit = (
         pt.Body((500, 600, 400)),
         pt.KeplerOrbit(398600.4418, semimajor_axis=7000, eccentricity=0.01, inclination=0.9),
@@ -335,7 +335,7 @@ def test_curves_of_a_symmetric_body_are_circles_of_latitude(name, axis, word):
     assert labels(axes) == [word, "fixed directions"]
 
 
-def test_states_are_marked_beside_a_motion():
+def test_states_are_marked_together_with_a_motion():
     motion = motion_of(BODIES["oblique"])
     body, alone = motion.system.body, pt.plot.momentum_sphere(motion)
     state = body.state((1, 0, 0, 0), omega_body=(1, 2, 3))
@@ -442,8 +442,8 @@ def test_the_sphere_of_a_forced_body_says_whose_curves_are_drawn(top):
     damper = pt.System(pt.Body((1.25, 1.0, 0.75)), pt.parts.KaneDamper(0.1, 0.05))
     damped = pt.propagate(damper, damper.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3)), [0.0, 1.0])
     free = motion_of(BODIES["paper"])
-    said = [pt.plot.momentum_sphere(each).figure.get_suptitle() for each in (forced, damped, free, BODIES["paper"])]
-    assert ["curves of the body free of torques" in title for title in said] == [True, True, False, False]
+    titles = [pt.plot.momentum_sphere(each).figure.get_suptitle() for each in (forced, damped, free, BODIES["paper"])]
+    assert ["curves of the body free of torques" in title for title in titles] == [True, True, False, False]
 
 
 SOLIDS = pt.plot.poinsot_construction, pt.plot.polhode, pt.plot.momentum_sphere

@@ -48,12 +48,12 @@ class Visit:
     """A page in the browser, with all that it says and asks for."""
 
     def __init__(self, browser, path, webgl=True, at="", width=480, height=400, **options):
-        self.said, self.asked = [], []
+        self.messages, self.asked = [], []
         self.page = browser.new_page(viewport={"width": width, "height": height}, **options)
         if not webgl:  # which loads in a fraction of the time
             self.page.add_init_script(NO_WEBGL)
-        self.page.on("console", lambda message: self.said.append(message.text))
-        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("console", lambda message: self.messages.append(message.text))
+        self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda request: self.asked.append(request.url))
         self.page.goto(f"{path.as_uri()}{at}")
 
@@ -77,7 +77,7 @@ def free(browser, tmp_path_factory):
     """One visit for all tests that leave the page as they find it."""
     visit = Visit(browser, pt.view(MOTION, tmp_path_factory.mktemp("view") / "free.html"))
     yield visit
-    assert visit.said == []
+    assert visit.messages == []
     assert len(visit.asked) == 1
     visit.page.close()
 
@@ -207,7 +207,7 @@ def test_a_tail_is_ten_turns_long_of_many_stored_times(browser, tmp_path):
     np.testing.assert_allclose(starts[0], 1.35 * motion.attitude[2500].apply((0, 0, 1)), rtol=0, atol=0.15)
     assert np.sum(np.linalg.norm(np.diff(starts, axis=0), axis=-1)) == pytest.approx(20 * np.pi * 1.35 * 0.6, rel=0.01)
     assert visit("motion.fine.length") < 1500
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
@@ -248,7 +248,7 @@ def test_a_shape_stands_in_space_as_the_attitude_says(browser, tmp_path):
         np.testing.assert_allclose(found, reach(towards), rtol=4e-3)
     middle = motion.attitude[33].inv().apply(drawn[3].reshape(2, -1, 3).mean(axis=1)) + shape.center_of_mass
     np.testing.assert_allclose(middle, parts[3].positions, rtol=0, atol=1e-6)
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
@@ -283,7 +283,7 @@ def two(browser, tmp_path_factory):
     motion: Any = pt.propagate(pt.System(pair, pt.forces.MutualGravity()), start, np.linspace(0, 12, 121), dense=True)
     visit = Visit(browser, pt.view(motion, tmp_path_factory.mktemp("view") / "pair.html"))
     yield motion, visit
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
@@ -381,7 +381,7 @@ def test_two_bodies_have_their_attractor_and_other_motions_around_them(browser, 
     np.testing.assert_allclose(visit(PAIR_SEEN, 3.0)["attractor"], 0, rtol=0, atol=1e-6)
     visit.page.select_option("#view", "primary")
     np.testing.assert_allclose(visit(PAIR_SEEN, 3.0)["bodies"][0], 0, rtol=0, atol=1e-6)
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
@@ -409,7 +409,7 @@ def test_slow_frames_have_fewer_dots_and_points_and_a_picture_at_rest_all(browse
 # ---------------------------------------------------------------------- the controls
 
 
-def test_time_is_kept_within_the_motion(free):
+def test_time_stays_within_the_motion(free):
     assert [free("t => { poinsot.setTime(t); return poinsot.time; }", t) for t in (-5, 1.25, 99)] == [-3, 1.25, 40]
 
 
@@ -562,7 +562,7 @@ def test_everything_fits_into_the_window(size, browser, tmp_path):
         assert box["width"] > 250
         assert box["height"] > 60
     assert parts["#controls"]["y"] + parts["#controls"]["height"] <= height
-    assert visit.said == []
+    assert visit.messages == []
     if folder := os.environ.get("POINSOT_SCREENSHOTS"):
         visit.quaternion_at(30)
         visit.page.screenshot(path=f"{folder}/view-{width}.png", full_page=True)
@@ -576,11 +576,11 @@ def test_a_notebook_shows_the_same_page(browser, tmp_path):
     frame = visit.page.frames[1]
     shown = frame.evaluate("t => { poinsot.setTime(t); return poinsot.quaternion; }", MOTION.times[7])
     np.testing.assert_allclose(shown, MOTION.quaternion[7], rtol=0, atol=SINGLE)
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
-def test_two_views_stand_beside_each_other(browser, tmp_path):
+def test_two_views_in_one_page(browser, tmp_path):
     other = pt.free_motion(BODY, BODY.state((1, 0, 0, 0), omega_body=(1, 2, 3)), np.linspace(0, 5, 51))
     notebook = tmp_path / "notebook.html"
     frames = "".join(pt.view(motion)._repr_html_() for motion in (MOTION, other))
@@ -590,15 +590,15 @@ def test_two_views_stand_beside_each_other(browser, tmp_path):
         frame.evaluate("t => poinsot.setTime(t)", motion.times[7])
     for frame, motion in zip(visit.page.frames[1:], (MOTION, other), strict=True):
         np.testing.assert_allclose(frame.evaluate("poinsot.quaternion"), motion.quaternion[7], rtol=0, atol=SINGLE)
-    assert visit.said == []
+    assert visit.messages == []
     assert all(url.startswith("file:") or url == "about:srcdoc" for url in visit.asked)
     visit.page.close()
 
 
-def shown_at(frame, visit, told):
+def shown_at(frame, visit, label):
     """Wait until a page in a notebook shows a time."""
     for _ in range(250):
-        if frame.locator("#now").text_content() == told:
+        if frame.locator("#now").text_content() == label:
             return
         visit.page.wait_for_timeout(20)
     raise AssertionError(frame.locator("#now").text_content())
@@ -624,7 +624,7 @@ def test_an_exported_notebook_has_formulas_plots_and_a_slider_without_a_network(
     shown_at(frame, visit, "t = 0")
     frame.locator("#time").evaluate("each => { each.value = 20; each.dispatchEvent(new Event('input')) }")
     shown_at(frame, visit, "t = 20")
-    assert visit.said == []
+    assert visit.messages == []
     assert all(url.startswith("file:") or url == "about:srcdoc" for url in visit.asked)
     visit.page.close()
 
@@ -663,7 +663,7 @@ def orbiting(browser, tmp_path_factory):
     motion._complete(provenance={"calendar": pt.Calendar("2029-04-13T21:46:00", "TDB")})
     visit = Visit(browser, pt.view(motion, tmp_path_factory.mktemp("view") / "orbit.html"))
     yield motion, visit
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
@@ -732,7 +732,7 @@ def test_wheels_turn_in_the_body_about_their_axes(browser, tmp_path):
         expected = Rotation.from_rotvec(angles[i] / slower * axis) * turns[0]
         assert (expected.inv() * own).magnitude() < 1e-5
     assert abs(angles[-1] / slower) > 1
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
@@ -814,7 +814,7 @@ def spinning(browser, tmp_path_factory):
         box.uncheck()
     visit("() => { poinsot.scene.turn(0, -2, 1); poinsot.setTime(11); }")
     yield visit
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
@@ -898,7 +898,7 @@ def test_a_link_says_the_time(browser, tmp_path):
     visit.page.close()
 
 
-def test_other_motions_are_beside_the_own_as_long_as_they_last(browser, tmp_path):
+def test_other_motions_are_drawn_during_their_times(browser, tmp_path):
     starts = BODY.state(STATE.quaternion, angular_momentum_body=[(0.5, -0.7, 1.1 + 0.1 * k) for k in range(1, 4)])
     others = pt.propagate(pt.System(BODY), starts, np.linspace(-3, 20, 200))
     visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html", others=others))
@@ -909,7 +909,7 @@ def test_other_motions_are_beside_the_own_as_long_as_they_last(browser, tmp_path
         assert np.all(shown[:, 0])
         assert apart(shown[:, 1:], others.quaternion[:, i]) < 2 * SINGLE
     assert not any(each[0] for each in visit(turns, 21.0))
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 
@@ -1005,7 +1005,7 @@ def test_words_do_not_cover_one_another(browser, tmp_path):
         apart = np.abs(x[first] - x[second]) / (width[first] + width[second]) * 2
         above = np.abs(y[first] - y[second]) / (height[first] + height[second]) * 2
         assert np.min(np.maximum(apart, above)) > 0.99
-    assert visit.said == []
+    assert visit.messages == []
     visit.page.close()
 
 

@@ -108,7 +108,7 @@ def test_failed_members_are_left_out(members):
     assert np.allclose(drawn, np.median(np.delete(members.quaternion, 3, axis=0)[..., 0], axis=0), rtol=0, atol=1e-15)
 
 
-def test_the_bands_are_said_in_words(motion, members):
+def test_a_caption_names_the_bands(motion, members):
     stopped = members.quaternion.copy()
     stopped[3, 40:] = np.nan
     words = [
@@ -467,8 +467,8 @@ def test_of_very_many_samples_the_extremes_are_drawn(motion):
         assert (x[0], x[-1]) == (0, 6000)
         for low in (0, 1236, 5992):
             sorted_k = np.sort(slow[:, k])
-            within, kept = (values[(at >= low) & (at < low + 8)] for at, values in ((times, sorted_k), (x, y)))
-            assert (kept.min(), kept.max()) == (within.min(), within.max())
+            within, drawn_part = (values[(at >= low) & (at < low + 8)] for at, values in ((times, sorted_k), (x, y)))
+            assert (drawn_part.min(), drawn_part.max()) == (within.min(), within.max())
 
 
 def test_of_fast_oscillations_the_envelope_is_drawn(motion):

@@ -1,4 +1,4 @@
-"""The page of the 3D view: what it is told, what it may do, and where it is written."""
+"""The page of the 3D view: its content, its policy and its file."""
 
 import base64
 import datetime as dt
@@ -41,7 +41,7 @@ def decoded(packed, columns):
     return values.reshape(-1, columns)
 
 
-# ---------------------------------------------------------------------- what the page is told
+# ---------------------------------------------------------------------- content
 
 
 @pytest.mark.parametrize("order", [1, -1])
@@ -58,7 +58,7 @@ def test_the_page_has_the_motion_forwards_in_time(order):
         np.testing.assert_allclose(found, values[::order], rtol=0, atol=6e-8 * np.abs(values).max())
 
 
-def test_sizes_beyond_single_precision_are_kept():
+def test_sizes_beyond_single_precision_are_preserved():
     jupiter = pt.Body((2.4e42, 2.4e42, 2.5e42))
     motion = free(jupiter, (1e38, 2e38, 4.4e38), np.linspace(0, 1e6, 11))
     found = decoded(content(motion)["arrays"]["angular_momentum_space"], 3)
@@ -148,7 +148,7 @@ def test_the_speed_of_the_start_is_a_turn_in_four_seconds():
 
 
 @pytest.mark.parametrize(("steps", "noted"), [(14, False), (12, True)])
-def test_a_turn_too_large_between_stored_times_is_said(steps, noted):
+def test_a_note_warns_of_large_turns_between_stored_times(steps, noted):
     spin = free(pt.Body((1.0, 1.0, 1.0)), (0, 0, 2.0), np.linspace(0, 20, steps + 1))
     note = content(spin)["note"]
     assert note.startswith("Between two times of the page the body turns by up to 191°") == noted
@@ -251,12 +251,12 @@ def test_of_very_many_times_a_page_has_those_after_equal_turns_and_the_extremes_
     assert len(page) < 5e6
     data = content_in(page)
     assert data["stored"] == times.size
-    kept = np.frombuffer(base64.b64decode(data["times"]))
-    assert np.all(np.diff(kept) > 0)
-    assert (kept[0], kept[-1]) == (0, 4000)
-    at = np.searchsorted(times, kept)
+    chosen = np.frombuffer(base64.b64decode(data["times"]))
+    assert np.all(np.diff(chosen) > 0)
+    assert (chosen[0], chosen[-1]) == (0, 4000)
+    at = np.searchsorted(times, chosen)
     np.testing.assert_allclose(shown_numbers(data["arrays"]["quaternion"], 4), q[at], rtol=0, atol=1 / 32767)
-    share = np.mean(kept < 2000)
+    share = np.mean(chosen < 2000)
     assert share == pytest.approx(0.5 * (0.5 + slow / (slow + fast)), abs=0.01)
     envelope = {side: shown_numbers(data["envelopes"]["quaternion"][side], 4) for side in ("low", "high")}
     edges = np.append(np.searchsorted(times, np.linspace(0, 4000, 1024, endpoint=False)), times.size)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from poinsot.scenarios import registry, schema
+from poinsot.scenarios import registry
 from poinsot.scenarios.builder import Parts
 from poinsot.scenarios.registry import RENAMED, RENAMED_TYPES, makers
 
@@ -31,13 +31,7 @@ size = 0.5
 @pytest.fixture
 def renamed(monkeypatch):
     """Let `weight` of a uniform gravity have been `heaviness` in an earlier version."""
-    caches = (registry._makers, schema._scenario_model)
     monkeypatch.setitem(RENAMED, ("UniformGravity", "heaviness"), "weight")
-    for cache in caches:
-        cache.cache_clear()
-    yield
-    for cache in caches:
-        cache.cache_clear()
 
 
 @pytest.mark.usefixtures("renamed")

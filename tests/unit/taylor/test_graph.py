@@ -355,7 +355,7 @@ def test_a_node_has_no_truth():
 
 def test_an_unknown_function_has_no_derivative():
     graph, (x, y), _ = traced(smooth)
-    with pytest.raises(TypeError, match=r"^floor must not be of what a derivative is taken by, but it is\.$"):
+    with pytest.raises(TypeError, match=r"^floor must have a derivative, but it has none\.$"):
         gradient(y * graph.applied("floor", x), [x])
 
 

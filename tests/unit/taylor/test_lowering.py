@@ -17,7 +17,7 @@ from poinsot.integration.problem import Problem
 from poinsot.taylor.decomposition import Function, Product, Quotient
 from poinsot.taylor.graph import Evaluator, Graph
 from poinsot.taylor.lowering import simplified
-from poinsot.taylor.shared_products import common_factors
+from poinsot.taylor.shared_products import Factoring
 
 BODY = pt.Body((1.0, 1.2, 1.5))
 START = BODY.state((0.6, 0.8, 0, 0), omega_body=(0.1, 0.2, 0.3))
@@ -297,7 +297,7 @@ def test_products_have_the_factors_that_most_of_them_have(count, factors, length
         random = np.random.default_rng(seed)
         lengths = random.integers(2, length + 1, count)
         monomials = {tuple(sorted(random.integers(factors, size=n).tolist())) for n in lengths}
-        ways = common_factors(monomials)
+        ways = Factoring(monomials).ways
         assert monomials <= ways.keys()
         for product, pair in ways.items():
             assert tuple(sorted(sum(pair, ()))) == product

@@ -1,4 +1,4 @@
-r"""The constants of a torque-free rotation, as orbital elements are those of an orbit.
+r"""Constants of a torque-free rotation, which correspond to the elements of an orbit.
 
 The momentum circles one of the two stable principal axes, called 3 here, with the intermediate axis 2 and the
 other stable axis 1; signs are chosen so that g1 >= 0 and g3 >= 0 at the start. With c_i = 1/I_i and
@@ -41,18 +41,18 @@ Integers = NDArray[np.int_]
 Flags = NDArray[np.bool_]
 
 MAX_AGM_STEPS = 64
-"""Of the arithmetic-geometric mean; six suffice unless 1 - m is below 1e-9, one more for every factor 1/4 of r'."""
+"""Rounds of the arithmetic-geometric mean. Six suffice for 1 - m above 1e-9; each factor 1/4 of r' needs one more."""
 
 MIN_MOMENTUM = 1e-145
 """The largest component of the momentum is of the order of one; a square of what is smaller has too few digits."""
 
 MEANS_TOLERANCE = 1e-17
-"""The relative difference of the two means at which the next round ends below 1e-33."""
+"""Relative difference of the two means below which the next round ends below 1e-33."""
 
 
 @dataclass(frozen=True)
 class Elements:
-    """What a free rotation keeps, and where it starts; scalars, or arrays of shape (members,).
+    """Constants and initial phase of a free rotation; scalars, or arrays of shape (members,).
 
     Attributes
     ----------
@@ -106,17 +106,17 @@ class Elements:
 
     @property
     def sense(self) -> Array:
-        """The sign s: +1 about the axis of the largest moment, -1 about that of the smallest."""
+        """Sign s: +1 for a rotation about the axis of the largest moment, -1 about the axis of the smallest."""
         return np.where(self.is_long, -1.0, 1.0)[()]
 
     @property
     def winding(self) -> DoubleDouble:
-        """The mean rate of the momentum about the axis 3, pi lambda / (2 K)."""
+        """Mean rate of the momentum about the axis 3, pi lambda / (2 K)."""
         return self.rate * self.mean
 
 
 def elements_of(moments: Array, principal: Array, state: State) -> Elements:
-    """Return the elements of the rotation from a state, or of members; `principal` has the axes of the moments."""
+    """Return the elements of rotations from states; `principal` contains the principal axes in columns."""
     with np.errstate(all="ignore"):  # what is not defined for a symmetric body or one at rest is replaced
         return _elements(moments, principal, state)
 
@@ -201,7 +201,7 @@ def _signs(order: Integers, g: tuple[DoubleDouble, ...]) -> tuple[Array, Array, 
 
 
 def _mean(small: DoubleDouble) -> DoubleDouble:
-    """Return AGM(1, small), 0 if small is."""
+    """Return AGM(1, small), which is 0 for small = 0."""
     a, b = DoubleDouble(np.ones_like(small.hi)[()]), small
     done: Flags = small.hi == 0
     for _ in range(MAX_AGM_STEPS):
@@ -214,7 +214,7 @@ def _mean(small: DoubleDouble) -> DoubleDouble:
 
 
 def _mean_and_sum(small: DoubleDouble, p: DoubleDouble) -> tuple[DoubleDouble, DoubleDouble]:
-    """Return AGM(1, small), 0 if small is, and the sum of Q_n; all n of them make 2 if small is 0."""
+    """Return AGM(1, small), which is 0 for small = 0, and the sum of Q_n, which is then 2."""
     a, b, term, total = DoubleDouble(np.ones_like(small.hi)[()]), small, DoubleDouble(1.0), DoubleDouble(1.0)
     done: Flags = small.hi == 0
     for _ in range(MAX_AGM_STEPS):

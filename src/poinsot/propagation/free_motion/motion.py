@@ -47,7 +47,7 @@ ATTITUDES_PER_BLOCK = 8192
 """Number of attitudes computed together: their intermediate results stay in the second cache of a processor."""
 
 SIZES = {"quaternion": 4, "angular_momentum_body": 3}
-"""What a motion is made of."""
+"""Number of scalars of each state variable."""
 
 
 @checked
@@ -119,7 +119,7 @@ def free_motion(
 
 
 class _ClosedForm(Integrator):
-    """The closed form in the place of an integration."""
+    """Closed form in place of an integration."""
 
     @override
     def motion(self, state: AnyState, times: Array) -> tuple[Trajectory, Report]:
@@ -144,7 +144,7 @@ def _closed_form(system: System, state: State) -> _ClosedForm:
 
 
 class _Rotation:
-    """A free rotation, or several that are all near the separatrix or all far from it."""
+    """Free rotation, or several rotations that are all near the separatrix or all far from it."""
 
     def __init__(self, elements: Elements, state: State) -> None:
         self.theta = theta_functions(elements, bool(np.all(is_near_separatrix(elements))))
@@ -179,7 +179,7 @@ def _ensemble(body: Body, state: State, times: Array) -> Phase:
 
 
 def _rotations(body: Body, state: State, at_once: int) -> Iterator[tuple[Any, _Rotation]]:
-    """Yield members, and their rotations."""
+    """Yield numbers of members and their rotations."""
     moments = np.broadcast_to(body.moments, (*state.time.shape, 3))
     for i in range(0, len(moments), at_once):
         block = np.arange(i, min(i + at_once, len(moments)))

@@ -1,4 +1,4 @@
-r"""The attitude of a free rotation by theta functions: its Cayley-Klein parameters are two of them.
+r"""Attitude of a free rotation by theta functions: two of them are its Cayley-Klein parameters.
 
 In axes with the momentum along the third, the quaternion (w, x, y, z) of the axes 1, 2, 3 is proportional to
 
@@ -45,7 +45,7 @@ MAX_OMITTED_TERM = 2.0**-56
 """Size of the first omitted term of a series that begins with one."""
 
 LIMITING_ARGUMENT = 1e3
-"""An x at which the hyperbolic functions have their limits: that of a body turning about its middle axis."""
+"""Argument at which hyperbolic functions have their limits, for a body that rotates about its middle axis."""
 
 
 def is_near_separatrix(elements: Elements) -> Flags:
@@ -54,13 +54,13 @@ def is_near_separatrix(elements: Elements) -> Flags:
 
 
 def theta_functions(elements: Elements, near: bool) -> Near | Far:
-    """Return the functions of a rotation, or of members that are all near the separatrix or all far from it."""
+    """Return the functions of rotations that are all near the separatrix or all far from it."""
     with np.errstate(all="ignore"):  # what is not defined on the separatrix or for a symmetric body is replaced
         return Near(elements) if near else Far(elements)
 
 
 class Theta(ABC, Generic[Place]):
-    """The theta functions of rotations from their start on; results have shape (..., times)."""
+    """Theta functions of rotations after their initial states; results have shape (..., times)."""
 
     def __init__(self, elements: Elements) -> None:
         from scipy.special import elliprf
@@ -106,7 +106,7 @@ class Theta(ABC, Generic[Place]):
         """Return cn u, sn u and dn u; shapes (..., times)."""
 
     def first(self) -> Array:
-        """Return the quaternions at the start: the shortest rotation that takes the momentum to the third axis."""
+        """Return the initial quaternions: the shortest rotation from the momentum to the third axis."""
         g1, g2, g3 = (component.hi for component in self.e.momentum)
         return _unit(np.stack(np.broadcast_arrays(self.e.G.hi + g3, g2, -g1, 0.0), axis=-1))
 
@@ -234,7 +234,7 @@ class Near(Theta[NearPlace]):
 
 
 def _terms(nome: Array, exponent: Callable[[int], int]) -> Integers:
-    """Return the number of the last term that counts, of each member: others do not add terms to its sums."""
+    """Return the number of the last significant term for each member, independent of the other members."""
     return np.asarray(np.argmax([nome ** exponent(n + 1) < MAX_OMITTED_TERM for n in range(10)], axis=0))[()]
 
 
