@@ -95,7 +95,7 @@ class Orbit(Dated, ABC):
     if TYPE_CHECKING:
 
         @property
-        def mu(self) -> Any:
+        def mu(self) -> Scalar:
             """Gravitational parameter of the attractor."""
 
     @abstractmethod
@@ -298,9 +298,11 @@ class Environment(Immutable):
     0.5
     """
 
+    time: Scalar
+
     def __init__(
         self,
-        time: Any,
+        time: Scalar,
         blocks: Sequence[tuple[OrbitBlock, Vector]] = (),
         views: Mapping[int, int | None] | None = None,
         comoving: bool = False,
