@@ -27,7 +27,7 @@ from poinsot.plot.labels import (
     rate_unit_of,
     time_unit_of,
 )
-from poinsot.plot.page_arrays import base64_of, packed, rows_of
+from poinsot.plot.page_arrays import packed, rows_of
 from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
 from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
@@ -107,23 +107,24 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     own = _of_pair(motion) if is_of_two_bodies(motion) else _of_body(motion)
-    rates, plots = own.pop("rates"), own.pop("plots")
-    momentum = own["arrays"]["angular_momentum_space"] = motion.angular_momentum_space
+    rates, plots, turning = (own.pop(name) for name in ("rates", "plots", "turning"))
+    mean_rate = float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0]))
+    around, momentum = surroundings_of(motion, _initial_speed(motion.times, mean_rate)), motion.angular_momentum_space
+    arrays = {**_moving(motion), **around.arrays, "angular_momentum_space": momentum}
     own["largest"]["angular_momentum"] = _longest(momentum)
-    numbers = sum(values.shape[-1] for values in own["arrays"].values())
-    rows = rows_of(motion.times, np.max(list(rates.values()), axis=0), numbers, len(others) + 1)
-    times = rows.times
+    rows = rows_of(motion.times, rates.values(), arrays, len(others) + 1)
     return {
         **own,
+        "around": around.content,
+        "mean_rate": mean_rate,
         "title": title or _title_of(motion),
-        "note": _note(times, {body: rate[rows.at] for body, rate in rates.items()}),
+        "note": _note(rows.times, {body: rate[rows.at] for body, rate in rates.items()}),
         "stored": motion.times.size,
         **_labels(motion, rates),
         "colours": COLOURS,
-        "times": base64_of(times, "<f8"),
-        "arrays": {name: rows.packed(values) for name, values in own["arrays"].items()},
+        **rows.encoded(arrays),
         "envelopes": {} if rows.are_all else {name: rows.envelope(values) for name, values in plots.items()},
-        "rate": _initial_speed(times, own["mean_rate"]),
+        "rate": _initial_speed(rows.times, mean_rate),
         "second": 1 / TIME_UNITS[units] if (units := motion.system.units["time"]) in TIME_UNITS else None,
         "ghosts": [_ghost(other, len(others) + 1) for other in others],
         "calendar": calendar_of(motion),
@@ -134,15 +135,11 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
 def _of_body(motion: Trajectory) -> dict[str, Any]:
     """Return the content for one body."""
     rate = np.linalg.norm(motion.omega_body, axis=-1)
-    mean_rate = float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0]))
-    around = surroundings_of(motion, _initial_speed(motion.times, mean_rate))
     return {
         "rates": {"body": rate},
+        "turning": rate,
         "plots": {"quaternion": motion.quaternion, "momenta": motion.conjugate_momenta},
-        "arrays": {**_moving(motion), **around.arrays},
-        "around": around.content,
         "largest": {"omega": float(np.max(rate))},
-        "mean_rate": mean_rate,
         "solids": _solids(motion),
         "plane": _invariable_plane(motion),
     }
@@ -152,12 +149,7 @@ def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
     """Return the content for another motion."""
     arrays = _moving(other)
     rates = [np.linalg.norm(values, axis=-1) for name, values in arrays.items() if name.endswith("omega_body")]
-    numbers = sum(values.shape[-1] for values in arrays.values())
-    rows = rows_of(other.times, np.max(rates, axis=0), numbers, sharing)
-    return {
-        "times": base64_of(rows.times, "<f8"),
-        "arrays": {name: rows.packed(values) for name, values in arrays.items()},
-    }
+    return rows_of(other.times, rates, arrays, sharing).encoded(arrays)
 
 
 def _moving(motion: Trajectory) -> dict[str, Array]:
@@ -180,16 +172,11 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
         share = sign * (1 - mass / pair.total_mass)
         bodies[name] = _solid_of_mass(one.system.of_bodies[""], mass) | {"share": float(share)}
         reach = max(reach, abs(share) * float(np.max(distance)) + bodies[name]["radius"])
-    turning = np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2
-    mean_rate = float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0]))
-    around = surroundings_of(motion, _initial_speed(motion.times, mean_rate))
     return {
         "rates": rates,
+        "turning": np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2,
         "plots": {"distance": distance[:, None], "secondary_omega_body": motion.secondary.omega_body},
-        "arrays": {**_moving(motion), **around.arrays},
-        "around": around.content,
         "largest": largest,
-        "mean_rate": mean_rate,
         "bodies": bodies,
         "reach": reach,
     }
