@@ -87,9 +87,9 @@ def test_a_device_of_little_memory_takes_them_in_chunks(most, monkeypatch):
     monkeypatch.setattr(cuda_kernel, "most_members", lambda *_: most)
     launch = cuda_kernel.CudaCode.launch
 
-    def counted(code, cupy, queue, count):
+    def counted(code, queue, count):
         taken.append(count)
-        launch(code, cupy, queue, count)
+        launch(code, queue, count)
 
     monkeypatch.setattr(cuda_kernel.CudaCode, "launch", counted)
     assert_same(pt.propagate(TOP, STARTS, TIMES), pt.propagate(TOP, STARTS, TIMES, device="cuda"))
