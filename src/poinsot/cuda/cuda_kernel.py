@@ -29,10 +29,10 @@ THREADS_PER_BLOCK = 64
 FIRST_LAUNCH_STEPS = 64
 """Number of steps of a task in the first launch."""
 
-BRISK, SLOW = 0.1, 0.4
-"""Seconds of a launch below which the next one has twice as many steps, and above which half as many.
+MIN_LAUNCH_SECONDS, MAX_LAUNCH_SECONDS = 0.1, 0.4
+"""Seconds of a launch below which the next launch takes twice as many steps, and above which half as many.
 
-Ctrl-C is heard between launches, and drivers of devices that have a screen stop what takes seconds.
+Ctrl-C takes effect between launches, and drivers of devices with a screen stop launches that take seconds.
 """
 
 MEMORY_SHARE = 0.5
@@ -117,9 +117,9 @@ class CudaWorker:
             began = clock.perf_counter()
             self._launch()
             taken = clock.perf_counter() - began
-            if taken < BRISK:
+            if taken < MIN_LAUNCH_SECONDS:
                 self._budget *= 2
-            elif taken > SLOW:
+            elif taken > MAX_LAUNCH_SECONDS:
                 self._budget = max(self._budget // 2, 1)
         return bool(self._going.size)
 
