@@ -354,15 +354,15 @@ ROUNDING_BOUND = 2.0**-50
 """Bound of the rounding error of a polynomial, relative to the sum of the sizes of its terms."""
 
 MAX_TRUNCATED, REST_FACTOR = 1e-7, 2.0**-5
-"""The largest share of the last four terms in that sum for which a polynomial stands for its function, and what part of
-these the rest of the series is at most then."""
+"""The largest share of the last four terms in that sum for which a polynomial represents its function, and the largest
+ratio of the rest of the series to these terms then."""
 
 MAX_ADVANCES = 60
-"""The most advances of a search. Near a minimum that touches zero each advance leaves a third of the way; a step that
-ends there is as good as any."""
+"""Largest number of advances of a search. Near a minimum that touches zero each advance leaves a third of the way, so
+that a step may end there."""
 
-MIN_ADVANCE, CERTAIN_DISTANCE = 0.25, 2.0
-"""The least advance, and how close a zero is taken for certain, in parts of the time within which events coincide."""
+MIN_ADVANCE, ZERO_DISTANCE = 0.25, 2.0
+"""Least advance, and the distance within which a zero is certain, in parts of the time within which events coincide."""
 
 
 class _Series:
@@ -371,7 +371,7 @@ class _Series:
     Attributes
     ----------
     unit : vector
-        The part of the step that the shares are of: shorter where the series hardly converges.
+        The part of the step that has the share 1: shorter where the series hardly converges.
     total : vector
         The sum of the sizes of its terms.
     curvature, beyond : vectors
@@ -478,11 +478,8 @@ def _search(coefficients: Value, h: Value, sign: Value, simultaneous: Value, ord
         _, _, share, value, slope, *_ = lines.repeat(
             begin, lambda left, going, *_: left.is_("gt", 0) & going.any(), advance
         )
-        changes = (
-            share.is_("lt", 1.0)
-            & slope.is_("lt", 0.0)
-            & (value + CERTAIN_DISTANCE * slope * simultaneous).is_("lt", 0.0)
-        )
+        beyond = value + ZERO_DISTANCE * slope * simultaneous
+        changes = share.is_("lt", 1.0) & slope.is_("lt", 0.0) & beyond.is_("lt", 0.0)
         share = changes.choose((share - value / slope).larger(simultaneous), share).smaller(1.0)
         share = wrong.choose(zero, watched.choose(share * unit, unseen))
         return [share, (watched & changes & ~wrong).choose(one, zero)]
