@@ -2,4 +2,5 @@
 
 from poinsot.cli import app
 
-app(prog_name="poinsot")
+if __name__ == "__main__":
+    app(prog_name="poinsot")

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import FunctionType, MethodType, SimpleNamespace, UnionType
-from typing import Annotated, Any, NamedTuple, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, NoReturn, Protocol, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from typing_extensions import Unpack
@@ -176,7 +176,7 @@ def _rule_of(way: Any) -> KindTest | None:
             functools.partial(_are, item.holds, count), f"{several}, each {item.words}", item.is_class
         )
     kind = get_origin(way) or way
-    if isinstance(kind, type) and kind.__module__.startswith("poinsot."):
+    if isinstance(kind, type) and kind.__module__.startswith("poinsot.") and Protocol not in kind.__bases__:
         article = "an" if kind.__name__[0] in "AEIO" else "a"
         return KindTest(lambda value: isinstance(value, kind), f"{article} {kind.__name__}", True)
     if outer is Callable and inner and isinstance(inner[0], list):

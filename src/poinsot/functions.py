@@ -15,7 +15,7 @@ import builtins
 import operator
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol, TypeVar, cast
 
 import numpy as np
 
@@ -52,8 +52,38 @@ __all__ = [
 
 pi = float(np.pi)
 
-Scalar = Any
-"""A float, an array of floats, a SymPy expression or an mpmath number."""
+
+class Scalar(Protocol):
+    """A number in a formula: a float, an array of floats, a SymPy expression, an mpmath number or a node of a graph.
+
+    Operators return a scalar of the kind of the operands.
+    """
+
+    def __add__(self, other: Any, /) -> Scalar: ...
+    def __radd__(self, other: Any, /) -> Scalar: ...
+    def __sub__(self, other: Any, /) -> Scalar: ...
+    def __rsub__(self, other: Any, /) -> Scalar: ...
+    def __mul__(self, other: Any, /) -> Scalar: ...
+    def __rmul__(self, other: Any, /) -> Scalar: ...
+    def __truediv__(self, other: Any, /) -> Scalar: ...
+    def __rtruediv__(self, other: Any, /) -> Scalar: ...
+    def __pow__(self, other: Any, /) -> Scalar: ...
+    def __neg__(self) -> Scalar: ...
+    def __abs__(self) -> Scalar: ...
+    def __lt__(self, other: Any, /) -> Any: ...
+    def __gt__(self, other: Any, /) -> Any: ...
+    def __ge__(self, other: Any, /) -> Any: ...
+
+
+Kind = TypeVar("Kind", bound=Scalar)
+
+
+class FunctionOfScalar(Protocol):
+    """Function whose value is of the kind of its argument."""
+
+    __name__: str
+
+    def __call__(self, scalar: Kind, /) -> Kind: ...
 
 
 def _by_components(operation: Callable[[Scalar, Scalar], Scalar]) -> Callable[[Vector, Any], Vector]:
@@ -91,7 +121,7 @@ class Vector(Sequence[Any]):
 
     __array_ufunc__ = None  # an array times a vector is the vector's business
 
-    def __init__(self, scalars: Iterable[Scalar]) -> None:
+    def __init__(self, scalars: Iterable[Any]) -> None:
         self._scalars = tuple(scalars)
 
     def __len__(self) -> int:
@@ -125,10 +155,10 @@ class Comparable:
     __slots__ = ()
 
     def __lt__(self, other: Any) -> Any:
-        return less(self, other)
+        return less(cast("Scalar", self), other)
 
     def __gt__(self, other: Any) -> Any:
-        return less(other, self)
+        return less(other, cast("Scalar", self))
 
     def __le__(self, other: Any) -> Any:
         raise TypeError("a formula must compare by < or >, as poinsot.functions.less(a, b) does, got <= or >=.")
@@ -147,7 +177,7 @@ class ComovingVector(Vector):
         raise NotComoving
 
     @property
-    def components(self) -> tuple[Scalar, ...]:
+    def components(self) -> tuple[Any, ...]:
         """The components along the moving axes, for the mechanics alone."""
         return self._scalars
 
@@ -219,12 +249,13 @@ Examples
 """
 
 
-def _elementary(name: str) -> Callable[..., Scalar]:
-    def function(*scalars: Scalar) -> Scalar:
+def _elementary(name: str) -> Any:
+    def function(*scalars: Scalar) -> Any:
         if own := _own(name, scalars):
             return own[0]
         if any(isinstance(scalar, np.ndarray) and scalar.dtype == object for scalar in scalars):
-            return np.frompyfunc(function, len(scalars), 1)(*scalars)
+            of_arrays: Any = np.frompyfunc(function, len(scalars), 1)
+            return of_arrays(*scalars)
         try:
             return getattr(_engine(*scalars), name)(*scalars)
         except (TypeError, ValueError, AttributeError):
@@ -240,13 +271,21 @@ def _elementary(name: str) -> Callable[..., Scalar]:
     return function
 
 
-sqrt, exp, log = map(_elementary, ("sqrt", "exp", "log"))
-sin, cos, tan, tanh = map(_elementary, ("sin", "cos", "tan", "tanh"))
-rint = _elementary("rint")
-asin, acos, atan, atan2 = map(_elementary, ("asin", "acos", "atan", "atan2"))
+sqrt: FunctionOfScalar = _elementary("sqrt")
+exp: FunctionOfScalar = _elementary("exp")
+log: FunctionOfScalar = _elementary("log")
+sin: FunctionOfScalar = _elementary("sin")
+cos: FunctionOfScalar = _elementary("cos")
+tan: FunctionOfScalar = _elementary("tan")
+tanh: FunctionOfScalar = _elementary("tanh")
+rint: FunctionOfScalar = _elementary("rint")
+asin: FunctionOfScalar = _elementary("asin")
+acos: FunctionOfScalar = _elementary("acos")
+atan: FunctionOfScalar = _elementary("atan")
+atan2: Callable[[Scalar, Scalar], Scalar] = _elementary("atan2")
 
 
-def less(a: Scalar, b: Scalar) -> Scalar:
+def less(a: Scalar, b: Scalar) -> Any:
     """Return the condition a < b for `where`; `a < b` and `b > a` give the same condition.
 
     Parameters
@@ -293,10 +332,12 @@ def where(condition: Scalar, a: Scalar, b: Scalar) -> Scalar:
         return own[0]
     engine = _engine(condition, a, b)
     if engine.__name__ == "sympy":
-        return engine.Piecewise((a, condition), (b, True))
-    if engine.__name__ == "mpmath":
-        return a if condition else b
-    return np.where(condition, a, b)
+        chosen: Scalar = engine.Piecewise((a, condition), (b, True))
+    elif engine.__name__ == "mpmath":
+        chosen = a if condition else b
+    else:
+        chosen = engine.where(condition, a, b)
+    return chosen
 
 
 def minimum(a: Scalar, b: Scalar) -> Scalar:
@@ -585,7 +626,8 @@ def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
         anomaly = anomaly - step
         if np.all(builtins.abs(step) <= enough * builtins.abs(anomaly)):  # the next one would be the cube of that
             break
-    return full_turns + anomaly
+    eccentric: Scalar = full_turns + anomaly
+    return eccentric
 
 
 def sine_defect(angle: Scalar) -> Scalar:
@@ -613,7 +655,7 @@ def _defect(engine: Any, angle: Scalar, sign: int, far: Scalar) -> Scalar:
     """
     is_near = less(angle * angle, 4)
     near = where(is_near, angle, 0 * angle)
-    square, series = near * near, 1
+    square, series = near * near, cast("Scalar", 1)
     for k in range(40 if engine.__name__ == "mpmath" else 14, 0, -1):
         series = 1 + sign * square / ((2 * k + 2) * (2 * k + 3)) * series
     return where(is_near, near * square * series / 6, far)

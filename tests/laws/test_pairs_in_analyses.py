@@ -72,7 +72,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "andoyer_section": (lambda: analysis.andoyer_section(SYSTEM, START, 8.0), OTHERS),
     "continue_motion": (lambda: analysis.continue_motion(MOTION, "G", 2.0), "must be a PeriodicMotion"),
     "cassini_state": (lambda: analysis.cassini_state(PAIR, ORBIT), "body must be a Body, got TwoBodies"),
-    "plot.branch": (lambda: cast("Any", plot.branch)(MOTION), "must be a Branch"),
+    "plot.branch": (lambda: cast("Any", plot.branch)(MOTION, float, ("", "")), "must be a Branch"),
     "plot.part_variables": (lambda: plot.part_variables(MOTION), ONE),
     "plot.torques": (lambda: plot.torques(MOTION), ONE),
     "plot.attitude_error": (lambda: plot.attitude_error(MOTION, MOTION), ONE),

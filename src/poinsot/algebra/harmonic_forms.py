@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from poinsot.functions import Scalar
 from poinsot.taylor.graph import number, ruled
@@ -34,7 +35,7 @@ def coefficients_of(form: Form) -> Form:
 
 def product(a: Form, b: Form) -> Form:
     """Return the harmonic part of a product."""
-    total = [(0.0, 0.0)] * (len(a) + len(b) - 1)
+    total: list[tuple[Scalar, Scalar]] = [(0.0, 0.0)] * (len(a) + len(b) - 1)
 
     def add(order: int, factor: float, c: Scalar, s: Scalar) -> None:
         total[order] = total[order][0] + factor * c, total[order][1] + (factor * s if order else 0.0)
@@ -78,7 +79,7 @@ class TurnedForms:
             for m, pair in enumerate(form)
             for weight, column in zip(pair[: m + 1], self._power(n, m), strict=False)
         ]
-        values = [
+        values: list[Any] = [
             tuple(sum(weight * column[m][part] for weight, column in columns) for part in (0, 1)) for m in range(n + 1)
         ]
         slopes = [turn_of(values, k) for k in range(3)]
@@ -111,7 +112,8 @@ class _Turn:
             return 0.0
         m = 3 - self._k - l
         sign = 0.5 if (m - self._k) % 3 == 1 else -0.5
-        return sign * number(self._axes[axis][m])
+        value: Scalar = sign * number(self._axes[axis][m])
+        return value
 
 
 def turn_of(form: Form, axis: int) -> Form:

@@ -27,7 +27,7 @@ __all__ = [
     "rotate",
 ]
 
-Array = NDArray[Any]
+Array = NDArray[np.float64]
 
 
 def components(array: ArrayLike) -> tuple[Scalar, ...]:
@@ -76,12 +76,12 @@ def conjugate(q: ArrayLike) -> Array:
     return assemble((q0, -q1, -q2, -q3), q)
 
 
-def dot(p: ArrayLike, q: ArrayLike) -> Scalar:
+def dot(p: ArrayLike, q: ArrayLike) -> Any:
     """Return the Euclidean dot product, Re(p q~); shape (...). The paper prints Re(p q) (erratum E1)."""
     return functions.dot(components(p), components(q))
 
 
-def norm(q: ArrayLike) -> Scalar:
+def norm(q: ArrayLike) -> Any:
     """Return |q| = sqrt(q q~); shape (...)."""
     return functions.norm(components(q))
 

@@ -70,7 +70,8 @@ class SolidHarmonics:
         return ruled(self._value(values), (*self.vector, *(x for pair in coefficients for x in pair)), slope)
 
     def _value(self, coefficients: Coefficients) -> Scalar:
-        n, total = len(coefficients) - 1, 0.0
+        total: Scalar = 0.0
+        n = len(coefficients) - 1
         for m, weights in enumerate(coefficients):
             for weight, part in zip(weights[: m + 1], self.pair(n, m), strict=False):
                 total = total + weight * part

@@ -354,7 +354,7 @@ def _tilted(orbit: PrecessingOrbit, time: float, obliquity: float) -> Rotation:
     """Return the axes radial, transverse, normal of the orbit, turned about its ascending node."""
     from scipy.spatial.transform import Rotation
 
-    node = orbit.angles_at(time)[0]
+    node: Any = orbit.angles_at(time)[0]
     return Rotation.from_rotvec(obliquity * np.array([np.cos(node), np.sin(node), 0])) * orbit.frame.attitude(time)
 
 

@@ -30,7 +30,7 @@ class Sensors(Parametric):
     """
 
     @property
-    def draws(self) -> tuple[int, Scalar]:
+    def draws(self) -> tuple[int, Any]:
         """Number of random numbers per sample, and their seed."""
         return 0, 0.0
 
@@ -96,7 +96,7 @@ class NoisySensors(Sensors):
 
     @property
     @override
-    def draws(self) -> tuple[int, Scalar]:
+    def draws(self) -> tuple[int, Any]:
         return 6, self.seed
 
     @override

@@ -68,7 +68,8 @@ class DistanceCrossing(Event):
 
     @override
     def value(self, instant: Any) -> Scalar:
-        return instant.distance - self.distance
+        value: Scalar = instant.distance - self.distance
+        return value
 
 
 class Contact(Event):

@@ -43,7 +43,8 @@ class _Piece(Atmosphere):
         since, total = instant.time - self.start, self.coefficients[self.terms - 1]
         for n in range(self.terms - 2, -1, -1):
             total = total * since + self.coefficients[n]
-        return functions.exp(total)
+        value: Scalar = functions.exp(total)
+        return value
 
 
 class _Rows(Table):
@@ -196,7 +197,8 @@ class TabulatedAtmosphere(Atmosphere):
         known = real_numbers("time", number(instant.time))
         piece = self._piece(self.rows.pieces_at(known))
         powers = (known - piece.start)[..., None] ** np.arange(piece.terms)
-        return np.exp(np.sum(piece.coefficients * powers, axis=-1))
+        value: Scalar = np.exp(np.sum(piece.coefficients * powers, axis=-1))
+        return value
 
 
 def _geodetic(positions: Array, dates: Any) -> tuple[Array, Array, Array]:

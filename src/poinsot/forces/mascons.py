@@ -67,7 +67,7 @@ class MasconGravity(Potential):
     @override
     def energy(self, instant: Instant) -> Scalar:
         inverse = instant.inverse_distance(self.orbit)
-        away = 2 * inverse * instant.attitude.to_body(instant.direction(self.orbit))
+        away: Any = 2 * inverse * instant.attitude.to_body(instant.direction(self.orbit))
         terms = [
             mass * _beyond_the_first(functions.dot(x, away) + functions.dot(x, x) * (inverse * inverse))
             for mass, x in zip(self.masses, self.positions, strict=True)

@@ -58,7 +58,8 @@ class MutualSeries(Potential):
             degrees = sum(comb(2 * n, 2 * l) * (first[l] * second[n - l]) for l in range(n + 1))
             square = square + (n + 1) * (2 * n + 1) * degrees * inverse**n
         reach = sum(self._reaches(instant))
-        return functions.sqrt(square) * (reach * reach * inverse)
+        value: Scalar = functions.sqrt(square) * (reach * reach * inverse)
+        return value
 
     @override
     def validity(self, instant: Any) -> Mapping[str, Scalar]:
@@ -116,7 +117,8 @@ class MutualGravity(MutualSeries):
             sum(each.body.moments) - 3 * each.body.moment_about(each.attitude.to_body(direction)) for each in bodies
         ]
         second = masses[1] * spread[0] + masses[0] * spread[1]
-        return -pair.G * inverse * (masses[0] * masses[1] + 0.5 * inverse * inverse * second)
+        value: Scalar = -pair.G * inverse * (masses[0] * masses[1] + 0.5 * inverse * inverse * second)
+        return value
 
     @override
     def _powers(self, instant: Any) -> tuple[Sequence[Scalar], Sequence[Scalar]]:
@@ -219,7 +221,8 @@ class MutualHarmonics(MutualSeries):
         far = self._forms(self.secondary, self.primary, TurnedForms(*first.seen_from(second)), 1)
         total = _series(near, self.primary.radius * inverse, first.to_body(direction))
         total = total + _series(far, self.secondary.radius * inverse, -second.to_body(direction))
-        return -pair.G * masses[0] * masses[1] * inverse * (1 + total)
+        value: Scalar = -pair.G * masses[0] * masses[1] * inverse * (1 + total)
+        return value
 
     def _forms(self, own: GravityField, other: GravityField, turned: TurnedForms, above: int) -> dict[int, Form]:
         """Return the sums of terms with l_own >= l_other + above by total degree, along the axes of the own body."""

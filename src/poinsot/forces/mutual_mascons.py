@@ -123,7 +123,8 @@ class MutualMascons(Potential):
         (first_mass, first_spread), (second_mass, second_spread) = map(_zeroth_and_second, self.sets.values())
         spread = first_mass * second_spread + second_mass * first_spread
         linear = inverse * (first_mass * second_mass - 0.5 * inverse * inverse * spread)
-        return -instant.pair.G * (linear + paired_sum(terms))
+        value: Scalar = -instant.pair.G * (linear + paired_sum(terms))
+        return value
 
 
 def _beyond_the_first(inverse: Scalar, excess: Scalar) -> Scalar:
@@ -152,7 +153,8 @@ def _slope(axis: Vector, i: int, k: int) -> Scalar:
     if i == k:
         return 0.0
     other = number(axis[3 - i - k])
-    return other if (k - i) % 3 == 1 else -other
+    value: Scalar = other if (k - i) % 3 == 1 else -other
+    return value
 
 
 def _points(name: str, body: Body, mass: Any) -> tuple[Any, Any]:

@@ -68,4 +68,5 @@ class ThirdBody(Potential):
             direction = each.attitude.to_body((outwards + place) / s)
             spread = sum(each.body.moments) - 3 * each.body.moment_about(direction)
             total = total + mass * monopole + inverse * inverse / (2 * s * s * s) * spread
-        return -self.orbit.mu * inverse * total
+        value: Scalar = -self.orbit.mu * inverse * total
+        return value

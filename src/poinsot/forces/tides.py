@@ -29,7 +29,8 @@ def _slip(r: Vector, v: Vector, omega: Vector) -> Vector:
 def _across(tide: Any, strength: Scalar, inverse_square: Scalar) -> Scalar:
     """Return the friction of a tide per slip across r, 3 k2 G m^2 R^5 dt / r^8, where the strength is G m^2."""
     bulge = 3 * tide.love_number * strength * tide.radius**5 * tide.time_lag
-    return bulge * (inverse_square * inverse_square) * (inverse_square * inverse_square)
+    value: Scalar = bulge * (inverse_square * inverse_square) * (inverse_square * inverse_square)
+    return value
 
 
 class TidalTorque(Torque):

@@ -97,7 +97,7 @@ class Clock:
         jumps = {part.name: part.jump for part in parts if part.jump is not None}
 
         def of_members(values: Iterable[Scalar]) -> Array:
-            return np.array([np.broadcast_to(x, numbers.shape) for x in values], dtype=float).T
+            return np.array([np.broadcast_to(np.asarray(x), numbers.shape) for x in values], dtype=np.float64).T
 
         self._periods = of_members(jump.period for jump in jumps.values())
         self._offsets = of_members(jump.offset for jump in jumps.values())

@@ -11,7 +11,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -158,26 +158,26 @@ def traced_equations(problem: Problem, variables: StateVector) -> Equations:
             attitude._complete(comoving=variables.comoving)
         instant = system.instant(bodies, variables.physical(own, scale), environment, variables.scales(scale))
         turnings, blocks = system.changes(instant)
-        of_blocks = [*variables.rates(blocks, scale)]
+        of_blocks = cast("list[GraphScalar]", [*variables.rates(blocks, scale)])
         of_charts = [
             rate
             for motion, each in zip(motions, turnings, strict=True)
             for rate in chart.rates(motion, each.omega, each.momentum_rate, each.torque, turning)
         ]
-        rates = [*of_charts, *of_blocks]
-        events = [event.value(instant) for event in symbolic.events]
+        rates = cast("list[GraphScalar]", [*of_charts, *of_blocks])
+        events = [cast("Node", event.value(instant)) for event in symbolic.events]
         updates = [_update(graph, part, instant, variables, scale) for part in system.jumping]
-        conditions = [event.condition(instant) for event in symbolic.events]
+        conditions = [cast("Node", event.condition(instant)) for event in symbolic.events]
         distance = chart.nearness([*own, time])
-        events += [] if distance is None else [distance]
-        traced = Equations([*own, time], rates, events, conditions, updates)
+        events += [] if distance is None else [cast("Node", distance)]
+        traced = Equations([*own, time], rates, [*events], [*conditions], updates)
         if variations is None:
             return traced
         parts = own[variables.charts[-1].stop : variables.along_orbits.start]
         linear = VariationalEquations(
             variables.tangent_coordinates,
             [
-                TurningBody(matrix, quaternion, g, each.omega, each.momentum_rate)
+                TurningBody(cast("Any", matrix), quaternion, g, each.omega, each.momentum_rate)
                 for (matrix, quaternion), (_, g), each in zip(axes, bodies, turnings, strict=True)
             ],
             parts,
@@ -214,7 +214,9 @@ def _update(graph: Graph, part: Part, instant: Instant | PairInstant, variables:
     count = part.jump.draws if part.jump else 0
     draws = [graph.symbol((part.name, i)) for i in range(count + count % 2)]
     slot, values = variables.slots[part.name], part.update(instant, Vector(normals(draws)[:count]))  # type: ignore[arg-type]
-    return Update([*range(slot.place.start, slot.place.stop)], slot.scaled(values, scale), draws)
+    return Update(
+        [*range(slot.place.start, slot.place.stop)], cast("list[GraphScalar]", slot.scaled(values, scale)), draws
+    )
 
 
 def _with_tangents(update: Update, variables: StateVector, changes: list[list[GraphScalar]]) -> Update:

@@ -233,8 +233,8 @@ class Canonical(Formulation):
         self, variables: Sequence[Scalar], omega: Vector, g_rate: Vector, torque: Vector, turning: Vector | None = None
     ) -> list[Scalar]:
         q, Q = self.split(variables)
-        push = quat.product(q, quat.pure(2 * torque))
-        return [*_turned(q, omega, turning), *(_turned(Q, omega, turning) + push)]
+        by_torque = Vector(quat.product(q, quat.pure(2 * torque)))
+        return [*_turned(q, omega, turning), *(_turned(Q, omega, turning) + by_torque)]
 
     @override
     def from_state(self, state: State) -> NDArray[np.float64]:

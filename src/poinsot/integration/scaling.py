@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from poinsot.mechanics.probing import sample_times, samples, time_scales
 from poinsot.mechanics.state import AnyState, State, changed
 from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.taylor.graph import Evaluator, Graph
+from poinsot.taylor.graph import Evaluator, Graph, GraphScalar
 
 __all__ = [
     "fastest_rates",
@@ -211,7 +211,8 @@ def _traced_samples(system: BodyDynamics) -> Evaluator | None:
     inputs = [graph.input(place) for place in range(len(system.numbers) + len(system.forces))]
     twin = system.with_numbers(inputs)
     try:
-        return Evaluator([*_samples(twin, inputs[len(system.numbers) :])], np.float64)
+        traced = cast("list[GraphScalar]", [*_samples(twin, inputs[len(system.numbers) :])])
+        return Evaluator(traced, np.float64)
     except Exception:  # such as an error from a table, which is read at a time
         return None
 

@@ -39,7 +39,7 @@ def low_parts(variables: StateVector, state: AnyState, starts: NDArray[np.float6
     bodies = zip(variables.charts, state.of_bodies.values(), variables.scales(variables.scale), strict=True)
     for place, body, scale in bodies:
         units = np.ones((len(starts), variables.formulation.size))
-        units[:, variables.formulation.momenta] = np.reshape(scale, (-1, 1))
+        units[:, variables.formulation.momenta] = np.reshape(np.asarray(scale), (-1, 1))
         rows = (starts[:, place] / units).T
         below[:, place] = units * _chart_below(variables.formulation, rows, body).T
     if variables.orbits:

@@ -230,7 +230,7 @@ class StateVector:
         each = zip(self.ratios, self.scales(self.scale), strict=True)
         rigid = [own if place >= 3 else 1.0 for _, own in each for place in self.formulation.tangent]
         parts = [self.scale if x is None else x for own in self.parts.values() for x in own]
-        return np.stack(np.broadcast_arrays(*rigid, *parts), axis=-1)
+        return np.stack(np.broadcast_arrays(*map(np.asarray, (*rigid, *parts))), axis=-1)
 
     _member_axes: ClassVar[Mapping[str, int]] = {"scale": 0, "parts": 0, "orbits": 0, "ratios": 0, "torque_scale": 0}
 
@@ -278,7 +278,7 @@ class StateVector:
         columns, own = [], state.own
         for name in self.parts:
             columns += self.slots[name].scaled(np.moveaxis(np.asarray(own[name]), -1, 0), self.scale)
-        return np.concatenate([rigid, np.stack(columns, axis=-1).astype(rigid.dtype)], axis=-1)
+        return np.concatenate([rigid, np.stack([*map(np.asarray, columns)], axis=-1).astype(rigid.dtype)], axis=-1)
 
     def _turn(self, rigid: Array, turn: Array) -> None:
         for place in self.formulation.quaternions:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.functions import Vector
+from poinsot.functions import Scalar, Vector
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Module, Value
 from poinsot.taylor.llvm_ir import Array as Memory
 from poinsot.taylor.object_cache import function_of
@@ -31,10 +31,10 @@ def turn_rows(turns: Reals, rows: Reals) -> None:
             return
     turned = quat.hamilton(*map(_components, (turns, rows)))
     for place, component in enumerate(turned):
-        rows[..., place] = component
+        rows[..., place] = np.asarray(component)
 
 
-def _components(array: Reals) -> Sequence[float | Reals]:
+def _components(array: Reals) -> Sequence[Scalar]:
     """Return the components of one quaternion as floats, which are faster than arrays, or the columns of rows."""
     return array.tolist() if array.ndim == 1 else quat.components(array)
 

@@ -48,7 +48,7 @@ def rotation_matrix(q: ArrayLike) -> Array:
     )
     if isinstance(q, functions.Vector):
         return matrix_of(rows)
-    return np.stack([np.stack(np.broadcast_arrays(*row), axis=-1) for row in rows], axis=-2)
+    return np.stack([np.stack(np.broadcast_arrays(*map(np.asarray, row)), axis=-1) for row in rows], axis=-2)
 
 
 def paper_matrix(q: ArrayLike) -> Array:
@@ -125,10 +125,11 @@ def rotation(q: ArrayLike) -> Rotation:
     return Rotation.from_quat(np.asarray(q), scalar_first=True)
 
 
-def rotation_angle(q: ArrayLike, other: ArrayLike) -> Scalar:
+def rotation_angle(q: ArrayLike, other: ArrayLike) -> Array:
     """Return the angle in [0, pi] of the rotation between two attitudes; q and -q are the same."""
     difference = quat.product(quat.conjugate(q), other)
-    return 2 * np.arctan2(np.linalg.norm(difference[..., 1:], axis=-1), np.abs(difference[..., 0]))
+    angle: Array = 2 * np.arctan2(np.linalg.norm(difference[..., 1:], axis=-1), np.abs(difference[..., 0]))
+    return angle
 
 
 def omega_body(q: ArrayLike, q_dot: ArrayLike) -> Array:

@@ -124,7 +124,8 @@ class Body(Parametric):
     def moment_about(self, direction_body: ArrayLike) -> Scalar:
         """Return the moment of inertia u . I u about a unit vector u along the body axes, shape (...)."""
         direction = _three("direction_body", direction_body)
-        return quat.dot(self.moments, quat.component_product(direction, direction))
+        moment: Scalar = quat.dot(self.moments, quat.component_product(direction, direction))
+        return moment
 
     @_of_vectors("direction_body")
     def attracted_moment(self, direction_body: ArrayLike) -> Scalar:

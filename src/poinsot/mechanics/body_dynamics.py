@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import ClassVar
+from typing import ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -94,7 +94,7 @@ class BodyDynamics(Dynamics[Body, Instant]):
             if part.size and part.name not in values:
                 values[part.name] = stacked(part.start(np.asarray(time, dtype=float), rate), shape)
         values = {part.name: values[part.name] for part in self.parts if part.size}
-        body = twin.body_at({name: scalars(array) for name, array in values.items()}, time)
+        body = twin.body_at({name: scalars(array) for name, array in values.items()}, cast("Scalar", time))
         return state_with(q, stacked(body.angular_momentum(rate), shape), time, values)
 
     # ------------------------------------------------------------------ formulas

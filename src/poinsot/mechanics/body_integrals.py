@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -205,7 +206,8 @@ def _own_samples(part: Part, time: Array, omega: Vector) -> Vector:
 
 def _change_of_energy(system: BodyDynamics, instant: Instant, rates: Mapping[str, Vector]) -> Scalar:
     """Return the rate of T + U along the equations of motion, those of the parts included."""
-    time, seeds = instant.time, {instant.time: 1.0}
+    time: Any = instant.time
+    seeds = {time: 1.0}
 
     def moving(values: Iterable[Scalar], name: str) -> Vector:
         variables = Vector(map(time.graph.variable, values))
@@ -216,7 +218,8 @@ def _change_of_energy(system: BodyDynamics, instant: Instant, rates: Mapping[str
     body, q = system.body_at(own, time), moving(instant.attitude.quaternion, "quaternion")
     potential = system.potential_at(Instant(body, Attitude.from_quaternion(q), instant.environment))
     kinetic = body.kinetic_energy(moving(instant.angular_momentum_body, "angular_momentum_body"))
-    return tangents([kinetic + potential], seeds)[0]
+    rate: Scalar = tangents([kinetic + potential], seeds)[0]
+    return rate
 
 
 def _symmetric(system: BodyDynamics, axis: Array) -> bool:

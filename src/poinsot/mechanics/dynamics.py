@@ -231,7 +231,8 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
 
     def potential_at(self, instant: Moment) -> Scalar:
         """Return the sum of the energies of the potentials."""
-        return sum(force.energy(instant) for force in self.forces if isinstance(force, Potential))  # type: ignore[arg-type]
+        at: Any = instant
+        return sum(force.energy(at) for force in self.forces if isinstance(force, Potential))
 
     @abstractmethod
     def each_torque_at(self, instant: Moment, body: str) -> Iterator[tuple[Force, Vector]]:
@@ -263,10 +264,8 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
         twin = self.broadcast_to(shape)
         instant = twin.at(state)
         with np.errstate(over="ignore"):
-            total: NDArray[np.float64] = (
-                twin.kinetic_at(instant) + np.broadcast_to(twin.potential_at(instant), shape)[()]
-            )
-        return total
+            total: Any = twin.kinetic_at(instant) + np.broadcast_to(np.asarray(twin.potential_at(instant)), shape)[()]
+        return total  # type: ignore[no-any-return]
 
     # ------------------------------------------------------------------ parameters
 

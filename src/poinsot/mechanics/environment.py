@@ -28,6 +28,7 @@ __all__ = [
     "Dated",
     "Environment",
     "EnvironmentOfStates",
+    "FrameOfOrbit",
     "Orbit",
     "OrbitBlock",
     "Views",
@@ -94,7 +95,7 @@ class Orbit(Dated, ABC):
     if TYPE_CHECKING:
 
         @property
-        def mu(self) -> Any:
+        def mu(self) -> Scalar:
             """Gravitational parameter of the attractor."""
 
     @abstractmethod
@@ -297,9 +298,11 @@ class Environment(Immutable):
     0.5
     """
 
+    time: Scalar
+
     def __init__(
         self,
-        time: Any,
+        time: Scalar,
         blocks: Sequence[tuple[OrbitBlock, Vector]] = (),
         views: Mapping[int, int | None] | None = None,
         comoving: bool = False,

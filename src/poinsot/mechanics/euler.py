@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array, assemble, components
-from poinsot.functions import Scalar, Vector
+from poinsot.functions import Kind, Scalar, Vector
 from poinsot.mechanics.attitude import matrix_of
 from poinsot.printable import quoted
 
@@ -137,11 +137,12 @@ def momenta_from_angular_momentum(angles: ArrayLike, g_body: ArrayLike, sequence
     return assemble([quat.dot(axis, g_body) for axis in axes], g_body)
 
 
-def outer_cosine_and_sine(middle: Scalar, sequence: str) -> tuple[Scalar, Scalar]:
+def outer_cosine_and_sine(middle: Kind, sequence: str) -> tuple[Kind, Kind]:
     """Return cosine and sine of the angle between the first and the third axis, the sine along third x nodes."""
     i, j, k = axes_of(sequence)
     cosine, sine = functions.cos(middle), functions.sin(middle)
-    return (cosine, sine) if i == k else (_parity(i, j, k) * sine, -_parity(i, j, k) * cosine)
+    parity: Any = _parity(i, j, k)
+    return (cosine, sine) if i == k else (parity * sine, -parity * cosine)
 
 
 def refuse_singular_angles(angles: NDArray[np.float64], sequence: str) -> None:

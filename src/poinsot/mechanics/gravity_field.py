@@ -95,7 +95,8 @@ class GravityField(Parametric):
     def power(self, n: int) -> Scalar:
         """Return the mean square of the terms of a degree at unit distance, relative to the mean square of degree 0."""
         squares = sum((c * c + s * s) / norm**2 for (c, s), norm in zip(self.row(n), norms(n)[n], strict=True))
-        return self.radius ** (2 * n) * squares
+        value: Scalar = self.radius ** (2 * n) * squares
+        return value
 
     @classmethod
     @checked

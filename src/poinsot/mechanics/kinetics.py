@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any
 
 from numpy.typing import ArrayLike
@@ -17,8 +17,8 @@ from poinsot.mechanics.parameters import Parametric, Vector
 
 __all__ = ["CompositeKinetics", "Kinetics", "Matrix", "ObliqueKinetics", "mixed_spread", "outer", "product", "spread"]
 
-Matrix = Any
-"""Three rows of three scalars of any kind; a `functions.Vector` of such, where it is computed with."""
+Matrix = functions.Vector
+"""Three rows, each a vector of three scalars of any kind."""
 
 
 class Kinetics(Parametric):
@@ -66,7 +66,8 @@ class Kinetics(Parametric):
     @of_arrays(native=True, g=(3,))
     def kinetic_energy(self, g: ArrayLike) -> Scalar:
         """Return g . omega / 2, eq. (9); shape (...)."""
-        return 0.5 * quat.dot(g, self.omega(g))
+        energy: Scalar = 0.5 * quat.dot(g, self.omega(g))
+        return energy
 
 
 class ObliqueKinetics(Kinetics):
@@ -90,7 +91,7 @@ class ObliqueKinetics(Kinetics):
     def gyration(self, g: ArrayLike) -> Array:
         return assemble(functions.cross(components(g), components(self.omega(g))), g)
 
-    def _inverse(self, reciprocals: Iterable[Scalar]) -> Matrix:
+    def _inverse(self, reciprocals: Iterable[Scalar]) -> list[list[Scalar]]:
         """Return axes diag(reciprocals) axes^T, symmetric to the last bit."""
         entries: dict[tuple[int, int], Scalar] = {}
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
@@ -163,7 +164,7 @@ def mixed_spread(a: functions.Vector, b: functions.Vector) -> functions.Vector:
     )
 
 
-def turned(matrix: Array, vector: ArrayLike) -> Array:
+def turned(matrix: Sequence[Sequence[Scalar]] | Array, vector: ArrayLike) -> Array:
     """Return the product of a (3, 3) matrix and vectors, scalars of any kind; shape (..., 3)."""
     x = components(vector)
     return assemble([functions.dot(matrix[i], x) for i in range(3)], vector)

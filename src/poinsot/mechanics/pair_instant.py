@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 from typing_extensions import override
 
@@ -108,7 +108,7 @@ class PairInstant(OfTwoBodies, InstantOfBodies):
         return first * self.separation, second * self.separation
 
     @property
-    def _levers(self) -> tuple[Scalar, Scalar]:
+    def _levers(self) -> tuple[Any, Any]:
         (first, second), total = self.pair.each_mass, self.pair.total_mass
         return -second / total, first / total
 

@@ -53,10 +53,10 @@ class Jump(NamedTuple):
     (0.5, 0)
     """
 
-    period: Scalar
-    offset: Scalar
+    period: float | NDArray[np.float64]
+    offset: float | NDArray[np.float64]
     draws: int = 0
-    seed: Scalar = 0.0
+    seed: float | NDArray[np.float64] = 0.0
 
     def first(self, times: ArrayLike) -> NDArray[np.float64]:
         """Return the numbers k of the first jumps that are not before times, in the rounding of k period + offset.
@@ -70,7 +70,7 @@ class Jump(NamedTuple):
         if np.any(np.abs(numbers) > MAX_JUMP_NUMBER):
             least, time = float(np.min(self.period)), np.ravel(times)[0]
             raise ValueError(f"period must be longer than the rounding of the time, got {least} at t = {time:.10g}.")
-        while (before := numbers * self.period + self.offset < times).any():
+        while (before := numbers * self.period + self.offset < np.asarray(times)).any():
             numbers = numbers + before
         return np.asarray(numbers)
 
@@ -275,7 +275,8 @@ class CompositeBody(Body):
     def attracted_moment(self, direction_body: ArrayLike) -> Scalar:
         trace = sum(self.change[i][i] for i in range(3))
         square = functions.dot(components(direction_body), components(direction_body))
-        return self.moment_about(direction_body) - trace * square / 3
+        moment: Scalar = self.moment_about(direction_body) - trace * square / 3
+        return moment
 
 
 def _sum(matrices: Iterable[Matrix]) -> Matrix:

@@ -53,5 +53,5 @@ def time_scales(system: Collection) -> Array:
     rates: Any = np.zeros(())
     for orbit in (path.with_axes(1) for path in system.orbits):
         t = orbit.sample_time
-        rates = np.maximum(rates, functions.norm(orbit.velocity_at(t)) * orbit.inverse_distance_at(t))
+        rates = np.maximum(rates, np.asarray(functions.norm(orbit.velocity_at(t)) * orbit.inverse_distance_at(t)))
     return 1 / np.where(rates > 0, rates, 1.0)

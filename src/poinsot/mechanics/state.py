@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["AnyState", "Bodies", "PairState", "Phase", "State", "named", "project_to_tangent"]
 
-Phase = dict[str, NDArray[Any]]
+Phase = dict[str, NDArray[np.float64]]
 """What a state or a motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`; then
 the variables of parts, each under the name of its part.
 
@@ -87,6 +87,8 @@ class StateOfBodies(Summarized):
         return copied(own_of(self.phase))
 
 
+Rows = TypeVar("Rows")
+Changed = TypeVar("Changed")
 Bodies = TypeVar("Bodies", bound=StateOfBodies)
 """Kind of a state: of one or of two bodies."""
 
@@ -375,7 +377,7 @@ def state_of(phase: Phase, time: ArrayLike, jumped: Mapping[str, ArrayLike] | No
     return PairState.computed(phase, time, jumped) if of_two else State.computed(phase, time, jumped)
 
 
-def changed(phase: Phase, change: Callable[[NDArray[Any]], Any]) -> Phase:
+def changed(phase: Mapping[str, Rows], change: Callable[[Rows], Changed]) -> dict[str, Changed]:
     """Return a phase with each of its arrays changed."""
     return {name: change(values) for name, values in phase.items()}
 

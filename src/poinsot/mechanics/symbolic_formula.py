@@ -5,12 +5,13 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from typing import cast
 
 from typing_extensions import override
 
 from poinsot.display.formulas import ForceSummary, Formula, StatedFormula, SystemSummary, TracedFormula
 from poinsot.display.notation import split_name
-from poinsot.functions import Vector
+from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, matrix_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment, Orbit, orbits_of
@@ -99,13 +100,13 @@ def _traced(force: Potential | Torque, body: Body, orbits: Sequence[Orbit]) -> T
     graph = Graph()
     named = force.with_numbers(graph.symbol(split_name(name)) for name, _ in force.number_names())
     moments = [graph.symbol(("I", str(i))) for i in (1, 2, 3)]
-    numbers = [*moments, *map(float, body.numbers[3:])]
+    numbers: list[Scalar] = [*moments, *map(float, body.numbers[3:])]
     primes = {id(new): _place(old, orbits) for new, old in zip(orbits_of(named), orbits_of(force), strict=True)}
     attitude = _NamedAttitude(matrix_of([[graph.symbol(("R", f"{i}{j}")) for j in (1, 2, 3)] for i in (1, 2, 3)]))
     omega = Vector(graph.symbol(("omega", str(i))) for i in (1, 2, 3))
     instant = Instant(body.with_numbers(numbers), attitude, _NamedEnvironment(graph, primes), omega_body=omega)
     if isinstance(named, Potential):
-        return TracedFormula("U", [named.energy(instant)])
+        return TracedFormula("U", [cast("Node", named.energy(instant))])
     return TracedFormula("N", list(named.torque(instant)))
 
 
@@ -121,7 +122,7 @@ class _NamedAttitude(Attitude):
     """An attitude that resolves a named vector along the body axes by its names."""
 
     @override
-    def to_body(self, vector: Iterable[Node]) -> Vector:
+    def to_body(self, vector: Iterable[Scalar]) -> Vector:
         return vector.in_body if isinstance(vector, _Named) else super().to_body(vector)
 
 

@@ -83,10 +83,10 @@ class System(Immutable, Generic[Bodies]):
     """
 
     dynamics: Dynamics[Bodies, Any]
-    units: Mapping[str, str]
+    units: dict[str, str]
     body: Bodies
     """The body, or the two bodies."""
-    of_bodies: Mapping[str, Body]
+    of_bodies: dict[str, Body]
     """Rigid bodies by name, "primary" and "secondary"; the name of a single body is empty."""
     forces: tuple[Force, ...]
     """Forces and parts in the given order."""
@@ -113,7 +113,8 @@ class System(Immutable, Generic[Bodies]):
         dynamics = equations(body, forces)
         dynamics.refuse_other_axes()
         OF_EVERY_RUN(dynamics)
-        self._contain(dynamics, dated_units(names_of_units, units, dynamics.calendar))
+        dated = read_only(dated_units(names_of_units, units, dynamics.calendar))
+        vars(self).update(zip(CONTENTS, CONTENTS_OF(dynamics), strict=True), dynamics=dynamics, units=dated)
         dynamics.check_forces()
         try_formulas(dynamics)
 
@@ -121,17 +122,22 @@ class System(Immutable, Generic[Bodies]):
     def _of(cls, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> Self:
         """Return the system of equations of motion that are valid."""
         system = object.__new__(cls)
-        system._contain(dynamics, units)
+        vars(system).update(dynamics=dynamics, units=read_only(units))
         return system
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Return contents of a system of members, which are read from its equations of motion at first use."""
+            if name not in CONTENTS:
+                return super().__getattr__(name)
+            value = vars(self)[name] = getattr(self.dynamics, name)
+            return value
 
     @property
     def definition(self) -> tuple[Dynamics[Bodies, Any], Mapping[str, str]]:
         """The equations of motion and the units, from which the contents follow."""
         return self.dynamics, self.units
-
-    def _contain(self, dynamics: Dynamics[Bodies, Any], units: Mapping[str, str]) -> None:
-        contents = zip(CONTENTS, CONTENTS_OF(dynamics), strict=True)
-        vars(self).update(contents, dynamics=dynamics, units=read_only(units))
 
     def __repr__(self) -> str:
         return f"System({', '.join(map(repr, (self.body, *self.forces)))})"
@@ -233,7 +239,7 @@ class System(Immutable, Generic[Bodies]):
         """Return the sum of the energies of the potentials at a state; shape (...)."""
         shape = state.shape
         twin = self.dynamics.broadcast_to(shape)
-        return np.broadcast_to(twin.potential_at(twin.at(state, environment)), shape)[()]
+        return np.broadcast_to(np.asarray(twin.potential_at(twin.at(state, environment))), shape)[()]
 
     @checked
     def energy(self, state: AnyState) -> Any:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array, refuse_other_members
-from poinsot.functions import Scalar, Vector
+from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.circular_pair import circular_orbit, upright
@@ -95,24 +95,24 @@ class TwoBodies(Parametric):
         return {"primary": self.primary, "secondary": self.secondary}
 
     @property
-    def total_mass(self) -> Scalar:
+    def total_mass(self) -> Array:
         """Sum of the two masses."""
         first, second = self.each_mass
         return first + second
 
     @property
-    def reduced_mass(self) -> Scalar:
+    def reduced_mass(self) -> Array:
         """Reduced mass m1 m2 / (m1 + m2), the factor between relative velocity and momentum."""
         first, second = self.each_mass
         return first * second / (first + second)
 
     @property
-    def mu(self) -> Scalar:
+    def mu(self) -> Array:
         """Gravitational parameter G (m1 + m2) of the relative orbit, as `KeplerOrbit` requires it."""
         return self.G * self.total_mass
 
     @property
-    def each_mass(self) -> tuple[Scalar, Scalar]:
+    def each_mass(self) -> tuple[Array, Array]:
         """The masses, scalars of any kind."""
         first, second = self.masses if isinstance(self.masses, Vector) else np.moveaxis(self.masses, -1, 0)
         return first, second
@@ -232,14 +232,17 @@ class TwoBodies(Parametric):
         >>> pair.state_on(orbit, [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2).position
         array([2., 0., 0.])
         """
-        off = np.abs(np.asarray(orbit.mu) / np.asarray(self.mu) - 1)
+        mu = np.asarray(orbit.mu)
+        off = np.abs(mu / np.asarray(self.mu) - 1)
         if np.any(off > MU_TOLERANCE):
             raise ValueError(
-                f"orbit must have mu = G (m1 + m2) = {np.ravel(self.mu)[0]:.10g}, got {np.ravel(orbit.mu)[0]:.10g}. "
+                f"orbit must have mu = G (m1 + m2) = {np.ravel(self.mu)[0]:.10g}, got {np.ravel(mu)[0]:.10g}. "
                 "Write KeplerOrbit(pair.mu, ...)."
             )
         path = orbit.with_axes(1)  # whose members are those of the times
-        place = [np.stack(np.broadcast_arrays(*at(time)), axis=-1) for at in (path.position_at, path.velocity_at)]
+        place = [
+            np.stack(np.broadcast_arrays(*at(np.asarray(time))), axis=-1) for at in (path.position_at, path.velocity_at)
+        ]
         given = {"omega_body": omega_body, "omega_space": omega_space}
         given |= {
             "angular_momentum_body": angular_momentum_body,

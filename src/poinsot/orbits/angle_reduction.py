@@ -36,13 +36,15 @@ def angle_at(start: Scalar, rate: Any, time: Scalar, epoch: Scalar, whole: bool 
     """
     here = number(time)
     if not _plain(start, here, epoch) or not (isinstance(rate, DoubleDouble) or _plain(rate)):
-        return start + getattr(rate, "hi", rate) * (time - epoch)
+        plain: Scalar = start + getattr(rate, "hi", rate) * (time - epoch)
+        return plain
     rate = rate if isinstance(rate, DoubleDouble) else _wide(rate)
     total = rate * (_wide(here) - _wide(epoch)) + _wide(start)
     if not whole:
         total = total - FULL * np.floor(total.hi / FULL.hi + 0.5)
     angle = _narrow(total, start, here)
-    return angle if here is time else angle + rate.hi * (time - here)
+    value: Scalar = angle if here is time else angle + rate.hi * (time - here)
+    return value
 
 
 class NearbyAngle:
@@ -92,7 +94,7 @@ def _plain(*scalars: Scalar) -> bool:
 
 def _are_doubles(*scalars: Scalar) -> bool:
     """Return True if all scalars are numbers of double precision."""
-    return _plain(*scalars) and np.result_type(np.float64, *scalars) == np.float64
+    return _plain(*scalars) and np.result_type(np.float64, *map(np.asarray, scalars)) == np.float64
 
 
 def _few_bits(x: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +65,7 @@ def composite_orbit(*orbits: Orbit, start: Date = None, stop: Date = None) -> Ep
         return np.stack([sum(parts) for parts in zip(*(orbit.position_at(times) for orbit in orbits), strict=True)], -1)
 
     return Ephemeris.from_function(
-        orbits[-1].mu,
+        cast("float", orbits[-1].mu),
         position=position,
         start=first,
         stop=last,

@@ -223,7 +223,7 @@ class ConicBlock(OrbitBlock):
     variables: ClassVar[Mapping[str, int]] = {"anomaly": 1}
 
     @abstractmethod
-    def true_anomaly(self, time: Scalar, own: Any) -> Scalar:
+    def true_anomaly(self, time: Scalar, own: Any) -> Any:
         """Return the true anomaly, radians, up to whole pairs of turns."""
 
     def cosines(self, time: Scalar, own: Any) -> tuple[Scalar, Scalar]:
@@ -233,7 +233,8 @@ class ConicBlock(OrbitBlock):
 
     def closeness(self, time: Scalar, own: Any) -> Scalar:
         """Return p/r = 1 + e cos f."""
-        return 1 + self.orbit.eccentricity * self.cosines(time, own)[0]
+        value: Scalar = 1 + self.orbit.eccentricity * self.cosines(time, own)[0]
+        return value
 
     @override
     def omega(self, time: Scalar, own: Any) -> functions.Vector:
@@ -256,13 +257,14 @@ class ConicBlock(OrbitBlock):
         directions = plane_of(*self.angles(time))
         return functions.Vector(functions.dot(along, components) for components in zip(*directions, strict=True))
 
-    def angles(self, time: Scalar) -> tuple[Scalar, Scalar, Scalar]:  # noqa: ARG002
+    def angles(self, time: Scalar) -> tuple[Any, Any, Any]:  # noqa: ARG002
         """Return node, inclination and argument of periapsis, radians."""
         return self.orbit.node, self.orbit.inclination, self.orbit.argument_of_periapsis
 
     @override
     def inverse_distance(self, orbit: Orbit, time: Scalar, own: Any) -> Scalar:
-        return self.closeness(time, own) / self.orbit.parameter
+        value: Scalar = self.closeness(time, own) / self.orbit.parameter
+        return value
 
     @override
     def direction(self, orbit: Orbit, time: Scalar, own: Any) -> functions.Vector:
@@ -288,4 +290,5 @@ class ConicBlock(OrbitBlock):
     @property
     def _rate_aside(self) -> Scalar:
         """Rate of the true anomaly at 90 degrees from the periapsis."""
-        return functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
+        value: Scalar = functions.sqrt(self.orbit.mu / self.orbit.parameter**3)
+        return value

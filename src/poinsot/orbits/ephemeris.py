@@ -19,10 +19,8 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import level_of_user, real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.environment import FrameOfOrbit, Orbit
 from poinsot.mechanics.parameters import Points, Positive, Table, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import Radius, check_surface, shown
@@ -403,44 +401,19 @@ def kilometres_to_metres(orbit: Ephemeris) -> Ephemeris:
     return Ephemeris(KILOMETRE**3 * orbit.mu, pieces=longer, radius=KILOMETRE * orbit.radius)
 
 
-class EphemerisFrame(Frame):
+class EphemerisFrame(FrameOfOrbit):
     """Radial (away from the attractor), transverse (forward), normal to position and velocity, along an ephemeris.
 
     Along an array of times the quaternion does not jump.
     """
 
-    def __init__(self, orbit: Ephemeris) -> None:
-        self.orbit = orbit
-
-    @property
-    @override
-    def member_axis(self) -> tuple[int, ...]:
-        return self.orbit.member_axis
-
     @override
     def quaternion(self, time: ArrayLike) -> Array:
-        q = quaternion_from_matrix(np.stack(self._axes(time), axis=-1))
+        q = super().quaternion(time)
         if np.ndim(time):
             same = quat.dot(q[..., 1:, :], q[..., :-1, :]) >= 0
             q[..., 1:, :] *= np.cumprod(np.where(same, 1, -1), axis=-1)[..., None]
         return q
-
-    def omega_space(self, time: ArrayLike) -> Array:
-        """Return h/r^2 along the normal, and r (a . normal)/h along the radius, with which the plane turns."""
-        r, v, a = (np.stack(list(part(time)), axis=-1) for part in self._derivatives)
-        radial, _, normal = self._axes(time)
-        distance, h = (np.linalg.norm(x, axis=-1, keepdims=True) for x in (r, np.cross(r, v)))
-        across = np.sum(a * normal, axis=-1, keepdims=True)
-        return np.asarray(h / distance**2 * normal + distance * across / h * radial)
-
-    @property
-    def _derivatives(self) -> tuple[Callable[[Any], functions.Vector], ...]:
-        return self.orbit.position_at, self.orbit.velocity_at, self.orbit.acceleration_at
-
-    def _axes(self, time: ArrayLike) -> tuple[Array, Array, Array]:
-        r, v = (np.stack(list(part(time)), axis=-1) for part in self._derivatives[:2])
-        radial, normal = (x / np.linalg.norm(x, axis=-1, keepdims=True) for x in (r, np.cross(r, v)))
-        return radial, np.cross(normal, radial), normal
 
 
 def _warn_of_jumps(made: _Pieces) -> None:

@@ -199,7 +199,7 @@ class EscapeBlock(ConicBlock):
 
     @override
     def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(np.arcsinh(self.orbit.place(time)[0]) / ANOMALY_SCALE)[..., None]
+        return np.asarray(np.arcsinh(np.asarray(self.orbit.place(time)[0])) / ANOMALY_SCALE)[..., None]
 
     @override
     def rates_at(self, time: Scalar, own: Any) -> functions.Vector:

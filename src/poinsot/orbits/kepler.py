@@ -171,7 +171,8 @@ class KeplerOrbit(ConicOrbit):
     def _mean_anomaly(self, time: Scalar, whole: bool = False) -> Scalar:
         near = None if whole else self._nearby_anomaly.at(time)
         if near is not None:
-            return near
+            value: Scalar = near
+            return value
         return angle_at(self.mean_anomaly_at_epoch, self._precise_mean_motion, time, self.epoch, whole)
 
     @cached_property
@@ -183,7 +184,7 @@ class KeplerOrbit(ConicOrbit):
         return NearbyAngle(self.mean_anomaly_at_epoch, self._precise_mean_motion, self.epoch)
 
     @cached_property
-    def mean_anomaly_at_epoch(self) -> Scalar:
+    def mean_anomaly_at_epoch(self) -> Any:
         """Mean anomaly at the epoch, radians, which corresponds to `true_anomaly`."""
         e, half = self.eccentricity, 0.5 * self.true_anomaly
         ahead, aside = functions.sqrt(1 + e) * functions.cos(half), functions.sqrt(1 - e) * functions.sin(half)
@@ -240,7 +241,8 @@ class EllipticBlock(ConicBlock):
 
     @override
     def true_anomaly(self, time: Scalar, own: Any) -> Scalar:
-        return own[0] + self.orbit.phase_at(time)
+        value: Scalar = own[0] + self.orbit.phase_at(time)
+        return value
 
 
 class KeplerBlock(EllipticBlock):
@@ -260,7 +262,7 @@ class LongEllipticBlock(ConicBlock):
     def start_at(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         e = self.orbit.eccentricity
         E = functions.eccentric_anomaly(e, self.orbit.phase_at(time))
-        return np.asarray(e * np.sin(E))[..., None]
+        return np.asarray(e * functions.sin(E))[..., None]
 
     @override
     def rates_at(self, time: Scalar, own: Any) -> functions.Vector:
@@ -284,10 +286,12 @@ class LongEllipticBlock(ConicBlock):
     @override
     def closeness(self, time: Scalar, own: Any) -> Scalar:
         e = self.orbit.eccentricity
-        return (1 - e) * (1 + e) / self._place(time, own)[2]
+        value: Scalar = (1 - e) * (1 + e) / self._place(time, own)[2]
+        return value
 
     def _anomaly(self, time: Scalar, own: Any) -> Scalar:
-        return own[0] + self.orbit.phase_at(time)
+        value: Scalar = own[0] + self.orbit.phase_at(time)
+        return value
 
     def _place(self, time: Scalar, own: Any) -> tuple[Scalar, Scalar, Scalar]:
         """Return sin E/2 and cos E/2, and the distance over the semimajor axis, at the time."""
@@ -309,9 +313,10 @@ ELONGATED_ECCENTRICITY = 0.7
 """Eccentricity above which the solution of Kepler's equation in a kernel loses digits near the periapsis."""
 
 
-def centre_equation(eccentricity: Any, mean_anomaly: Angle | None) -> NDArray[np.float64]:
+def centre_equation(eccentricity: Any, mean_anomaly: Any) -> NDArray[np.float64]:
     """Return the equation of the centre, the true minus the mean anomaly in radians, with a last axis of length 1."""
-    e, E = eccentricity, functions.eccentric_anomaly(eccentricity, mean_anomaly)
+    E: Any = functions.eccentric_anomaly(eccentricity, mean_anomaly)
+    e = eccentricity
     beta = e / (1 + np.sqrt((1 - e) * (1 + e)))
     return np.asarray(E - mean_anomaly + 2 * np.arctan2(beta * np.sin(E), 1 - beta * np.cos(E)))[..., None]
 

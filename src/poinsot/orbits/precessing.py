@@ -207,7 +207,8 @@ class _PrecessingPlane(ConicBlock):
     @property
     def _rate_aside(self) -> Scalar:
         e = self.orbit.eccentricity
-        return self.orbit.mean_motion * ((1 - e) * (1 + e)) ** -1.5
+        value: Scalar = self.orbit.mean_motion * ((1 - e) * (1 + e)) ** -1.5
+        return value
 
 
 class PrecessingBlock(_PrecessingPlane, EllipticBlock):

@@ -139,7 +139,7 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
         self._check_pair()
         x, y, z, *_ = self._start
         for name, along in (("secondary", x), ("primary", x + 1)):
-            if np.any(np.abs(along) + np.abs(y) + np.abs(z) < 4 * np.finfo(float).eps):
+            if np.any(abs(along) + abs(y) + abs(z) < 4 * np.finfo(float).eps):
                 raise ValueError(f"position must be apart from both attractors, got a body at the {name}.")
 
     @override
@@ -174,7 +174,7 @@ class ThreeBodyPath(CirclingPair["ThreeBodyView"], Parametric):
         return Path(SynodicBlock(self), self._start)
 
     @property
-    def _start(self) -> tuple[Scalar, ...]:
+    def _start(self) -> tuple[Any, ...]:
         x, y, z = (x / self.separation for x in components(self.position))
         velocity = (v / (self.separation * self.mean_motion) for v in components(self.velocity))
         return x - (1 - self.mass_ratio), y, z, *velocity
@@ -268,7 +268,7 @@ class SynodicBlock(OrbitBlock):
 
     @override
     def quaternion(self, time: NDArray[np.float64], own: Any) -> NDArray[np.float64]:
-        half = 0.5 * self._phase(time)
+        half: Any = 0.5 * self._phase(time)
         return assemble((np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)))
 
     @override
@@ -302,7 +302,8 @@ class SynodicBlock(OrbitBlock):
 
     def _phase(self, time: Scalar) -> Scalar:
         """Return the angle of the axes, radians."""
-        return self.path.mean_motion * (time - self.path.epoch)
+        value: Scalar = self.path.mean_motion * (time - self.path.epoch)
+        return value
 
 
 def _inverse_distances(own: Any) -> dict[str, Scalar]:

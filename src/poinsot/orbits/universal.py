@@ -103,6 +103,8 @@ def _stumpff(y: Scalar) -> tuple[Scalar, Scalar]:
     """Return c_2 and c_3 at -y <= 0: (cosh h - 1)/y and (sinh h - h)/(y h), h = sqrt(y)."""
     is_small = functions.less(y, 4)
     small, large = functions.where(is_small, y, 0 * y), functions.where(is_small, 4.0, y)
+    c2: Scalar
+    c3: Scalar
     c2, c3 = 1, 1
     for k in range(STUMPFF_TERMS, 0, -1):
         c2 = 1 + small / ((2 * k + 1) * (2 * k + 2)) * c2

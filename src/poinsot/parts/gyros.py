@@ -183,7 +183,8 @@ class GimballedRotor(Gimbal):
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
         angle, p = own
-        return p * p / (2 * self.moment) + self.stiffness / 2 * (angle * angle)
+        value: Scalar = p * p / (2 * self.moment) + self.stiffness / 2 * (angle * angle)
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:

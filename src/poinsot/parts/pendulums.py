@@ -164,7 +164,8 @@ class SloshPendulum(AttachedMass):
         each = zip(momenta, slopes, strict=True)
         kinetic = sum((p / (self.length * reach)) ** 2 for p, (_, reach) in each) / (2 * self.reduced_mass)
         lift = functions.dot(self._hanging - y, self._axes[0]) / self.length
-        return kinetic + self.stiffness * lift
+        value: Scalar = kinetic + self.stiffness * lift
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: Vector) -> Vector:

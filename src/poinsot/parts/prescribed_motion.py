@@ -48,7 +48,8 @@ class Transition(Part):
         """Return the rate of the progress, its derivative."""
         graph = Graph()
         now = graph.variable(time)
-        return graph.finished(tangents([self.progress(now)], {now: 1.0}))[0]
+        value: Scalar = graph.finished(tangents([self.progress(now)], {now: 1.0}))[0]
+        return value
 
     @of_scalars
     @abstractmethod

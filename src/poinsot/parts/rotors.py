@@ -69,7 +69,8 @@ class Wheel(Part):
 
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
-        return own[0] * own[0] / (2 * self.moment)
+        value: Scalar = own[0] * own[0] / (2 * self.moment)
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:

@@ -103,7 +103,9 @@ class SpringMass(AttachedMass):
     @override
     def inertia(self, own: functions.Vector, time: Scalar) -> Matrix:
         arm, line, rho = self._arm, functions.Vector(self.direction), own[0]
-        return mixed_spread(arm, line) * self.reduced_mass * rho + spread(line) * self.reduced_mass * (rho * rho)
+        linear = mixed_spread(arm, line) * self.reduced_mass * rho
+        change: Matrix = linear + spread(line) * self.reduced_mass * (rho * rho)
+        return change
 
     @override
     def spinning_inertia(self, own: functions.Vector) -> Matrix:
@@ -112,7 +114,8 @@ class SpringMass(AttachedMass):
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
         rho, p = own
-        return p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
+        value: Scalar = p * p / (2 * self.reduced_mass) + self.stiffness / 2 * (rho * rho)
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:

@@ -75,7 +75,8 @@ class CreepingTide(Part):
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
         a, b, c, d, e = own
-        return (a * a + a * b + b * b + c * c + d * d + e * e) / self._compliance
+        value: Scalar = (a * a + a * b + b * b + c * c + d * d + e * e) / self._compliance
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:

@@ -113,7 +113,8 @@ class ReactionWheels(Part):
 
     @override
     def internal_energy(self, own: functions.Vector, time: Scalar) -> Scalar:
-        return sum(p * p / (2 * moment) for p, moment in zip(own, self.moments, strict=True))
+        value: Scalar = sum(p * p / (2 * moment) for p, moment in zip(own, self.moments, strict=True))
+        return value
 
     @override
     def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector:
@@ -126,7 +127,7 @@ class ReactionWheels(Part):
         for i, (wanted, speed) in enumerate(zip(*self._demand(instant), strict=True)):
             downwards, upwards = self._largest(i, speed)
             limit, most = functions.where(wanted > 0, upwards, downwards), self.largest_torques[i]
-            short = abs(wanted) >= limit
+            short: Any = abs(wanted) >= limit
             found[f"{self.name}_{i}_at_torque_limit"] = np.logical_and(short, limit >= most)
             found[f"{self.name}_{i}_at_speed_limit"] = np.logical_and(short, limit < most)
         return found
@@ -151,7 +152,8 @@ class ReactionWheels(Part):
         rubbing = self.friction[i] * speed + self.dry_friction[i] * functions.clip(
             part * (1 / DRY_FRICTION_RANGE), -1.0, 1.0
         )
-        return functions.clip(wanted, -downwards, upwards) - rubbing
+        value: Scalar = functions.clip(wanted, -downwards, upwards) - rubbing
+        return value
 
     @of_scalars
     def distributed(self, torque: functions.Vector) -> functions.Vector:

@@ -121,7 +121,7 @@ def _attractor(orbit: Orbit, motion: Trajectory) -> tuple[str, float | None]:
 
 
 def _mu(orbit: Orbit) -> float:
-    return float(np.ravel(orbit.mu)[0])
+    return float(np.ravel(np.asarray(orbit.mu))[0])
 
 
 def _add_sun(found: Surroundings, motion: Trajectory, instant: Instant) -> None:

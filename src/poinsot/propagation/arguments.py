@@ -88,7 +88,7 @@ def check_bodies(system: System, state: AnyState) -> None:
 def broadcast_members(state: Bodies, members: tuple[int, ...]) -> Bodies:
     """Return a state for each member."""
     phase = changed(state.phase, lambda x: np.broadcast_to(x, (*members, x.shape[-1])))
-    jumped = changed(dict(state.jumped), lambda x: np.broadcast_to(x, members))
+    jumped = changed(state.jumped, lambda x: np.broadcast_to(x, members))
     return type(state).computed(phase, np.broadcast_to(state.time, members), jumped)
 
 

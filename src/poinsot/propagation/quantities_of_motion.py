@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,10 @@ from poinsot.display.html_text import Summarized
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
-from poinsot.mechanics.state import Phase, State
+from poinsot.mechanics.pair_dynamics import PairDynamics, acceleration
+from poinsot.mechanics.state import AnyState, Phase, State
 from poinsot.mechanics.system import System
+from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation import two_body_motion as pairs
 from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.relative_motion import RelativeMotion, euler_angles, relative_motion
@@ -24,7 +26,6 @@ from poinsot.quantities import Times
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-    from poinsot.orbits.elements import OsculatingElements
 
 __all__ = ["QuantitiesOfMotion"]
 
@@ -217,13 +218,15 @@ class QuantitiesOfMotion(Summarized):
         """Acceleration of the secondary relative to the primary, space axes; shape (n, 3)."""
         pairs.refuse_one_body(self.system, "acceleration")
         with np.errstate(invalid="ignore"):
-            return pairs.acceleration(self.system, self._reader.state, self.environment)
+            return acceleration(self._dynamics_of_pair, self._reader.state, self.environment)
 
     @property
     def elements(self) -> OsculatingElements:
         """Osculating elements of the secondary's orbit at all times, with the parameter G (m1 + m2)."""
         pairs.refuse_one_body(self.system, "elements")
-        return pairs.elements_of_orbit(self.system, self.position, self.velocity)
+        pair, position = pairs.two_bodies(self.system), self.position
+        mu = np.asarray(pair.with_axes(position.ndim - 1).mu)
+        return osculating_elements(mu, position=position, velocity=self.velocity)
 
     @property
     def orbit_frame(self) -> Frame:
@@ -238,7 +241,14 @@ class QuantitiesOfMotion(Summarized):
         """Return position, velocity and acceleration at the times of the motion, or at others by dense output."""
         if np.array_equal(np.asarray(time), self.times):
             return self.position, self.velocity, self.acceleration
-        return pairs.moving(self.system, self(time))
+        state: AnyState = self(time)
+        position, momentum = state.phase["orbit"][..., :3], state.phase["orbit"][..., 3:]
+        velocity = momentum / np.asarray(pairs.two_bodies(self.system).reduced_mass)
+        return position, velocity, acceleration(self._dynamics_of_pair, state)
+
+    @property
+    def _dynamics_of_pair(self) -> PairDynamics:
+        return cast(PairDynamics, self.system.dynamics)
 
     def _read(self, name: str) -> Array:
         return self._reader.block(lambda: self.environment)[name]

@@ -65,7 +65,7 @@ def multipoles(masses: Array, points: Array, degree: int) -> NDArray[np.complex1
         harmonics = SolidHarmonics(tuple(points[part].T))
         for n in range(degree + 1):
             for m in range(n + 1):
-                real, imaginary = harmonics.pair(n, m)
+                real, imaginary = map(np.asarray, harmonics.pair(n, m))
                 total[n, m] += np.sum(masses[part] * real) + 1j * np.sum(masses[part] * imaginary)
     return total
 

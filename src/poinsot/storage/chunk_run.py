@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -99,7 +100,10 @@ class ChunkTask:
         rows = {name: each.rows(self.variables[name], result.rows[name]) for name, each in self.selection.items()}
         reduced = None
         if self.reduce is not None and self.labels is not None:
-            reduced = reduction(self.reduce, self._labelled(self.labels, rows, members))
+            failures = result.about["failures"]
+            attributes = {**result.about["run"], **({"failures": json.dumps(failures)} if failures else {})}
+            labels = self.labels.assign_attrs(attributes)
+            reduced = reduction(self.reduce, self._labelled(labels, rows, members))
         if self.out is None:
             return partial(Finished, number, members.stop - members.start, reduced=reduced)
         about = {"members": [members.start, members.stop], **result.about}

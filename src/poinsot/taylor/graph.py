@@ -13,13 +13,13 @@ import math
 import operator
 from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any, TypeAlias, TypeGuard
+from typing import Any, TypeAlias, TypeGuard, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.functions import Comparable, Vector
+from poinsot.functions import Comparable, Scalar, Vector
 
 __all__ = [
     "HELD",
@@ -44,9 +44,6 @@ GraphScalar: TypeAlias = "Node | float | Fraction"
 
 Number: TypeAlias = float | np.floating | NDArray[np.floating]
 """The value of an input of a run, for one body or for members."""
-
-FormulaScalar: TypeAlias = "Node | Fraction | Number"
-"""A scalar of a formula. Scalars of SymPy and mpmath have the same operators."""
 
 MAX_PRODUCT_POWER = 256
 """Whole powers up to this one are products, which have derivatives at zero."""
@@ -83,7 +80,7 @@ def _combined(name: str, a: Any, b: Any) -> Any:
     return _newest((a, b)).applied(name, a, b)
 
 
-def _in_an_array(scalar: FormulaScalar) -> NDArray[np.object_]:
+def _in_an_array(scalar: Scalar) -> NDArray[np.object_]:
     array = np.empty(np.shape(scalar) if isinstance(scalar, np.ndarray) else (), dtype=object)
     array[()] = scalar
     return array
@@ -100,13 +97,13 @@ class Graph:
     def __init__(self) -> None:
         self.age = next(self._ages)
         self._known: dict[Hashable, Node] = {}
-        self._foreign: list[FormulaScalar] = []
+        self._foreign: list[Scalar] = []
 
     def symbol(self, name: Hashable) -> Node:
         """Return the node that varies under a name."""
         return self.node("symbol", (name,), varies=True)
 
-    def variable(self, value: FormulaScalar) -> Node:
+    def variable(self, value: Scalar) -> Node:
         """Return a node that varies about a value of any kind."""
         node = self.node("variable", (len(self._known),), varies=True)
         node.value = value
@@ -116,11 +113,9 @@ class Graph:
         """Return the input of a run at a place, a constant."""
         return self.node("input", (number,), varies=False)
 
-    def evaluated(
-        self, outputs: Sequence[FormulaScalar], values: Mapping[Node, FormulaScalar] | None = None
-    ) -> list[Any]:
+    def evaluated(self, outputs: Sequence[Scalar], values: Mapping[Node, Scalar] | None = None) -> list[Any]:
         """Return the values of outputs for values of symbols and inputs, or of any other nodes of this graph."""
-        known: dict[int, FormulaScalar] = {node.place: value for node, value in (values or {}).items()}
+        known: dict[int, Scalar] = {node.place: value for node, value in (values or {}).items()}
         own = [x for x in outputs if isinstance(x, Node) and x.graph is self]
         path = needed(own, known)
         last = {x.place: node.place for node in path for x in node.nodes} | {x.place: -1 for x in own}
@@ -131,7 +126,7 @@ class Graph:
                     known.pop(x.place, None)  # so that memory is used again
         return [known[x.place] if isinstance(x, Node) and x.graph is self else x for x in outputs]
 
-    def finished(self, outputs: Sequence[FormulaScalar]) -> list[Any]:
+    def finished(self, outputs: Sequence[Scalar]) -> list[Any]:
         """Return the values of outputs, and forget all nodes, so that their memory is free at once."""
         values = self.evaluated(outputs)
         self._known.clear()
@@ -145,7 +140,7 @@ class Graph:
             found = self._known[key] = Node(self, len(self._known), name, operands, varies)
         return found
 
-    def leaf(self, scalar: FormulaScalar) -> GraphScalar:
+    def leaf(self, scalar: Scalar) -> GraphScalar:
         """Return a scalar as an operand: a node, a number, or a node that holds an array or a scalar of other kinds."""
         if isinstance(scalar, NUMBERS):
             return float(scalar) if isinstance(scalar, float) else scalar  # type: ignore[return-value]
@@ -156,7 +151,7 @@ class Graph:
         node.value = scalar
         return node
 
-    def applied(self, name: str, *scalars: FormulaScalar) -> GraphScalar:
+    def applied(self, name: str, *scalars: Scalar) -> GraphScalar:
         """Return a function of scalars, of which one at least is a node."""
         return self.simplified(name, tuple([x if _is_operand(x, self) else self.leaf(x) for x in scalars]))
 
@@ -226,13 +221,12 @@ class Node(Comparable):
         return result
 
     def __abs__(self) -> GraphScalar:
-        result: GraphScalar = functions.abs(self)
-        return result
+        return cast("GraphScalar", functions.abs(self))
 
     def __bool__(self) -> bool:
         raise TypeError("a formula must not branch with `if` on a value, but it does.")
 
-    def apply(self, name: str, arguments: tuple[FormulaScalar, ...]) -> GraphScalar:
+    def apply(self, name: str, arguments: tuple[Scalar, ...]) -> GraphScalar:
         """Return an elementary function of scalars, this one among them."""
         return _newest(arguments).applied(name, *arguments)
 
@@ -246,11 +240,11 @@ COMMUTATIVE = ("add", "mul")
 NAMES_OF_VALUES = ("variable", "value")
 
 
-def _is_operand(scalar: FormulaScalar, graph: Graph) -> TypeGuard[GraphScalar]:
+def _is_operand(scalar: Scalar, graph: Graph) -> TypeGuard[GraphScalar]:
     return scalar.graph is graph if scalar.__class__ is Node else scalar.__class__ in PLAIN_NUMBERS
 
 
-def _newest(scalars: Iterable[FormulaScalar]) -> Graph:
+def _newest(scalars: Iterable[Scalar]) -> Graph:
     graphs = {x.graph for x in scalars if x.__class__ is Node}
     return graphs.pop() if len(graphs) == 1 else max(graphs, key=operator.attrgetter("age"))
 
@@ -404,9 +398,7 @@ def partials(node: Node) -> tuple[GraphScalar, ...]:
     return tuple([s if isinstance(x, Node) else 0.0 for s, x in zip(slopes, node.operands, strict=True)])
 
 
-def ruled(
-    value: FormulaScalar, variables: Sequence[FormulaScalar], slope: Callable[[int], FormulaScalar]
-) -> FormulaScalar:
+def ruled(value: Scalar, variables: Sequence[Scalar], slope: Callable[[int], Scalar]) -> Scalar:
     """Return a value whose derivatives follow from a rule: `slope` of the number of a variable."""
     if not any(isinstance(x, Node) for x in variables):
         return value
@@ -414,12 +406,12 @@ def ruled(
     return graph.node("ruled", (*map(graph.leaf, (value, *variables)), slope))
 
 
-def ordered(outputs: Iterable[FormulaScalar]) -> list[Node]:
+def ordered(outputs: Iterable[Scalar]) -> list[Node]:
     """Return all nodes that outputs depend on, themselves included, operands first."""
     return needed([x for x in outputs if isinstance(x, Node)], ())
 
 
-def gradient(output: FormulaScalar, by: Sequence[Node]) -> list[GraphScalar]:
+def gradient(output: Scalar, by: Sequence[Node]) -> list[GraphScalar]:
     """Return the derivatives of one scalar by some nodes, none of which depends on another: by reverse passes."""
     if not by or not isinstance(output, Node) or output.graph is not by[0].graph:
         return [0.0] * len(by)
@@ -437,7 +429,7 @@ def gradient(output: FormulaScalar, by: Sequence[Node]) -> list[GraphScalar]:
     return [adjoints.get(node.place, 0.0) for node in by]
 
 
-def tangents(outputs: Sequence[FormulaScalar], seeds: Mapping[Node, GraphScalar]) -> list[GraphScalar]:
+def tangents(outputs: Sequence[Scalar], seeds: Mapping[Node, GraphScalar]) -> list[GraphScalar]:
     """Return the differentials of outputs for differentials of some nodes, which need not be symbols."""
     found: dict[int, GraphScalar] = {node.place: seed for node, seed in seeds.items()}
     graphs = {node.graph for node in seeds}
@@ -449,7 +441,7 @@ def tangents(outputs: Sequence[FormulaScalar], seeds: Mapping[Node, GraphScalar]
             continue
         factors = [_known(found, x) for x in node.operands]
         if node.name == "where":
-            change = functions.where(node.operands[0], *factors[1:])
+            change: Any = functions.where(node.operands[0], *factors[1:])
         else:
             change = sum([share for share in _shares(node, factors) if not _is_zero(share)], start=0.0)
         if not _is_zero(change):
@@ -457,7 +449,7 @@ def tangents(outputs: Sequence[FormulaScalar], seeds: Mapping[Node, GraphScalar]
     return [_known(found, x) for x in own]
 
 
-def _shares(node: Node, factors: Sequence[GraphScalar]) -> Sequence[GraphScalar]:
+def _shares(node: Node, factors: Sequence[GraphScalar]) -> Sequence[Any]:
     """Return the derivatives of a node by its operands, each times a factor."""
     if node.name == "add":
         return factors
@@ -511,10 +503,10 @@ def number(scalar: Any) -> Any:
     return scalar
 
 
-def replayed(node: Node, known: Mapping[int, FormulaScalar]) -> FormulaScalar:
+def replayed(node: Node, known: Mapping[int, Scalar]) -> Scalar:
     """Return the value of a node from the values of its operands, by their places."""
     operands = [known[x.place] if x.__class__ is Node else x for x in node.operands]
-    value: FormulaScalar = operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
+    value: Scalar = operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
     return value
 
 

@@ -194,7 +194,7 @@ def test_the_truncation_of_two_degrees_is_that_of_their_terms():
         pulls.append(np.stack(list(system.dynamics.load_at(system.at(states)).force)))
     terms = np.sqrt(np.mean(np.sum((pulls[0] - pulls[1]) ** 2, axis=0)))
     point = 1.3 * np.prod(pair.masses) / distance**2
-    estimate = four.truncation(pt.System(pair, four).at(states))[0]
+    estimate = np.asarray(four.truncation(pt.System(pair, four).at(states)))[0]
     assert estimate == pytest.approx(terms / point / 400, rel=0.05)  # 4000 attitudes
 
 

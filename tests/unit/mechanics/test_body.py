@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from typing import Any
 
 import heyoka as hy
 import mpmath
@@ -291,7 +292,7 @@ def test_kinetic_energy_is_one_formula_for_every_scalar():
     body, g = pt.Body(MOMENTS), (1.0, -3.0, 8.0)
     expected = body.kinetic_energy(g)
     symbols = sympy.symbols("g1:4")
-    energy = body.kinetic_energy(functions.Vector(symbols))
+    energy: Any = body.kinetic_energy(functions.Vector(symbols))
     assert float(energy.subs(dict(zip(symbols, g, strict=True)))) == pytest.approx(expected, rel=1e-15, abs=0)
     variables = [hy.expression(f"g{i}") for i in range(3)]
     compiled = hy.cfunc([body.kinetic_energy(functions.Vector(variables))], vars=variables)

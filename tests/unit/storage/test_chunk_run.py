@@ -3,6 +3,7 @@
 import contextlib
 import copy
 import errno
+import json
 import pickle
 import shutil
 import threading
@@ -510,6 +511,28 @@ def test_a_chunk_is_written_while_the_next_one_is_computed_and_no_more_than_one_
     motion = run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=5)
     assert written == [0, 1, 2, 3, 4]
     assert_same_rows(motion, run(pt.System(BODY)))
+
+
+def test_a_reduction_reads_the_integrals_of_all_members():
+    """The ninth body is not symmetric, unlike the first one, which conserves one momentum more."""
+    found = run(pt.System(pt.Body(SYMMETRIC)), chunk=5, threads=1, reduce=lambda data: data.max("time"))
+    assert "integral_energy" in found
+    assert not [name for name in found if str(name).startswith("integral_angular_momentum_body")]
+
+
+def test_a_reduction_receives_the_run_and_the_failures_of_its_chunk():
+    falling = BODY.state((0.5**0.5, 0.5**0.5, 0, 0), omega_body=[(0, 0, 1), (-1, 0, 0)])
+    given, system = [], pt.System(BODY)
+
+    def noted(data):
+        given.append(data.attrs)
+        return data[["kinetic_energy"]]
+
+    run(system, falling, formulation="euler_angles", chunk=1, threads=1, variables=["kinetic_energy"], reduce=noted)
+    assert ["failures" in attributes for attributes in given] == [False, True]
+    assert "1" in json.loads(given[1]["failures"])
+    assert all(attributes["steps"] > 0 and attributes["order"] > 0 for attributes in given)
+    assert given[0]["system"] == repr(system)
 
 
 @pytest.mark.parametrize("fails", range(5))
