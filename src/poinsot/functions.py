@@ -665,3 +665,7 @@ def __getattr__(name: str) -> NoReturn:
     if name.startswith("_"):
         raise AttributeError(name=name, obj=sys.modules[__name__])
     refuse_name(__name__, name, __all__)
+
+
+def __dir__() -> list[str]:
+    return __all__

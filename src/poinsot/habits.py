@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-__all__ = ["HABITS"]
+__all__ = ["HABITS", "TOO_MANY"]
+
+TOO_MANY = "too many positional arguments"
+"""Key of the answer to a call with too many arguments without a name."""
 
 PROPAGATE = "poinsot.propagate(system, state, times)"
 SYSTEM = "poinsot.System(body, *forces)"
@@ -161,7 +164,21 @@ HABITS: dict[str, Mapping[str, str]] = {
         "sqr": "x**2",
         "select": "poinsot.functions.where",
     },
+    "poinsot.shapes": {
+        "Box": "poinsot.Body.from_box(mass, sides)",
+        "Cuboid": "poinsot.Body.from_box(mass, sides)",
+        "Sphere": "poinsot.shapes.Ellipsoid",
+        "read_obj": "poinsot.files.read_mesh(path)",
+    },
+    "poinsot.orbits": {
+        "TLE": "poinsot.files.tle_orbit(lines, start, stop)",
+        "SPICE": "poinsot.files.spice_orbit",
+        "Kepler": "poinsot.KeplerOrbit",
+        "CircularOrbit": "poinsot.KeplerOrbit(mu, semimajor_axis=..., eccentricity=0.0)",
+        "HyperbolicOrbit": "poinsot.orbits.EscapeOrbit",
+    },
     "propagate()": {
+        TOO_MANY: "the times as one array, numpy.linspace(start, stop, count)",
         "t": "times",
         "t_eval": "times",
         "t_span": "times, all times of the output",
@@ -191,7 +208,24 @@ HABITS: dict[str, Mapping[str, str]] = {
         "file": "out",
         "output": "out",
     },
+    "free_motion()": {
+        "t": "times",
+        "t_eval": "times",
+        "time": "times",
+        "t_span": "times, all times of the output",
+        "y0": "state",
+        "initial_state": "state",
+    },
+    "euler()": {"degrees": "numpy.degrees(angles): angles are in radians"},
+    "angular_velocity()": {"units": "rate_unit='deg/s'", "degrees": "rate_unit='deg/s'", "unit": "rate_unit='deg/s'"},
+    "animate()": {
+        "duration": "seconds",
+        "fps": "seconds=..., the duration: each second contains 20 frames",
+        "filename": "path",
+        "file": "path",
+    },
     "state()": {
+        TOO_MANY: "body.state(attitude, omega_body=...): vectors need their names",
         "omega": RATES,
         "w": RATES,
         "rates": RATES,
@@ -221,6 +255,10 @@ HABITS: dict[str, Mapping[str, str]] = {
         "t": "time",
     },
     "State": {
+        "from_quaternion": "body.state(quaternion, omega_body=...)",
+        "from_omega": STATE,
+        "from_rotation": STATE,
+        "from_matrix": "body.state(Rotation.from_matrix(matrix), omega_body=...)",
         "omega_body": STATE_OMEGA,
         "omega_space": STATE_OMEGA,
         "omega": STATE_OMEGA,
@@ -235,6 +273,11 @@ HABITS: dict[str, Mapping[str, str]] = {
         "energy": "system.energy(state)",
     },
     "Trajectory": {
+        "omega_b": "motion.omega_body",
+        "omega_inertial": "motion.omega_space",
+        "omega_eci": "motion.omega_space",
+        "sigma_BN": "motion.attitude.as_mrp()",
+        "omega_BN_B": "motion.omega_body",
         "omega": OMEGA,
         "w": OMEGA,
         "rates": OMEGA,
@@ -289,7 +332,15 @@ HABITS: dict[str, Mapping[str, str]] = {
         "position": "motion.environment.position(orbit)",
         "sel": "motion.isel(time=..., member=...)",
     },
+    "PairState": {
+        "velocity": "state.momentum, the relative momentum, divided by the reduced mass",
+        "r": "state.position",
+        "separation": "state.position",
+        "t": "state.time",
+    },
+    "Potential": {"torque": "poinsot.System(body, force).torque_body(state)"},
     "Body()": {
+        TOO_MANY: "Body((A, B, C)), or Body.from_inertia(tensor)",
         "inertia": "poinsot.Body.from_inertia(tensor), or Body((A, B, C)) with the principal moments",
         "tensor": "poinsot.Body.from_inertia(tensor)",
         "I": "poinsot.Body.from_inertia(tensor), or Body((A, B, C)) with the principal moments",
@@ -300,6 +351,13 @@ HABITS: dict[str, Mapping[str, str]] = {
         "shape": "poinsot.Body.from_shape(shape)",
     },
     "Body": {
+        "from_tensor": "Body.from_inertia(tensor)",
+        "from_matrix": "Body.from_inertia(tensor)",
+        "from_moments": "Body((A, B, C))",
+        "from_principal_moments": "Body((A, B, C))",
+        "from_cuboid": "Body.from_box(mass, sides)",
+        "from_sphere": "Body.from_ellipsoid",
+        "from_obj": "Body.from_shape(poinsot.files.read_mesh(path))",
         "I": "body.inertia, the tensor; body.moments, the principal moments",
         "J": "body.inertia, the tensor; body.moments, the principal moments",
         "inertia_tensor": "body.inertia",
@@ -338,6 +396,13 @@ HABITS: dict[str, Mapping[str, str]] = {
     },
     "KeplerOrbit": {
         **ELEMENTS,
+        **dict.fromkeys(
+            ("from_state", "from_state_vectors", "from_state_vector", "from_rv", "from_cartesian"),
+            "KeplerOrbit.from_vectors(mu, position=..., velocity=...)",
+        ),
+        "circular": "KeplerOrbit(mu, semimajor_axis=..., eccentricity=0.0)",
+        "from_classical": "KeplerOrbit.from_elements(mu, ..., mean_anomaly=...)",
+        "from_tle": "poinsot.files.tle_orbit(lines, start, stop)",
         "mean_anomaly": "mean_anomaly_at(time) or mean_anomaly_at_epoch",
         "M": "mean_anomaly_at(time) or mean_anomaly_at_epoch",
         "position": "position_at(time)",
@@ -347,7 +412,12 @@ HABITS: dict[str, Mapping[str, str]] = {
         "GM": "mu",
     },
     "from_elements()": {**ELEMENTS, **ANOMALIES, "GM": "mu"},
-    "from_vectors()": {"r": "position", "v": "velocity", "t": "epoch", "GM": "mu"},
+    "from_vectors()": {
+        "r": "position",
+        "v": "velocity",
+        "t": "epoch",
+        "GM": "mu",
+    },
     "GravityGradient()": {
         "mu": "GravityGradient(orbit), with the orbit KeplerOrbit(mu, ...) or another",
         "n": "GravityGradient(orbit), with the orbit KeplerOrbit(mu, ...) or another",

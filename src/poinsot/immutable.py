@@ -139,6 +139,9 @@ else:
             _seal(attributes, owned)
             return made
 
+        def __getattr__(cls, name: str) -> NoReturn:
+            refuse_attribute(cls, name)
+
         @property
         def __signature__(cls) -> inspect.Signature:
             """The arguments of `__init__`, for `inspect.signature`."""
@@ -183,7 +186,7 @@ class Immutable(metaclass=Construction):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            if hasattr(type(self), name):
+            if any(name in vars(cls) for cls in type(self).__mro__):
                 object.__getattribute__(self, name)  # a property that raised an AttributeError raises it again
             refuse_attribute(self, name)
 

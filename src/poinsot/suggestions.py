@@ -13,12 +13,18 @@ from typing import Any, NoReturn
 
 import lazy_loader
 
-from poinsot.habits import HABITS
+from poinsot.habits import HABITS, TOO_MANY
 from poinsot.printable import quoted, shortened
 
 __all__ = ["attached", "nearest", "refuse_attribute", "refuse_call", "refuse_name", "suggestion"]
 
 PACKAGE = __name__.partition(".")[0]
+
+IMPORT_SYSTEM = "importlib._bootstrap"
+"""Module that asks for an attribute in `from package import name`."""
+
+MAX_LISTED = 8
+"""Largest number of arguments that an error message lists."""
 
 
 def nearest(name: Any, known: Iterable[str]) -> str:
@@ -28,15 +34,22 @@ def nearest(name: Any, known: Iterable[str]) -> str:
 
 
 def _nearest(name: str, known: list[str]) -> str:
-    """Return the known name that differs in case, underscores or a plural alone, or else the closest one."""
+    """Return the known name that differs in case, underscores, a plural or the order of words, or the closest one."""
     import difflib  # 10 ms at the start of a process
 
-    plain = {_plain(each): each for each in known}
-    return plain.get(_plain(name)) or next(iter(difflib.get_close_matches(name, known, n=1)), "")
+    for simplified in (_plain, _words):
+        found = {simplified(each): each for each in known}.get(simplified(name))
+        if found:
+            return found
+    return next(iter(difflib.get_close_matches(name, known, n=1)), "")
 
 
 def _plain(name: str) -> str:
     return name.lower().replace("_", "").removesuffix("s")
+
+
+def _words(name: str) -> str:
+    return "_".join(sorted(name.lower().split("_")))
 
 
 def suggestion(places: Iterable[str], name: str, known: Iterable[str]) -> str:
@@ -56,11 +69,18 @@ def suggestion(places: Iterable[str], name: str, known: Iterable[str]) -> str:
 
 
 def refuse_attribute(holder: object, name: str) -> NoReturn:
-    """Raise the AttributeError of an object without an attribute of this name."""
-    kind = type(holder)
+    """Raise the AttributeError of an object or a class without an attribute of this name."""
+    kind = holder if isinstance(holder, type) else type(holder)
     public = [] if name.startswith("_") else [each for each in dir(kind) if not each.startswith("_")]
     advice = suggestion([cls.__name__ for cls in kind.__mro__], name, public) if public else ""
-    raise AttributeError(f"{shortened(kind.__name__)} has no attribute {quoted(name)}.{advice}", name=name, obj=holder)
+    raise _missing(shortened(kind.__name__), name, advice, holder)
+
+
+def _missing(subject: str, name: str, advice: str, holder: object) -> AttributeError:
+    """Return the AttributeError of an attribute; without the holder, to which Python adds a suggestion of its own."""
+    return AttributeError(
+        f"{subject} has no attribute {quoted(name)}.{advice}", name=name, obj=None if advice else holder
+    )
 
 
 def refuse_call(call: str, function: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
@@ -83,17 +103,27 @@ def refuse_call(call: str, function: Callable[..., Any], arguments: tuple[Any, .
         reason = str(error)
     parameters = [each for each in signature.parameters.values() if each.name not in ("self", "cls")]
     if not any(each.kind is each.VAR_KEYWORD for each in parameters):
-        for name in named.keys() - {each.name for each in parameters if each.kind is not each.POSITIONAL_ONLY}:
-            refuse_keyword(call, name, [each.name for each in parameters])
+        known = [each.name for each in parameters if each.kind not in (each.POSITIONAL_ONLY, each.VAR_POSITIONAL)]
+        for name in named:
+            if name not in known:
+                refuse_keyword(call, name, known)
     missing = re.fullmatch(r"missing a required .*argument: '(.*)'", reason)
     got = f"no {missing[1]}" if missing else reason
-    raise TypeError(f"{call}() must be called as {call}({_written(parameters)}), got {got}.") from None
+    advice = suggestion(_tables_of(call), TOO_MANY, ()) if reason.startswith(TOO_MANY) else ""
+    raise TypeError(f"{call}() must be called as {call}({_written(parameters)}), got {got}.{advice}") from None
 
 
 def refuse_keyword(call: str, name: str, known: Iterable[str]) -> NoReturn:
     """Raise the TypeError of a keyword that a function does not have."""
-    advice = suggestion([f"{call}()", f"{call.rpartition('.')[2]}()"], name, known)
+    known = [each for each in known if each not in ("self", "cls")]
+    advice = suggestion(_tables_of(call), name, known)
+    if not advice and 0 < len(known) <= MAX_LISTED:
+        advice = f" The arguments are {', '.join(known)}."
     raise TypeError(f"{call}() got an unexpected keyword argument {quoted(name)}.{advice}") from None
+
+
+def _tables_of(call: str) -> list[str]:
+    return [f"{call}()", f"{call.rpartition('.')[2]}()"]
 
 
 def _written(parameters: Iterable[inspect.Parameter]) -> str:
@@ -117,9 +147,14 @@ def attached(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[]
     get, names, listed = lazy_loader.attach_stub(package, file)
 
     def get_or_suggest(name: str) -> Any:
-        if name in listed or name.startswith("_") or find_spec(f"{package}.{name}"):
+        if name in listed or name.startswith("_") or (name.isidentifier() and find_spec(f"{package}.{name}")):
             return get(name)  # for a module, `from package import module` asks for the attribute first
-        refuse_name(package, name, listed)
+        try:
+            refuse_name(package, name, listed)
+        except AttributeError as error:
+            if sys._getframe(1).f_globals.get("__name__") == IMPORT_SYSTEM:  # it would drop the suggestion
+                raise ImportError(str(error), name=package) from None
+            raise
 
     return get_or_suggest, names, listed
 
@@ -127,7 +162,7 @@ def attached(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[]
 def refuse_name(module: str, name: str, known: Iterable[str]) -> NoReturn:
     """Raise the AttributeError of a module without this name."""
     advice = suggestion([module], name, ()) or _place_of(name) or nearest(name, known)
-    raise AttributeError(f"{module} has no attribute {quoted(name)}.{advice}", name=name, obj=sys.modules[module])
+    raise _missing(module, name, advice, sys.modules[module])
 
 
 def _place_of(name: str) -> str:

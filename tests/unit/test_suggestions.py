@@ -96,7 +96,25 @@ GUESSES = {
     "pt.Body(inertia=((1, 0, 0), (0, 2, 0), (0, 0, 3)))": "Write poinsot.Body.from_inertia(tensor), or Body((A, B, C)) "
     "with the principal moments.",
     "pt.Body(((1, 0, 0), (0, 2, 0), (0, 0, 3)))": "Write Body.from_inertia(tensor).",
-    "pt.Body(1, 2, 3)": "Body() must be called as Body(moments), got too many positional arguments.",
+    "pt.Body(1, 2, 3)": "Write Body((A, B, C)), or Body.from_inertia(tensor).",
+    "pt.propagate(system, state, 0, 10)": "Write the times as one array, numpy.linspace(start, stop, count).",
+    "body.state((1, 0, 0, 0), (0, 0, 1))": "Write body.state(attitude, omega_body=...): vectors need their names.",
+    "system.state((1, 0, 0, 0), rates=(0, 0, 1))": "Write omega_body=... for components along the body axes or "
+    "omega_space=... for components in space.",
+    "pt.System(body, forces=[])": "Write the forces one by one: System(body, force, another_force).",
+    "pt.forces.LinearDamping(gain=1.0)": "The arguments are coefficient.",
+    "pt.control.QuaternionFeedback(Kp=1.0, Kd=2.0)": "Did you mean 'kp'?",
+    "pt.KeplerOrbit.from_vectors(1.0, r=(1, 0, 0), v=(0, 1, 0))": "Write position.",
+    "motion.euler('321', degrees=True)": "Write numpy.degrees(angles): angles are in radians.",
+    "pt.free_motion(body, state, t=[1.0])": "Write times.",
+    # attributes of classes
+    "pt.Body.from_tensor": "Write Body.from_inertia(tensor).",
+    "pt.KeplerOrbit.from_state_vectors": "Write KeplerOrbit.from_vectors(mu, position=..., velocity=...).",
+    "pt.KeplerOrbit.from_element": "Did you mean 'from_elements'?",
+    "pt.State.from_quaternion": "Write body.state(quaternion, omega_body=...).",
+    "motion.body_omega": "Did you mean 'omega_body'?",
+    "pt.shapes.Box": "Write poinsot.Body.from_box(mass, sides).",
+    "getattr(pt, 'a.b')": "poinsot has no attribute 'a.b'.",
     "pt.System(body, [pt.GravityGradient(orbit)])": "Give them one by one: System(body, *forces).",
     "pt.KeplerOrbit(mu=1, mean_anomaly=0)": "Write KeplerOrbit.from_elements(mu, ..., mean_anomaly=...).",
     "pt.KeplerOrbit(1.0, 7000.0)": "KeplerOrbit() must be called as KeplerOrbit(mu, semimajor_axis=..., "
@@ -138,6 +156,21 @@ def test_keywords_of_habits_do_not_exist():
     for call, function in (("state", BODY.state), ("from_elements", ORBIT.from_elements), ("Body", pt.Body)):
         wrong = HABITS[f"{call}()"].keys() & inspect.signature(function).parameters.keys()
         assert all(HABITS[f"{call}()"][name] == name for name in wrong)
+
+
+@pytest.mark.parametrize("name", ["ReactionWheels", "Satellite", "propogate"])
+def test_import_of_a_guess(name):
+    with pytest.raises(ImportError) as caught:
+        exec(f"from poinsot import {name}")
+    assert str(caught.value).endswith(GUESSES[f"pt.{name}"])
+
+
+def test_python_adds_no_suggestion_of_its_own():
+    for guess in ("pt.propogate", "motion.kinetic_enrgy", "pt.Body.from_inertias"):
+        with pytest.raises(AttributeError) as caught:
+            eval(guess, NAMES)
+        assert caught.value.name == guess.rpartition(".")[2]
+        assert caught.value.obj is None
 
 
 def test_errors_of_properties_are_not_hidden():

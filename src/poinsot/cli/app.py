@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -41,13 +42,15 @@ def _version(wanted: bool) -> None:
 
 
 def _import(names: list[str]) -> None:
-    """Import the modules of the user, also from the current folder, as `python -m` does."""
-    if names and "" not in sys.path:
-        sys.path.insert(0, "")
+    """Import the modules of the user by name or by path, also from the current folder, as `python -m` does."""
     for name in names:
+        path = Path(name)
+        folder = "" if path.parent == Path() else str(path.parent)
+        if folder not in sys.path:
+            sys.path.insert(0, folder)
         try:
-            importlib.import_module(name.removesuffix(".py"))
-        except ImportError as error:
+            importlib.import_module(path.name.removesuffix(".py"))
+        except (ImportError, ValueError, SyntaxError) as error:
             raise ValueError(f"{IMPORT} must name a module, got {quoted(name)}: {message_of(error)}.") from None
 
 
@@ -61,7 +64,8 @@ def main(
         typer.Option(
             IMPORT,
             metavar="MODULE",
-            help="Module with forces, parts, orbits or file formats of your own, imported before the command.",
+            help="Module or .py file with forces, parts, orbits or file formats of your own, imported before the "
+            "command.",
         ),
     ] = [],  # noqa: B006 - typer copies it
 ) -> None:

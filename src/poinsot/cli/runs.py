@@ -48,6 +48,9 @@ __all__ = ["new", "run"]
 MIN_BYTES_PER_ROW = 150
 """Smallest size of a result in bytes, for each time and member."""
 
+NO_FOLDERS = {".nc", ".nc4", ".zarr", ".h5", ".hdf5", ".npz", ".csv", ".txt", ".json", ".toml", ".html", ".png", ".pkl"}
+"""Endings of files, which no folder should have."""
+
 MAX_LISTED_FAILURES = 10
 """Largest number of members whose failures are listed one by one."""
 
@@ -273,7 +276,7 @@ def _output_names(job: Scenario, repeated: bool, file: Path, out: Path | None, s
         others = {kind: store.parent / name for kind, name in job.outputs.items() if kind != "result"}
         return {"result": store, **others}
     folder = file.parent if out is None else out
-    if out is not None and out.suffix not in RESULTS and out.is_file():
+    if out is not None and out.suffix not in RESULTS and (out.is_file() or _looks_like_a_file(out)):
         raise ValueError(f"--out must be a folder, NAME.nc or NAME.zarr, got the file {out}.")
     if out is not None and out.suffix in RESULTS:
         folder, named = out.parent, {**job.outputs, "result": out.name}
@@ -283,6 +286,11 @@ def _output_names(job: Scenario, repeated: bool, file: Path, out: Path | None, s
         named = {"result": f"{file.stem}.nc", **job.outputs}
     names = {kind: folder / name for kind, name in named.items()}
     return names | {"partial": names["result"].with_suffix(f".partial{names['result'].suffix}")}
+
+
+def _looks_like_a_file(path: Path) -> bool:
+    """Return True if a path that is no folder ends like a file."""
+    return path.suffix.lower() in NO_FOLDERS and not path.is_dir()
 
 
 def _check_outputs(job: Scenario, names: dict[str, Path], overwrite: bool, resume: bool) -> None:

@@ -348,7 +348,7 @@ def _usage() -> Iterator[None]:
     except UsageError as error:
         if type(error).__name__ == "NoArgsIsHelpError":  # its help is on the screen
             raise
-        message, help_of = error.format_message().rstrip("."), error.ctx.command_path
+        message, help_of = error.format_message().rstrip("."), error.ctx.command_path if error.ctx else "poinsot"
         stop = "" if message.endswith("?") else "."
         say(f"poinsot: {message}{stop} `{help_of} --help` lists the commands and options.")
         raise typer.Exit(WRONG) from None

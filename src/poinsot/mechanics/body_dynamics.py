@@ -78,8 +78,8 @@ class BodyDynamics(Dynamics[Body, Instant]):
             raise TypeError(
                 f"state() of one body must have one argument without a name, the attitude, got {len(place) or 'none'}."
             )
-        q, name, along = started(place[0], dict(vectors), time, frame)
         values = self.given_parts(**own)
+        q, name, along = started(place[0], dict(vectors), time, frame)
         counts = [array.shape[:-1] for array in values.values()]
         shape = np.broadcast_shapes(along.shape[:-1], np.shape(time), self.members, *counts)
         if not name.startswith("omega"):

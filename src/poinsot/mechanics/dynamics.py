@@ -30,7 +30,7 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part, named_parts
 from poinsot.mechanics.state import AnyState, Phase
 from poinsot.printable import quoted
-from poinsot.suggestions import nearest
+from poinsot.suggestions import suggestion
 
 __all__ = ["AnyDynamics", "Dynamics", "Start", "Turning", "Vectors", "by_class", "scalars", "stacked"]
 
@@ -174,7 +174,8 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
         if unknown := [name for name in own if name not in sizes]:
             known = ", ".join(sizes) or "none"
             raise ValueError(
-                f"own must name parts with variables, {known}, got {quoted(unknown[0])}.{nearest(unknown[0], sizes)}"
+                f"own must name parts with variables, {known}, got {quoted(unknown[0])}."
+                f"{suggestion(['state()'], unknown[0], sizes)}"
             )
         return {name: member_array(name, values, (sizes[name],)) for name, values in own.items()}
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, NoReturn
 
+from poinsot.suggestions import refuse_attribute
+
 __all__ = ["OfTwoBodies", "no_attribute"]
 
 
@@ -27,7 +29,6 @@ class OfTwoBodies:
     if not TYPE_CHECKING:  # a type checker reports unknown attributes itself
 
         def __getattr__(self, name: str) -> NoReturn:
-            message = f"{type(self).__name__!r} object has no attribute {name!r}"
             if hasattr(self._one, name):
-                message = no_attribute(self._noun, name)
-            raise AttributeError(message, name=name, obj=self)
+                raise AttributeError(no_attribute(self._noun, name), name=name, obj=self)
+            refuse_attribute(self, name)

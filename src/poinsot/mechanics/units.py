@@ -43,14 +43,15 @@ class DerivedUnits(Immutable):
         TypeError
             If the unit of the value does not convert.
         """
-        unit = {
-            "omega": self.rate if self.time != "1" else "",
-            "angular_momentum": self.momentum,
-            "position": self.length,
-            "velocity": self.velocity,
-            "time": self.time,
-        }.get(name.removesuffix("_body").removesuffix("_space"), "")
-        return value if value is None or unit in ("", "1") else plain(name, value, unit)
+        unit, parts = {
+            "omega": (self.rate, (self.time,)),
+            "angular_momentum": (self.momentum, (self.time, self.inertia)),
+            "position": (self.length, (self.length,)),
+            "velocity": (self.velocity, (self.time, self.length)),
+            "time": (self.time, (self.time,)),
+        }.get(name.removesuffix("_body").removesuffix("_space"), ("", ("",)))
+        is_named = not {"", "1"}.intersection(parts)
+        return plain(name, value, unit) if value is not None and is_named else value
 
     def _with_length(self, *units: str) -> str:
         return self.length and _product(*units)
@@ -122,7 +123,8 @@ def checked_units(units: Mapping[str, str] | None, measures: tuple[str, ...]) ->
             *others, last = map(repr, measures)
             raise ValueError(f"units must name {', '.join(others)} and {last}, got {quoted(key)}.")
         if not isinstance(unit, str):
-            raise TypeError(f"units must be words, but units[{quoted(key)}] = {quoted(unit)}.")
+            remedy = f" Write {quoted(str(unit))}." if hasattr(unit, "to_string") else ""
+            raise TypeError(f"units must be words, but units[{quoted(key)}] = {quoted(unit)}.{remedy}")
     checked = {measure: units.get(measure, "1") for measure in measures}
     return {**checked, "time": _time_unit(checked["time"])}
 

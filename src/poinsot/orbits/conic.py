@@ -90,6 +90,7 @@ class ConicOrbit(Orbit):
         check_surface(self)
 
     @classmethod
+    @checked
     def from_vectors(
         cls, mu: float, *, position: ArrayLike, velocity: ArrayLike, epoch: Time = 0.0, radius: float = 0.0
     ) -> Self:

@@ -13,15 +13,19 @@ function ticks(low, high, count) {
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999);
   const out = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) out.push(k * step);
+  const start = Math.ceil(low / step - 1e-9);
+  for (let k = 0; k <= 4 * count && (start + k) * step <= high + 1e-9 * step; k++) out.push((start + k) * step);
   return out;
 }
 
-/** A number as text; relative to a given scale, rounding reads 0. */
-function short(value, digits = 6, scale = 0) {
+/** A number as text; relative to a given scale, rounding reads 0. A power of ten has a factor of `figures` digits. */
+function short(value, digits = 6, scale = 0, figures = 2) {
   const size = Math.abs(value);
   if (size < NEGLIGIBLE * scale) return "0";
-  if (size !== 0 && (size >= 1e5 || size < 1e-3)) return value.toExponential(1).replace("e+", "e").replaceAll("-", "−");
+  if (size !== 0 && (size >= 1e5 || size < 1e-3)) {
+    const rounded = figures > 2 ? Number(value.toPrecision(figures)).toExponential() : value.toExponential(1);
+    return rounded.replace("e+", "e").replaceAll("-", "−");
+  }
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
@@ -83,7 +87,7 @@ function plotOf(figure, { motion, name, quantities, colours, timeLabel, timeFact
     for (const shown of ticks(timeFactor * first, timeFactor * last, box.width / 80)) {
       const t = shown / timeFactor;
       line(pen, [x(t), box.top], [x(t), box.top + box.height]);
-      const [label, edge] = [short(shown), box.left + box.width + box.right];
+      const [label, edge] = [short(shown, 6, 0, 6), box.left + box.width + box.right];
       pen.fillText(label, Math.min(x(t), edge - pen.measureText(label).width / 2), box.top + box.height + 14);
     }
     pen.fillText(timeLabel, box.left + box.width / 2, box.top + box.height + 30);
@@ -93,7 +97,7 @@ function plotOf(figure, { motion, name, quantities, colours, timeLabel, timeFact
     for (const shown of levels) {
       const here = y(shown / factor);
       line(pen, [box.left, here], [box.left + box.width, here]);
-      pen.fillText(short(shown, digits), box.left - 6, here);
+      pen.fillText(short(shown, digits, 0, digits), box.left - 6, here);
     }
     pen.strokeStyle = theme.of(EVENTS);
     for (const { t } of events) line(pen, [x(t), box.top], [x(t), box.top + 6]);
