@@ -164,6 +164,15 @@ HABITS: dict[str, Mapping[str, str]] = {
         "sqr": "x**2",
         "select": "poinsot.functions.where",
     },
+    "commands": {
+        **dict.fromkeys(("simulate", "propagate", "start", "execute", "integrate"), "`poinsot run FILE`"),
+        **dict.fromkeys(("show", "display", "open", "3d"), "`poinsot view FILE` or `poinsot plot FILE`"),
+        **dict.fromkeys(("init", "create", "template"), "`poinsot new FILE`"),
+        **dict.fromkeys(("export", "save"), "`poinsot convert FILE TARGET`"),
+        **dict.fromkeys(("summary", "describe", "print"), "`poinsot info FILE`"),
+        "version": "`poinsot --version`",
+        "help": "`poinsot --help`",
+    },
     "poinsot.shapes": {
         "Box": "poinsot.Body.from_box(mass, sides)",
         "Cuboid": "poinsot.Body.from_box(mass, sides)",
@@ -428,5 +437,5 @@ HABITS: dict[str, Mapping[str, str]] = {
 }
 """Answers to names that do not exist, by the name tried.
 
-A key is a namespace, a class, or a function or class with parentheses for the keywords of its call.
+A key is a namespace, a class, a function or class with parentheses for the keywords of its call, or "commands".
 """

@@ -169,6 +169,10 @@ def test_out_names_the_file_of_the_result(top, tmp_path):
     assert lines == [str(tmp_path / "new" / name) for name in ("y.nc", "p.png")]
     wrong = call("run", top, "--out", top, code=2)
     assert f"--out must be a folder, NAME.nc or NAME.zarr, got the file {top}." in wrong.stderr
+    for name in ("y.h5", "y.NC", "y.txt"):
+        wrong = call("run", top, "--out", tmp_path / name, code=2)
+        assert f"--out must be a folder, NAME.nc or NAME.zarr, got the file {tmp_path / name}." in wrong.stderr
+        assert not (tmp_path / name).exists()
 
 
 def test_missing_table_is_named(top):

@@ -590,3 +590,19 @@ def test_hints_name_options_alone():
     assert terminal._sentence(said) == (
         "axes must agree, got Thin(scale='low') and Thin(motion='high'). Give --frame ICRF."
     )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "answer"),
+    [
+        (["simulate", "a.toml"], "No such command 'simulate'. Write `poinsot run FILE`."),
+        (["version"], "No such command 'version'. Write `poinsot --version`."),
+        (["view", "a.nc", "--out", "b.html"], "No such option: --out. The file to write is the argument after FILE."),
+        (["info", "a.nc", "-o", "b.html"], "No such option: -o."),
+        (["--import"], "Option '--import' requires an argument."),
+    ],
+)
+def test_first_guesses_are_answered(arguments, answer):
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 2
+    assert done.stderr.startswith(f"poinsot: {answer} `")

@@ -208,7 +208,7 @@ def test_the_command_line_names_them(told):
     assert ".jsonl" in said["other"][1]
 
 
-@pytest.mark.parametrize("module", ["mine", "mine.py"])
+@pytest.mark.parametrize("module", ["mine", "mine.py", "./mine.py"])
 def test_the_command_line_imports_the_module(told, tmp_path, module):
     folder, _ = told
     command = [sys.executable, "-m", "poinsot", "run", "it.toml", "--import", module, "--out", str(tmp_path / "own.nc")]

@@ -46,7 +46,7 @@ NOT_VALUES = {"dataset", "body_on_pairs"}
 
 def public(thing):
     """The public attributes of a thing, without methods, by name."""
-    for name in dir(thing):
+    for name in object.__dir__(thing):
         if name.startswith("_") or name in NOT_VALUES:
             continue
         try:

@@ -97,6 +97,15 @@ SENTENCES = {
         lambda: SI.state((1, 0, 0, 0), omega_body=(0, 0, 1) * u.m),
         "omega_body must convert to rad s-1, the unit of the system, got a quantity in m.",
     ),
+    "no unit of inertia": (
+        lambda: DAYS.state((1, 0, 0, 0), angular_momentum_body=(0, 0, 1) * u.kg * u.m**2 / u.s),
+        "angular_momentum_body must be plain numbers in your own units, got a quantity in m2 kg / s. "
+        "Write value.to_value(unit), with the unit that your other numbers have.",
+    ),
+    "unit of a system": (
+        lambda: pt.System(TOP.body, units={"time": u.s}),
+        "units must be words, but units['time'] = Unit(\"s\"). Write 's'.",
+    ),
     "no unit of time": (
         lambda: pt.propagate(UNNAMED, START, [1, 2] * u.s),
         f"times must be plain numbers, or times where the unit of time is named, got a quantity in s. {NAMES_IT}",

@@ -96,6 +96,8 @@ def run(
     out: Annotated[
         Path | None,
         typer.Option(
+            "--out",
+            "-o",
             metavar="PATH",
             help="Folder for the output files, or the file of the result, NAME.nc or NAME.zarr, next to which the "
             "other files are written; default: the folder of FILE.",

@@ -26,7 +26,8 @@ from typer.core import TyperCommand, TyperGroup
 from typing_extensions import override
 
 from poinsot.display.progress import later
-from poinsot.printable import printable
+from poinsot.habits import HABITS
+from poinsot.printable import printable, quoted
 
 if TYPE_CHECKING:
     from poinsot.propagation.trajectory import Trajectory
@@ -101,6 +102,12 @@ OPTIONS = {
     **{"scale": "the scale in --zero", "motion": "the result"},
 }
 """Command-line names of the arguments of functions."""
+
+NO_OUT = tuple(f"No such option: {option}" for option in ("-o", "--out", "--output"))
+"""Messages of commands without such an option."""
+
+WITH_TARGET = ("plot", "view", "animate", "convert")
+"""Commands whose second argument is the file to write."""
 
 UsageError: Any = typer.BadParameter.__bases__[0]
 """Exception for an invalid command line."""
@@ -231,6 +238,12 @@ class Group(TyperGroup):
         return super().parse_args(ctx, [*pairs, *others])
 
     @override
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if answer := HABITS["commands"].get(args[0]):
+            raise UsageError(f"No such command {quoted(args[0])}. Write {answer}", ctx)
+        return super().resolve_command(ctx, args)
+
+    @override
     def invoke(self, ctx: Any) -> Any:
         with _usage(), _sentences():
             return super().invoke(ctx)
@@ -349,6 +362,8 @@ def _usage() -> Iterator[None]:
         if type(error).__name__ == "NoArgsIsHelpError":  # its help is on the screen
             raise
         message, help_of = error.format_message().rstrip("."), error.ctx.command_path if error.ctx else "poinsot"
+        if message in NO_OUT and error.ctx.info_name in WITH_TARGET:
+            message += ". The file to write is the argument after FILE"
         stop = "" if message.endswith("?") else "."
         say(f"poinsot: {message}{stop} `{help_of} --help` lists the commands and options.")
         raise typer.Exit(WRONG) from None

@@ -178,6 +178,11 @@ class Parametric(Immutable):
         cls.__setattr__ = _stays  # type: ignore[assignment]
         explain_formulas(cls)
 
+    def __dir__(self) -> list[str]:
+        """Return the names of attributes, without the methods of this base class."""
+        internal = vars(Parametric).keys() - {field.name for field in dataclasses.fields(self)}  # type: ignore[arg-type]
+        return [name for name in super().__dir__() if name.startswith("_") or name not in internal]
+
     @classmethod
     def unchecked(cls, **fields: Any) -> Self:
         """Return a record of computed values of any kind, which need no check and broadcast as they are."""

@@ -138,16 +138,21 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
 
 
 class Quantity(NamedTuple):
-    """Quantity that a plot of the page can show, with the factor from its values to the unit in its label."""
+    """Quantity that a plot of the page can show, with the factor from its values to the unit in its label.
+
+    Angles are in radians; beyond half a turn they continue at the other edge of the plot.
+    """
 
     label: str
     symbols: Sequence[str]
     values: Array
     factor: float = 1.0
+    are_angles: bool = False
 
     def on_page(self) -> dict[str, Any]:
         """Return the entries for the page, which has the values among its arrays."""
-        return {"label": self.label, "symbols": list(self.symbols), "factor": self.factor}
+        common = {"label": self.label, "symbols": list(self.symbols), "factor": self.factor}
+        return {**common, "angles": True} if self.are_angles else common
 
 
 def _of_body(motion: Trajectory) -> dict[str, Any]:
@@ -173,7 +178,7 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
     if around.content.get("orbit", {}).get("moves"):
         angles = arrays["roll_pitch_yaw"] = _roll_pitch_yaw(motion, arrays["orbit_position"], arrays["orbit_velocity"])
         names = ("roll", "pitch", "yaw")
-        quantities["roll_pitch_yaw"] = Quantity("roll, pitch, yaw [deg]", names, angles, 180 / np.pi)
+        quantities["roll_pitch_yaw"] = Quantity("roll, pitch, yaw [deg]", names, angles, 180 / np.pi, are_angles=True)
         plotted = ["roll_pitch_yaw", "omega_body"]
     return {
         "rates": {"body": rate},
@@ -242,7 +247,11 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
             f"distance of the centres of mass{bracketed(units.get('length', '1'))}", "r", distance[:, None]
         ),
         "libration": Quantity(
-            "libration of the secondary [deg]", ("in longitude", "in latitude"), arrays["libration"], 180 / np.pi
+            "libration of the secondary [deg]",
+            ("in longitude", "in latitude"),
+            arrays["libration"],
+            180 / np.pi,
+            are_angles=True,
         ),
         **{
             f"{name}_omega_body": Quantity(

@@ -186,3 +186,19 @@ def test_a_record_that_is_changed_says_what_to_do_instead():
     with pytest.raises(AttributeError, match=rf"^FixedPosition\.mu must stay as it was made, {hint} arguments\.$"):
         NEAR.mu = 3.0
     assert float(NEAR.mu) == 0.9
+
+
+def test_internal_methods_are_not_listed():
+    listed = dir(One(FAR, 1.0))
+    assert {"orbit", "energy", "__init__"} <= set(listed)
+    assert not {name for name in vars(Parametric) if not name.startswith("_")} & set(listed)
+
+    class Structure(pt.Torque):
+        """A torque with a field of the name of a method."""
+
+        structure: float
+
+        def torque(self, instant):
+            return -self.structure * instant.omega
+
+    assert "structure" in dir(Structure(1.0))

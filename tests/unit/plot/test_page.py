@@ -1066,3 +1066,47 @@ def test_rounding_reads_0(browser, tmp_path):
     assert "0" not in (readings[0], readings[3])
     assert visit("short(3e-9, 3, 1)") == "3.0e−9"
     visit.page.close()
+
+
+JUMPS = """() => {
+    const { lineTo, moveTo } = CanvasRenderingContext2D.prototype;
+    const steps = [];
+    let last = null;
+    const pen = CanvasRenderingContext2D.prototype;
+    pen.lineTo = function (x, y) { steps.push(Math.abs(y - last)); last = y; return lineTo.call(this, x, y); };
+    pen.moveTo = function (x, y) { last = y; return moveTo.call(this, x, y); };
+    const select = document.querySelector('[data-quantity=roll_pitch_yaw] select');
+    const canvas = document.querySelector('[data-quantity=roll_pitch_yaw] canvas');
+    select.dispatchEvent(new Event('change'));
+    Object.assign(pen, { lineTo, moveTo });
+    const grid = canvas.clientHeight - 42;
+    return steps.filter((step) => step > 0.6 * grid && step < 0.99 * grid).length;
+}"""
+
+
+def test_angles_continue_at_the_other_edge_after_half_a_turn(browser, tmp_path):
+    system = pt.System(pt.Body((1.0, 2.0, 2.5)), pt.GravityGradient(ORBIT))
+    start = system.state((1, 0, 0, 0), omega_body=(0, 0, 1.0), frame=ORBIT.frame)
+    motion = pt.propagate(system, start, np.linspace(0, 10, 101))
+    visit = Visit(browser, pt.view(motion, tmp_path / "spin.html"), webgl=False)
+    assert visit(JUMPS) == 0
+    angles = np.unwrap(motion.relative_to(ORBIT.frame).roll_pitch_yaw, axis=0)
+    k = int(np.argmax(np.ptp(angles, axis=0)))
+    wrapped = np.flatnonzero(np.abs(np.diff(motion.relative_to(ORBIT.frame).roll_pitch_yaw[:, k])) > np.pi)
+    assert wrapped.size
+    visit("t => poinsot.setTime(t)", float(motion.times[wrapped[0]] + 0.05))
+    shown = visit.page.locator("[data-quantity=roll_pitch_yaw] output").all_text_contents()[k]
+    assert abs(float(shown.replace("−", "-"))) > 170
+    visit.page.close()
+
+
+def test_times_far_from_zero_are_read_with_all_digits(browser, tmp_path):
+    motion = pt.free_motion(BODY, STATE, 2e9 + np.linspace(0, 1e5, 51))
+    visit = Visit(browser, pt.view(motion, tmp_path / "far.html"), webgl=False)
+    visit("poinsot.setTime(2.00005e9)")
+    assert visit("document.getElementById('now').textContent") == "t = 2.00005e9"
+    visit.page.close()
+    motion = pt.free_motion(BODY, STATE, [2e9, 2e9 + 4.8e-7])
+    visit = Visit(browser, pt.view(motion, tmp_path / "near.html"), webgl=False)
+    assert visit.messages == [message for message in visit.messages if "WebGL" in message]
+    visit.page.close()

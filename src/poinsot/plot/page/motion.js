@@ -96,7 +96,16 @@ const motion = (() => {
       momenta: () => momenta(quaternion(t), vector("angular_momentum_space", t)),
       distance: () => [norm(position(t))],
     }[name];
-    return made ? made() : vector(name, t);
+    return made ? made() : page.quantities[name].angles ? angles(name, t) : vector(name, t);
+  }
+
+  /** Stored angles, linear along the shorter way between the times, within half a turn. */
+  function angles(name, t) {
+    const [array, [i, u]] = [arrays[name], own.place(t)];
+    const size = array.length / times.length;
+    const within = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
+    const next = row(array, size, i + 1);
+    return row(array, size, i).map((angle, k) => within(angle + u * within(next[k] - angle)));
   }
 
   /**

@@ -11,7 +11,7 @@ const NEGLIGIBLE = 1e-11;
 function ticks(low, high, count) {
   const rough = (high - low) / count;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999);
+  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.8);
   const out = [];
   const start = Math.ceil(low / step - 1e-9);
   for (let k = 0; k <= 4 * count && (start + k) * step <= high + 1e-9 * step; k++) out.push((start + k) * step);
@@ -131,9 +131,11 @@ function plotOf(figure, { motion, name, quantities, colours, timeLabel, timeFact
     }
   }
 
-  /** Return the first, least, largest and last sample of each column of pixels. */
+  /** Draw the first, least, largest and last sample of each column of pixels, with gaps where angles wrap. */
   function samples(pen, k) {
     const value = (i) => values[size * i + k];
+    const gap = quantities[name].angles ? Math.PI : Infinity;
+    let before = NaN;
     const column = (i) => Math.floor(2 * x(times[i]));
     for (let i = 0; i < times.length; ) {
       const kept = [i, i, i, i];
@@ -143,7 +145,11 @@ function plotOf(figure, { motion, name, quantities, colours, timeLabel, timeFact
         if (value(i) > value(kept[2])) kept[2] = i;
         kept[3] = i;
       }
-      for (const j of kept.sort((one, other) => one - other)) pen.lineTo(x(times[j]), y(value(j)));
+      for (const j of kept.sort((one, other) => one - other)) {
+        if (Math.abs(value(j) - before) > gap) pen.moveTo(x(times[j]), y(value(j)));
+        else pen.lineTo(x(times[j]), y(value(j)));
+        before = value(j);
+      }
     }
   }
 
