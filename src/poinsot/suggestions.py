@@ -7,6 +7,7 @@ import inspect
 import re
 import sys
 from collections.abc import Callable, Iterable
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
@@ -16,7 +17,7 @@ import lazy_loader
 from poinsot.habits import HABITS, TOO_MANY
 from poinsot.printable import quoted, shortened
 
-__all__ = ["attached", "nearest", "refuse_attribute", "refuse_call", "refuse_name", "suggestion"]
+__all__ = ["attached", "holder_of", "nearest", "refuse_attribute", "refuse_call", "refuse_name", "suggestion"]
 
 PACKAGE = __name__.partition(".")[0]
 
@@ -68,19 +69,35 @@ def suggestion(places: Iterable[str], name: str, known: Iterable[str]) -> str:
     return f" Write {answer}." if answer else nearest(name, known)
 
 
+class LateText:
+    """Text of the error message about an object, composed when it is read; most errors of attributes stay unread."""
+
+    def __init__(self, holder: object, compose: Callable[[], str]) -> None:
+        self.holder, self.compose = holder, compose
+
+    def __str__(self) -> str:
+        return self.compose()
+
+    def __repr__(self) -> str:
+        return repr(str(self))
+
+    def __reduce__(self) -> tuple[type[str], tuple[str]]:
+        return str, (str(self),)
+
+
 def refuse_attribute(holder: object, name: str) -> NoReturn:
-    """Raise the AttributeError of an object or a class without an attribute of this name."""
+    """Raise the AttributeError of an object or a class without an attribute of this name.
+
+    The error does not refer to the object, because Python would add a second suggestion.
+    """
     kind = holder if isinstance(holder, type) else type(holder)
+    raise AttributeError(LateText(holder, partial(_without_attribute, kind, name)), name=name, obj=None)
+
+
+def _without_attribute(kind: type, name: str) -> str:
     public = [] if name.startswith("_") else [each for each in dir(kind) if not each.startswith("_")]
     advice = suggestion([cls.__name__ for cls in kind.__mro__], name, public) if public else ""
-    raise _missing(shortened(kind.__name__), name, advice, holder)
-
-
-def _missing(subject: str, name: str, advice: str, holder: object) -> AttributeError:
-    """Return the AttributeError of an attribute; without the holder, to which Python adds a suggestion of its own."""
-    return AttributeError(
-        f"{subject} has no attribute {quoted(name)}.{advice}", name=name, obj=None if advice else holder
-    )
+    return f"{shortened(kind.__name__)} has no attribute {quoted(name)}.{advice}"
 
 
 def refuse_call(call: str, function: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
@@ -161,8 +178,19 @@ def attached(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[]
 
 def refuse_name(module: str, name: str, known: Iterable[str]) -> NoReturn:
     """Raise the AttributeError of a module without this name."""
+    text = LateText(sys.modules[module], partial(_without_name, module, name, known))
+    raise AttributeError(text, name=name, obj=None)
+
+
+def _without_name(module: str, name: str, known: Iterable[str]) -> str:
     advice = suggestion([module], name, ()) or _place_of(name) or nearest(name, known)
-    raise _missing(module, name, advice, sys.modules[module])
+    return f"{module} has no attribute {quoted(name)}.{advice}"
+
+
+def holder_of(error: AttributeError) -> object:
+    """Return the object that lacks an attribute."""
+    text = error.args[0] if error.args else None
+    return text.holder if isinstance(text, LateText) else error.obj
 
 
 def _place_of(name: str) -> str:

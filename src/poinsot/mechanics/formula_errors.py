@@ -11,6 +11,7 @@ from typing import Any
 from poinsot import functions as formulas
 from poinsot.printable import kind_of, message_of, quoted, shortened
 from poinsot.subclasses import is_own
+from poinsot.suggestions import holder_of
 
 __all__ = ["FormulaError", "explain_formulas", "use_functions"]
 
@@ -48,7 +49,7 @@ def _explained(formula: Callable[..., Any]) -> Callable[..., Any]:
         try:
             return formula(record, *arguments, **named)
         except AttributeError as error:
-            if error.obj is None or error.name is None:
+            if holder_of(error) is None or error.name is None:
                 raise
             raise FormulaError(_missing(_name(record, formula), error)) from error
         except FormulaError:
@@ -67,7 +68,7 @@ def _name(record: Any, formula: Callable[..., Any]) -> str:
 
 def _missing(formula: str, error: AttributeError) -> str:
     """Return the message about an attribute that does not exist, with the nearest one that does."""
-    thing, name = error.obj, str(error.name)
+    thing, name = holder_of(error), str(error.name)
     owner = thing.__name__ if isinstance(thing, ModuleType) else kind_of(thing)
     import difflib
 

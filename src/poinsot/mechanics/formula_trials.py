@@ -24,6 +24,7 @@ from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import described, message_of
+from poinsot.suggestions import holder_of
 
 __all__ = ["ATTITUDES", "RATES", "try_event", "try_formulas"]
 
@@ -153,7 +154,9 @@ def _is_of_other_bodies(error: BaseException) -> bool:
     """Whether a formula of one body asks for what two bodies have, or the other way round."""
     if not isinstance(error, AttributeError):
         return False
-    return "of two bodies" in str(error) or (isinstance(error.obj, Instant) and hasattr(PairInstant, str(error.name)))
+    return "of two bodies" in str(error) or (
+        isinstance(holder_of(error), Instant) and hasattr(PairInstant, str(error.name))
+    )
 
 
 class WrongSizeError(TypeError):

@@ -1086,16 +1086,14 @@ JUMPS = """() => {
 
 def test_angles_continue_at_the_other_edge_after_half_a_turn(browser, tmp_path):
     system = pt.System(pt.Body((1.0, 2.0, 2.5)), pt.GravityGradient(ORBIT))
-    start = system.state((1, 0, 0, 0), omega_body=(0, 0, 1.0), frame=ORBIT.frame)
+    start = system.state((0.6, 0, 0, 0.8), omega_body=(1.0, 0, 0), frame=ORBIT.frame)
     motion = pt.propagate(system, start, np.linspace(0, 10, 101))
     visit = Visit(browser, pt.view(motion, tmp_path / "spin.html"), webgl=False)
     assert visit(JUMPS) == 0
-    angles = np.unwrap(motion.relative_to(ORBIT.frame).roll_pitch_yaw, axis=0)
-    k = int(np.argmax(np.ptp(angles, axis=0)))
-    wrapped = np.flatnonzero(np.abs(np.diff(motion.relative_to(ORBIT.frame).roll_pitch_yaw[:, k])) > np.pi)
-    assert wrapped.size
-    visit("t => poinsot.setTime(t)", float(motion.times[wrapped[0]] + 0.05))
-    shown = visit.page.locator("[data-quantity=roll_pitch_yaw] output").all_text_contents()[k]
+    roll = motion.relative_to(ORBIT.frame).roll_pitch_yaw[:, 0]
+    (first, _) = np.flatnonzero(np.abs(np.diff(roll)) > np.pi)
+    visit("t => poinsot.setTime(t)", motion.times[first] + 0.05)
+    shown = visit.page.locator("[data-quantity=roll_pitch_yaw] output").first.text_content()
     assert abs(float(shown.replace("−", "-"))) > 170
     visit.page.close()
 

@@ -45,7 +45,7 @@ const clock = (() => {
 
   // ------------------------------------------------------------ texts
 
-  const shown = (t, digits = 7) => short(page.factors.time * t, digits, 0, digits);
+  const shown = (t, digits = 7) => short(page.factors.time * t, Math.min(digits, 6), 0, digits);
   const inWords = (t = time) => `${page.labels.t} = ${shown(t)}${page.labels.unit}`;
 
   function date() {
