@@ -316,7 +316,7 @@ def test_json_has_the_numbers_of_a_result(top, tmp_path):
     assert (said["kind"], said["title"], said["rerunnable"]) == ("result", "a top", True)
     assert said["times"] == {"count": 101, "first": 0.0, "last": 10.0}
     assert said["summary"] == {**motion.summary, "wall_time": None}
-    assert said["said"]["force"] == ["UniformGravity(weight=0.5, center_of_mass=[1.0, 0.0, 0.0])"]
+    assert said["lines"]["force"] == ["UniformGravity(weight=0.5, center_of_mass=[1.0, 0.0, 0.0])"]
     of_scenario = json.loads(call("info", top, "--json").stdout)
     assert (of_scenario["kind"], of_scenario["times"]["count"]) == ("scenario", 101)
 

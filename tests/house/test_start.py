@@ -1,8 +1,11 @@
 """The first motion of a process loads no library that it does not use."""
 
+import os
 import platform
 import subprocess
 import sys
+
+import pytest
 
 NOT_NEEDED = (
     *("asyncio", "concurrent.futures", "difflib", "email", "importlib.metadata", "logging", "multiprocessing"),
@@ -33,3 +36,19 @@ def test_without_llvmlite_one_message_names_the_platform():
     last = found.stderr.splitlines()[-1]
     assert last.startswith("ImportError: llvmlite must be installed, which compiles the equations of motion, got on ")
     assert platform.machine() in last
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a folder that root cannot write")
+def test_a_home_folder_that_cannot_be_written_costs_one_warning(tmp_path):
+    environment = {name: value for name, value in os.environ.items() if name not in ("POINSOT_CACHE", "XDG_CACHE_HOME")}
+    program = [
+        sys.executable,
+        "-c",
+        FIRST_MOTION
+        + "pt.propagate(pt.System(system.body), system.body.state((1, 0, 0, 0), omega_body=(0, 1, 2)), [1.0])",
+    ]
+    environment["HOME"] = "/proc"
+    found = subprocess.run(program, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert found.stderr.count("UserWarning") == 1
+    assert "the cache folder /proc/.cache/poinsot must be writable, got: " in found.stderr
+    assert "Set POINSOT_CACHE to another folder, or to an empty text to use none." in found.stderr

@@ -19,6 +19,15 @@ SYSTEMS = {
                 raise PermissionError(errno.EACCES, "Permission denied") from None
         sys.modules["msvcrt"] = types.SimpleNamespace(locking=locking, LK_LOCK=1, LK_NBLCK=2)
         sys.modules["fcntl"] = sys.modules["resource"] = None
+        import signal, socket
+        for module, names in {
+            os: "fork geteuid getuid pread pwrite register_at_fork sched_getaffinity O_NOFOLLOW O_NONBLOCK",
+            signal: "setitimer SIGPROF",
+            socket: "recv_fds send_fds",
+        }.items():
+            for name in names.split():
+                delattr(module, name)
+        os.supports_fd.clear()
     """,
     "none": "sys.modules['fcntl'] = sys.modules['msvcrt'] = sys.modules['resource'] = None",
 }
@@ -77,6 +86,8 @@ STORE = """
     motion = pt.propagate(pt.System(body), states, [0.0, 1.0], out=sys.argv[1], chunk=1)
     pt.save(pt.propagate(pt.System(body), body.state((0, 0.6, 0, 0.8), omega_body=(0, 1, 2)), [0.0, 1.0]), sys.argv[2])
     pt.save(motion, sys.argv[2], overwrite=True)
+    assert (pt.load(sys.argv[2]).quaternion == motion.quaternion).all()
+    assert (pt.load(sys.argv[1]).quaternion == motion.quaternion).all()
     print(*sorted(os.listdir(os.path.dirname(sys.argv[1]))), *os.listdir(sys.argv[1]))
 """
 
@@ -110,3 +121,18 @@ def test_a_store_has_one_writer(tmp_path, system):
     first.communicate("")
     assert printed(system, LEASES, tmp_path) == ["held"]
     assert list(tmp_path.iterdir()) == []
+
+
+EVERY_MODULE = """
+    import importlib, pkgutil
+    import poinsot
+    for module in pkgutil.walk_packages(poinsot.__path__, "poinsot."):
+        importlib.import_module(module.name)
+    from poinsot.storage.memory import available_memory
+    print(available_memory() > 0)
+"""
+
+
+@pytest.mark.parametrize("system", ["msvcrt", "none"])
+def test_every_module_is_imported(system):
+    assert printed(system, EVERY_MODULE) == ["True"]

@@ -88,7 +88,7 @@ def test_states_of_two_bodies_with_units():
             state.of_bodies[name].angular_momentum_body, plain.of_bodies[name].angular_momentum_body, rtol=1e-15
         )
     np.testing.assert_allclose(state.position, plain.position, rtol=1e-15)
-    np.testing.assert_allclose(state.velocity, plain.velocity, rtol=1e-15)
+    np.testing.assert_allclose(state.momentum, plain.momentum, rtol=1e-15)
 
 
 NAMES_IT = "System(..., units={'time': 's'}) names it."

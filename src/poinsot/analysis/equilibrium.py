@@ -342,7 +342,7 @@ class _Balance:
             dies = int(np.sum(eigenvalues.real < -slow))
             return "asymptotic" if dies == 6 - freedom else "linear"
         slope = self.momentum * _slope(scaled[None])[0]
-        curvature = np.linalg.eigvalsh(-(slope + slope.T) / 2)  # of U - Omega . I Omega / 2
+        curvature = np.linalg.eigvalsh(-(slope + slope.T) / 2)  # second derivative of U - Omega . I Omega / 2
         positive = int(np.sum(curvature > RATE_TOLERANCE * self.slow * self.stiffness))
         return "lyapunov" if positive == 3 - freedom else "linear"
 

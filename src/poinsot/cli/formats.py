@@ -74,7 +74,7 @@ class Contents:
         texts: dict[str, Any] = {}
         for name, _, text in (line.strip().partition(": ") for line in lines):
             texts.setdefault(name, []).append(text)
-        return {"kind": self.kind, "title": title, "said": texts, **self.data}
+        return {"kind": self.kind, "title": title, "lines": texts, **self.data}
 
 
 def info(

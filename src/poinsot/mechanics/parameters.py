@@ -14,7 +14,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Self, dataclass_transform, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Protocol, Self, dataclass_transform, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -366,7 +366,15 @@ def same(a: Parametric, b: Parametric) -> bool:
     )
 
 
-def union_of_knots(records: Iterable[Parametric]) -> NDArray[np.float64]:
+class Tabulated(Protocol):
+    """Record, or records taken together, which may contain tables."""
+
+    @property
+    def knots(self) -> NDArray[np.float64]:
+        """Times at which the tables change their polynomials."""
+
+
+def union_of_knots(records: Iterable[Tabulated]) -> NDArray[np.float64]:
     """Return the knots of all records, ascending."""
     some = [knots for record in records if (knots := record.knots).size]
     return functools.reduce(np.union1d, some) if some else NO_KNOTS

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from poinsot.algebra import quaternion as quat
 from poinsot.analysis.polhodes import principal
 from poinsot.mechanics.attitude import quaternion_from_matrix
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.euler import sine_of_attitudes
+from poinsot.mechanics.frame import LEVEL, roll_pitch_yaw
 from poinsot.plot.geometry import is_constant
 from poinsot.plot.labels import (
     BLACK,
@@ -27,7 +30,7 @@ from poinsot.plot.labels import (
     rate_unit_of,
     time_unit_of,
 )
-from poinsot.plot.page_arrays import base64_of, packed, rows_of
+from poinsot.plot.page_arrays import packed, rows_of
 from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
 from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
@@ -80,6 +83,11 @@ MIN_MOTION_SECONDS = 10.0
 DURATIONS = {"min": "minutes", "h": "hours", "d": "days", "yr": "years", "1": "units of time"}
 """Words for units of time in titles."""
 
+NUDGE = 1e-5
+"""Half the angle, radians, by which a body at a pitch of 90 degrees is turned before its roll and yaw are computed."""
+
+OMEGA_SYMBOLS = ("ω₁", "ω₂", "ω₃")
+
 MAX_GHOSTS = 8
 """Largest number of other motions on a page."""
 
@@ -107,23 +115,21 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
     own = _of_pair(motion) if is_of_two_bodies(motion) else _of_body(motion)
-    rates, plots = own.pop("rates"), own.pop("plots")
+    rates, quantities = own.pop("rates"), own.pop("quantities")
     momentum = own["arrays"]["angular_momentum_space"] = motion.angular_momentum_space
     own["largest"]["angular_momentum"] = _longest(momentum)
-    numbers = sum(values.shape[-1] for values in own["arrays"].values())
-    rows = rows_of(motion.times, np.max(list(rates.values()), axis=0), numbers, len(others) + 1)
-    times = rows.times
+    rows = rows_of(motion.times, rates.values(), own["arrays"], len(others) + 1)
     return {
         **own,
         "title": title or _title_of(motion),
-        "note": _note(times, {body: rate[rows.at] for body, rate in rates.items()}),
+        "note": _note(rows.times, {body: rate[rows.at] for body, rate in rates.items()}),
         "stored": motion.times.size,
         **_labels(motion, rates),
+        "quantities": {name: each.on_page() for name, each in quantities.items()},
         "colours": COLOURS,
-        "times": base64_of(times, "<f8"),
-        "arrays": {name: rows.packed(values) for name, values in own["arrays"].items()},
-        "envelopes": {} if rows.are_all else {name: rows.envelope(values) for name, values in plots.items()},
-        "rate": _initial_speed(times, own["mean_rate"]),
+        **rows.encoded(own["arrays"]),
+        "envelopes": {} if rows.are_all else {name: rows.envelope(each.values) for name, each in quantities.items()},
+        "rate": _initial_speed(rows.times, own["mean_rate"]),
         "second": 1 / TIME_UNITS[units] if (units := motion.system.units["time"]) in TIME_UNITS else None,
         "ghosts": [_ghost(other, len(others) + 1) for other in others],
         "calendar": calendar_of(motion),
@@ -131,15 +137,49 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
     }
 
 
+class Quantity(NamedTuple):
+    """Quantity that a plot of the page can show, with the factor from its values to the unit in its label."""
+
+    label: str
+    symbols: Sequence[str]
+    values: Array
+    factor: float = 1.0
+
+    def on_page(self) -> dict[str, Any]:
+        """Return the entries for the page, which has the values among its arrays."""
+        return {"label": self.label, "symbols": list(self.symbols), "factor": self.factor}
+
+
 def _of_body(motion: Trajectory) -> dict[str, Any]:
     """Return the content for one body."""
-    rate = np.linalg.norm(motion.omega_body, axis=-1)
+    units, rate = motion.system.units, np.linalg.norm(motion.omega_body, axis=-1)
     mean_rate = float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0]))
     around = surroundings_of(motion, _initial_speed(motion.times, mean_rate))
+    arrays = {**_moving(motion), **around.arrays}
+    unit = rate_unit_of(units, None, rate)
+    quantities = {
+        "quaternion": Quantity("Euler parameters q", ["q₀", "q₁", "q₂", "q₃"], motion.quaternion),
+        "momenta": Quantity(
+            f"conjugate momenta Q{momentum_label(units)}", ["Q₀", "Q₁", "Q₂", "Q₃"], motion.conjugate_momenta
+        ),
+        "omega_body": Quantity(
+            f"angular velocity ω, body axes{unit.label}", OMEGA_SYMBOLS, motion.omega_body, unit.factor
+        ),
+        "angular_momentum_space": Quantity(
+            f"angular momentum G, space axes{momentum_label(units)}", ["G₁", "G₂", "G₃"], motion.angular_momentum_space
+        ),
+    }
+    plotted = ["quaternion", "momenta"]
+    if around.content.get("orbit", {}).get("moves"):
+        angles = arrays["roll_pitch_yaw"] = _roll_pitch_yaw(motion, arrays["orbit_position"], arrays["orbit_velocity"])
+        names = ("roll", "pitch", "yaw")
+        quantities["roll_pitch_yaw"] = Quantity("roll, pitch, yaw [deg]", names, angles, 180 / np.pi)
+        plotted = ["roll_pitch_yaw", "omega_body"]
     return {
         "rates": {"body": rate},
-        "plots": {"quaternion": motion.quaternion, "momenta": motion.conjugate_momenta},
-        "arrays": {**_moving(motion), **around.arrays},
+        "quantities": quantities,
+        "plotted": plotted,
+        "arrays": arrays,
         "around": around.content,
         "largest": {"omega": float(np.max(rate))},
         "mean_rate": mean_rate,
@@ -148,16 +188,26 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
     }
 
 
+def _roll_pitch_yaw(motion: Trajectory, position: Array, velocity: Array) -> Array:
+    """Return roll, pitch and yaw for the axes of an orbit with these positions and velocities, radians; (n, 3)."""
+    normal = np.cross(position, velocity)
+    axes = [position, np.cross(normal, position), normal]
+    frame = quaternion_from_matrix(np.stack([each / np.linalg.norm(each, axis=-1)[:, None] for each in axes], axis=-1))
+    relative = quat.product(quat.conjugate(frame), motion.quaternion)
+    # Roll and yaw are undefined at a pitch of 90 degrees: there the body is turned by what no plot shows.
+    turned = [quat.product(relative, np.array([1.0, *(NUDGE * np.eye(3)[axis])])) for axis in (1, 2)]
+    regular, second, third = (
+        sine_of_attitudes(quat.product(quat.conjugate(LEVEL), q), "321") for q in (relative, *turned)
+    )
+    aside = np.where((second > third)[:, None], *turned)
+    return roll_pitch_yaw(np.where((regular < NUDGE)[:, None], aside, relative))
+
+
 def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
     """Return the content for another motion."""
     arrays = _moving(other)
     rates = [np.linalg.norm(values, axis=-1) for name, values in arrays.items() if name.endswith("omega_body")]
-    numbers = sum(values.shape[-1] for values in arrays.values())
-    rows = rows_of(other.times, np.max(rates, axis=0), numbers, sharing)
-    return {
-        "times": base64_of(rows.times, "<f8"),
-        "arrays": {name: rows.packed(values) for name, values in arrays.items()},
-    }
+    return rows_of(other.times, rates, arrays, sharing).encoded(arrays)
 
 
 def _moving(motion: Trajectory) -> dict[str, Array]:
@@ -183,16 +233,48 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
     turning = np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2
     mean_rate = float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0]))
     around = surroundings_of(motion, _initial_speed(motion.times, mean_rate))
+    arrays = {**_moving(motion), **around.arrays}
+    arrays["libration"] = _libration(motion, bodies["secondary"])
+    units = motion.system.units
+    unit = rate_unit_of(units, None, list(rates.values()))
+    quantities = {
+        "distance": Quantity(
+            f"distance of the centres of mass{bracketed(units.get('length', '1'))}", "r", distance[:, None]
+        ),
+        "libration": Quantity(
+            "libration of the secondary [deg]", ("in longitude", "in latitude"), arrays["libration"], 180 / np.pi
+        ),
+        **{
+            f"{name}_omega_body": Quantity(
+                f"angular velocity of the {name}{unit.label}", OMEGA_SYMBOLS, one.omega_body, unit.factor
+            )
+            for name, one in motion.of_bodies.items()
+        },
+    }
     return {
         "rates": rates,
-        "plots": {"distance": distance[:, None], "secondary_omega_body": motion.secondary.omega_body},
-        "arrays": {**_moving(motion), **around.arrays},
+        "quantities": quantities,
+        "plotted": ["distance", "libration"],
+        "arrays": arrays,
         "around": around.content,
         "largest": largest,
         "mean_rate": mean_rate,
         "bodies": bodies,
         "reach": reach,
     }
+
+
+def _libration(motion: Trajectory, solid: dict[str, Any]) -> Array:
+    """Return longitude and latitude of the line of centres, seen from the secondary, radians; shape (n, 2).
+
+    They count from the longest axis of the secondary, whose two ends are alike, and from its equator.
+    """
+    axes = np.argsort(solid["semiaxes"])[::-1]
+    towards = quat.rotate(quat.conjugate(motion.secondary.quaternion), -motion.position)
+    long, middle, short = np.moveaxis(quat.rotate(quat.conjugate(np.asarray(solid["principal"])), towards), -1, 0)[axes]
+    handed = np.linalg.det(np.eye(3)[axes])
+    longitude = np.arctan2(handed * middle * np.sign(long), np.abs(long))
+    return np.stack([longitude, np.arctan2(short, np.hypot(long, middle))], axis=-1)
 
 
 def _solid_of_mass(body: Body, mass: float) -> dict[str, Any]:
@@ -234,18 +316,13 @@ def _labels(motion: Trajectory, rates: Mapping[str, Array]) -> dict[str, Any]:
     units = motion.system.units
     time, rate = time_unit_of(units, None, motion.times), rate_unit_of(units, None, list(rates.values()))
     words = {
-        "quaternion": "Euler parameters q",
-        "momenta": f"conjugate momenta Q{momentum_label(units)}",
         "angular_momentum_space": momentum_label(units),
-        "distance": f"distance of the centres of mass{bracketed(units.get('length', '1'))}",
         "omega_body": rate.label,
-        "secondary_omega_body": f"angular velocity of the secondary{rate.label}",
         "time": f"time{time.label}",
         "t": "t",
         "unit": "" if time.written == "1" else f" {time.written}",
     }
-    factors = {"time": time.factor, "omega_body": rate.factor, "secondary_omega_body": rate.factor}
-    return {"labels": words, "factors": factors}
+    return {"labels": words, "factors": {"time": time.factor, "omega_body": rate.factor}}
 
 
 def _note(times: Array, rates: Mapping[str, Array]) -> str:

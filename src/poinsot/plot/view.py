@@ -29,11 +29,8 @@ SCRIPTS = {
     )
     for seen, own in {"body": ("fittings.js",), "pair": ()}.items()
 }
-SEEN = {
-    "body": ("The body", {"quaternion": [f"<i>q</i>{i}" for i in "₀₁₂₃"], "momenta": [f"<i>Q</i>{i}" for i in "₀₁₂₃"]}),
-    "pair": ("Two bodies", {"distance": ["<i>r</i>"], "secondary_omega_body": [f"<i>ω</i>{i}" for i in "₁₂₃"]}),
-}
-"""Title of each kind of scene, and its plots with the symbols of their components."""
+SEEN = {"body": "The body", "pair": "Two bodies"}
+"""Content of each kind of scene in words."""
 
 CAPTIONS = {
     "body": {
@@ -93,14 +90,15 @@ def view(
     title: str = "",
     overwrite: bool = False,
 ) -> View | Path:
-    """Write a page that plays a motion in three dimensions, together with plots of the quaternions q and Q.
+    """Write a page that plays a motion in three dimensions, together with plots of quantities that the reader chooses.
 
-    Two bodies move about their barycentre, to scale, together with plots of their distance and of the secondary's
-    angular velocity. The page requires no network. Between stored times it interpolates the attitude by a cubic
-    rotation vector, and momenta and angular velocities linearly. A body made of a shape is drawn as this shape. Other
-    bodies are drawn as homogeneous ellipsoid or box with the same moments. For a body without parts, the page shows the
-    inertia ellipsoid omega . I omega = 2 T with the polhode if T is constant to 1e-6, and the invariable plane if the
-    angular momentum in space is constant, too.
+    Two bodies move about their barycentre, to scale. The first plots are those of the quaternions q and Q, of roll,
+    pitch, yaw and rates for a body on an orbit, or of distance and libration for two bodies. If the forces include
+    sunlight, the Sun lights the scene. The page requires no network. Between stored times it interpolates the attitude
+    by a cubic rotation vector, and momenta and angular velocities linearly. A body made of a shape is drawn as this
+    shape. Other bodies are drawn as homogeneous ellipsoid or box with the same moments. For a body without parts, the
+    page shows the inertia ellipsoid omega . I omega = 2 T with the polhode if T is constant to 1e-6, and the invariable
+    plane if the angular momentum in space is constant, too.
 
     Parameters
     ----------
@@ -148,7 +146,6 @@ def _page(motion: Trajectory, others: Motions | None, title: str) -> str:
     """Return the page, whose policy allows its own scripts and no requests."""
     content = content_of(motion, others_of(motion, others), title)
     seen = "pair" if "bodies" in content else "body"
-    name, plots = SEEN[seen]
     folder = resources.files("poinsot.plot") / "page"
     files = ("page.html", f"{seen}.html", "page.css", *SCRIPTS[seen])
     around = content["around"]
@@ -159,25 +156,46 @@ def _page(motion: Trajectory, others: Motions | None, title: str) -> str:
         "policy": policy,
         "title": html.escape(content["title"]),
         "style": style,
-        "seen": name,
-        "plots": "\n".join(_figure(*plot) for plot in plots.items()),
+        "seen": SEEN[seen],
+        "plots": "\n".join(map(_figure, content["plotted"])),
         "scale": " ".join(text for part, text in CAPTIONS[seen].items() if (content | around).get(part)),
         "alone": "" if "orbit" in around else " checked",
         "herpolhode": " checked" if content.get("plane") else "",
-        "around": "\n".join(_labels_around(around, len(content.get("ghosts", ())))),
+        "arrows": "\n".join(_labels_of_arrows(around)),
+        "around": _group("Surroundings", list(_labels_around(around, len(content.get("ghosts", ()))))),
         "motion": json.dumps(content, allow_nan=False).replace("<", "\\u003c"),
         "scripts": "\n".join(f"<script>{script}</script>" for script in scripts),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda slot: slots[slot[1]], template.replace("{{parts}}", parts))
 
 
-def _figure(name: str, symbols: list[str]) -> str:
-    """Return the element of a plot with the readings of its numbers."""
-    values = "\n".join(f"<span>{symbol} <output></output></span>" for symbol in symbols)
+def _figure(quantity: str) -> str:
+    """Return the element of a plot that shows this quantity first."""
     return (
-        f'<figure id="{name}">\n<figcaption><span class="label"></span>\n<span class="values">{values}</span>'
-        '</figcaption>\n<canvas role="img"></canvas><div class="cursor"></div>\n</figure>'
+        f'<figure data-quantity="{quantity}">\n<figcaption><select aria-label="plotted quantity"></select>\n'
+        '<span class="values"></span></figcaption>\n<canvas role="img"></canvas><div class="cursor"></div>\n</figure>'
     )
+
+
+def _group(title: str, controls: list[str]) -> str:
+    """Return controls as a group that the reader can fold; nothing without controls."""
+    inside = "\n".join(controls)
+    return f"<details><summary>{title}</summary>\n<div>\n{inside}\n</div>\n</details>" if controls else ""
+
+
+def _labels_of_arrows(around: dict[str, Any]) -> Iterator[str]:
+    """Yield the controls of further arrows, which are not drawn at first."""
+    orbit = around.get("orbit", {})
+    if orbit.get("moves"):
+        words = "axes of the orbit: <i>r</i> radial, <i>t</i> transverse, <i>n</i> normal"
+        yield _label("orbit_frame", words, marked=True, checked=False)
+    if "sun" in around:
+        seen = f"; part of its disc that is seen: {_reading('sunlight', '')}" if around["sunlight"] else ""
+        yield _label("sun", f"Sun{seen}", marked=True, checked=False)
+    for vector in around.get("vectors", ()):
+        name, unit = html.escape(vector["name"]), html.escape(vector["unit"])
+        words = f"<i>{vector['letter']}</i> {name} {_reading(vector['array'], unit)}"
+        yield _label(vector["array"], words, vector["colour"], marked=True, checked=False)
 
 
 def _labels_around(around: dict[str, Any], ghosts: int) -> Iterator[str]:
@@ -186,19 +204,8 @@ def _labels_around(around: dict[str, Any], ghosts: int) -> Iterator[str]:
     if orbit:
         size = f" ({orbit['size']})" if orbit["size"] else ""
         yield _label("orbit", f"orbit and {orbit['attractor']}{size}")
-    if orbit.get("moves"):
-        yield _label(
-            "orbit_frame", "axes of the orbit: <i>r</i> radial, <i>t</i> transverse, <i>n</i> normal", marked=True
-        )
-    if "sun" in around:
-        seen = f", {_reading('sunlight', ' of its disc seen')}" if around["sunlight"] else ""
-        yield _label("sun", f"Sun{seen}", marked=True)
-        if orbit.get("lit") and orbit["radius"]:
-            yield _label("shadow", f"shadow of {orbit['attractor']}")
-    for vector in around.get("vectors", ()):
-        name, unit = html.escape(vector["name"]), html.escape(vector["unit"])
-        words = f"<i>{vector['letter']}</i> {name} {_reading(vector['array'], unit)}"
-        yield _label(vector["array"], words, vector["colour"], marked=True)
+    if "sun" in around and orbit.get("lit") and orbit["radius"]:
+        yield _label("shadow", f"shadow of {orbit['attractor']}", checked=False)
     if around.get("wheels"):
         slower = around["wheels"]["slower"]
         yield _label("wheels", "wheels" if slower == 1 else f"wheels, {slower} times slower")
@@ -206,10 +213,10 @@ def _labels_around(around: dict[str, Any], ghosts: int) -> Iterator[str]:
         yield _label("ghosts", "the other motion" if ghosts == 1 else f"{ghosts} other motions")
 
 
-def _label(part: str, words: str, colour: str = "", marked: bool = False) -> str:
+def _label(part: str, words: str, colour: str = "", marked: bool = False, checked: bool = True) -> str:
     own = f' data-colour="{colour}"' if colour else ""
     words = words if marked else html.escape(words)
-    return f'<label><input type="checkbox" data-part="{part}"{own} checked><b>{words}</b></label>'
+    return f'<label><input type="checkbox" data-part="{part}"{own}{" checked" * checked}><b>{words}</b></label>'
 
 
 def _reading(array: str, unit: str) -> str:

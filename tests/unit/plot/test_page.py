@@ -44,6 +44,9 @@ NO_WEBGL = """HTMLCanvasElement.prototype.getContext = (original => function (ki
 })(HTMLCanvasElement.prototype.getContext)"""
 
 
+UNFOLD = "() => { for (const group of document.querySelectorAll('details')) group.open = true; }"
+
+
 class Visit:
     """A page in the browser, with all that it says and asks for."""
 
@@ -56,6 +59,7 @@ class Visit:
         self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda request: self.asked.append(request.url))
         self.page.goto(f"{path.as_uri()}{at}")
+        self(UNFOLD)
 
     def __call__(self, script, argument=None):
         return self.page.evaluate(script, argument)
@@ -321,12 +325,14 @@ def test_the_view_follows_a_body_and_the_numbers_the_time(two):
     np.testing.assert_array_equal(moved, -np.array(place))
     visit.page.select_option("#view", "space")
     assert visit(PLACED, motion.times[30])[-1] == [0, 0, 0]
-    shown = visit.page.locator("#distance output").text_content()
+    shown = visit.page.locator("[data-quantity=distance] output").text_content()
     assert float(shown) == pytest.approx(motion.distance[30], rel=5.1e-3)
-    rate = visit.page.locator("#secondary_omega_body output").all_text_contents()
+    visit.page.locator("#plots select").nth(1).select_option("secondary_omega_body")
+    visit("t => poinsot.setTime(t)", motion.times[30])
+    rate = visit.page.locator("[data-quantity=secondary_omega_body] output").all_text_contents()
     assert [float(x.replace("−", "-")) for x in rate] == pytest.approx(motion.secondary.omega_body[30], rel=5.1e-3)
     sizes = [float(x) for x in visit.page.locator("#parts output").all_text_contents()]
-    vectors = motion.angular_momentum_space, motion.primary.omega_body, motion.secondary.omega_body
+    vectors = motion.primary.omega_body, motion.secondary.omega_body, motion.angular_momentum_space
     assert sizes == pytest.approx([np.linalg.norm(x[30]) for x in vectors], rel=1e-3)
 
 
@@ -421,7 +427,7 @@ def test_the_slider_moves_the_body(free):
 
 
 def test_the_plots_move_the_body(free):
-    plot = free.page.locator("#momenta canvas")
+    plot = free.page.locator("[data-quantity=momenta] canvas")
     plot.click(position={"x": 58 + (plot.bounding_box()["width"] - 68) / 4, "y": 40})
     assert free("poinsot.time") == pytest.approx(-3 + 43 / 4, abs=0.2)
 
@@ -429,9 +435,11 @@ def test_the_plots_move_the_body(free):
 def test_the_cursor_and_the_numbers_follow(free):
     free.quaternion_at(MOTION.times[123])
     for name, values in {"quaternion": MOTION.quaternion, "momenta": MOTION.conjugate_momenta}.items():
-        shown = free.page.locator(f"#{name} output").all_text_contents()
+        shown = free.page.locator(f"[data-quantity={name}] output").all_text_contents()
         assert [float(text.replace("−", "-")) for text in shown] == pytest.approx(values[123], rel=5.1e-3)
-        frame, cursor = (free.page.locator(f"#{name} {part}").bounding_box() for part in ("canvas", ".cursor"))
+        frame, cursor = (
+            free.page.locator(f"[data-quantity={name}] {part}").bounding_box() for part in ("canvas", ".cursor")
+        )
         u = (cursor["x"] + 0.5 - frame["x"] - 58) / (frame["width"] - 68)
         assert u == pytest.approx((MOTION.times[123] + 3) / 43, abs=2e-3)
     for name, values in {"G": MOTION.angular_momentum_space, "omega": MOTION.omega_space}.items():
@@ -483,13 +491,16 @@ def test_speed_is_what_the_page_says(free):
 def test_every_solid_trace_and_part_can_be_drawn(free):
     picture = free.page.locator("#scene")
     free.page.evaluate("poinsot.setTime(30)")
+    boxes = free.page.locator("#parts input").all()
+    for box in boxes:
+        box.check()
     pictures = [picture.screenshot()]
     for name in ("box", "ellipsoid"):
         free.page.select_option("#solid", name)
         pictures.append(picture.screenshot())
     free.page.select_option("#traced", "0")
     pictures.append(picture.screenshot())
-    for box in free.page.locator("#parts input").all():
+    for box in boxes:
         box.uncheck()
         pictures.append(picture.screenshot())
     assert len(set(pictures)) == len(pictures) == 11
@@ -546,7 +557,9 @@ def test_names_with_markup_run_nothing(browser, tmp_path):
     assert visit("window.caught") is None
     visit("poinsot.setTime(1)")
     assert visit.page.locator("#now").text_content() == f"t = 1 {hostile}"
-    assert visit.page.locator("#plots .label").all_text_contents()[1].startswith("conjugate momenta Q [<")
+    assert visit("document.querySelectorAll('#plots select')[1].selectedOptions[0].text").startswith(
+        "conjugate momenta Q [<"
+    )
     visit.page.close()
 
 
@@ -555,13 +568,14 @@ def test_everything_fits_into_the_window(size, browser, tmp_path):
     width, height = size
     visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"), width=width, height=height)
     assert visit("document.documentElement.scrollWidth") <= width
-    parts = {name: visit.page.locator(name).bounding_box() for name in ("#space", "#controls", "#plots")}
+    parts = {name: visit.page.locator(name).bounding_box() for name in ("#space", "#player", "#controls", "#plots")}
     for box in parts.values():
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= width
         assert box["width"] > 250
-        assert box["height"] > 60
-    assert parts["#controls"]["y"] + parts["#controls"]["height"] <= height
+        assert box["height"] > 24
+    first = ("#space", "#player") if width < 760 else parts
+    assert all(parts[name]["y"] + parts[name]["height"] <= height for name in first)
     assert visit.messages == []
     if folder := os.environ.get("POINSOT_SCREENSHOTS"):
         visit.quaternion_at(30)
@@ -636,7 +650,7 @@ def test_without_webgl_the_plots_and_the_time_remain(browser, tmp_path):
     visit("poinsot.setTime(5)")
     assert visit.page.locator("#now").text_content() == "t = 5"
     assert visit("Array.from(document.querySelectorAll('input, select, button'), each => each.id)") == [
-        *("play", "time", "rate", "loop", "event")
+        *("play", "time", "rate", "loop", "event", "", "")  # and the choices of the plotted quantities
     ]
     shown = visit.page.locator("#G").text_content()
     assert float(shown) == pytest.approx(np.linalg.norm(MOTION.angular_momentum_space[0]), rel=1e-3)
@@ -677,7 +691,7 @@ WORLD = """() => {
     return {
         body: turn(body), world: turn(world), attractor: place(around.far.ball), here: place(body),
         scale: around.far.scale, size: around.far.size, frame: turn(parts.orbit_frame), sun: tip(parts.sun),
-        lit: tip(around.far.ball), torque: tip(parts.torque_0),
+        lit: tip(around.far.night), torque: tip(parts.torque_0),
     };
 }"""
 
@@ -936,10 +950,11 @@ def test_the_page_keeps_to_the_guidelines_for_accessibility(size, scheme, orbiti
 def test_dark_is_dark_and_light_is_light(browser, tmp_path):
     path = pt.view(MOTION, tmp_path / "free.html")
     visit = Visit(browser, path, color_scheme="dark")
-    for scheme, is_dark in (("dark", True), ("light", False)):
+    for sky, scheme, is_dark in (("space", "light", True), ("plain", "dark", True), ("plain", "light", False)):
+        visit.page.select_option("#sky", sky)
         visit.page.emulate_media(color_scheme=scheme)
         visit.page.wait_for_timeout(100)
-        with Image.open(io.BytesIO(visit.page.screenshot())) as picture:
+        with Image.open(io.BytesIO(visit.page.locator("#scene").screenshot())) as picture:
             assert (np.median(np.asarray(picture.convert("L"))) < 60) == is_dark
     visit.page.close()
 
@@ -968,9 +983,9 @@ def test_vectors_in_one_place_are_inside_each_other(browser, tmp_path):
         scene.updateMatrixWorld();
         const heights = [];
         parts[name].traverse(part => {
-            if (!part.isSprite) return;
+            if (!part.isLabel) return;
             const place = part.getWorldPosition(new THREE.Vector3()).project(camera);
-            heights.push(Math.abs(place.y) + part.scale.y * camera.projectionMatrix.elements[5] / 2);
+            heights.push(Math.abs(place.y));
         });
         return Math.max(...heights);
     })""")
@@ -979,17 +994,11 @@ def test_vectors_in_one_place_are_inside_each_other(browser, tmp_path):
 
 
 WORDS = """([time, turn]) => {
-    const { scene, camera } = poinsot.scene;
     poinsot.scene.turn(turn, 0, 1);
     poinsot.setTime(time);
-    const words = [];
-    scene.traverseVisible((word) => {
-        if (!word.isSprite || !word.layers.test(camera.layers)) return;
-        const { x, y } = word.getWorldPosition(new THREE.Vector3()).project(camera);
-        const size = [0, 5].map((k, i) => word.scale.toArray()[i] * camera.projectionMatrix.elements[k]);
-        words.push([x - (word.center.x - 0.5) * size[0], y, size[0] * word.userData.filled, 0.7 * size[1]]);
-    });
-    return words;
+    const box = (each) => each.getBoundingClientRect();
+    const edges = ({ left, right, top, bottom }) => [left, right, top, bottom];
+    return [...document.querySelectorAll("#labels span:not([hidden])")].map((each) => edges(box(each)));
 }"""
 
 
@@ -998,15 +1007,45 @@ def test_words_do_not_cover_one_another(browser, tmp_path):
     spin = pt.Body((1.0, 1.2, 2.0))
     motion = pt.free_motion(spin, spin.state((1, 0, 0, 0), omega_body=(1e-2, 0, 1)), np.linspace(0, 30, 301))
     visit = Visit(browser, pt.view(motion, tmp_path / "spin.html"))
+    for box in visit.page.locator("#parts input").all():
+        box.check()
+    frame = visit.page.locator("#space").bounding_box()
     for time, turn in ((0.0, 0.0), (6.25, 0.4), (9.5, 1.1), (12.6, -0.7)):
-        x, y, width, height = np.transpose(visit(WORDS, [time, turn]))
-        assert x.size == 8
-        first, second = np.triu_indices(x.size, 1)
-        apart = np.abs(x[first] - x[second]) / (width[first] + width[second]) * 2
-        above = np.abs(y[first] - y[second]) / (height[first] + height[second]) * 2
-        assert np.min(np.maximum(apart, above)) > 0.99
+        left, right, top, bottom = np.transpose(visit(WORDS, [time, turn]))
+        assert left.size >= 6  # of 8, of which those without a place near their arrows are hidden
+        first, second = np.triu_indices(left.size, 1)
+        beside = (left[first] >= right[second]) | (left[second] >= right[first])
+        above = (top[first] >= bottom[second] - 1) | (top[second] >= bottom[first] - 1)
+        assert np.all(beside | above)
+        assert np.all((left >= frame["x"] - 1) & (right <= frame["x"] + frame["width"] + 1))
     assert visit.messages == []
     visit.page.close()
+
+
+def test_labels_are_hidden_with_their_arrows(browser, tmp_path):
+    visit = Visit(browser, pt.view(MOTION, tmp_path / "free.html"))
+    shown = "[...document.querySelectorAll('#labels span:not([hidden])')].map((each) => each.textContent)"
+    visit("poinsot.setTime(3)")
+    assert set(visit(shown)) <= {"b₁", "b₂", "b₃", "G", "ω"}
+    visit.page.locator("[data-part=body_axes]").uncheck()
+    visit("poinsot.setTime(3)")
+    assert set(visit(shown)) == {"G", "ω"}
+    visit.page.close()
+
+
+def test_plotted_quantities_suit_the_system(orbiting, two):
+    motion, visit = orbiting
+    assert visit("[...document.querySelectorAll('figure')].map((each) => each.dataset.quantity)") == [
+        "roll_pitch_yaw",
+        "omega_body",
+    ]
+    i = 500
+    visit("t => poinsot.setTime(t)", motion.times[i])
+    shown = visit.page.locator("[data-quantity=roll_pitch_yaw] output").all_text_contents()
+    expected = np.degrees(motion.relative_to(ORBIT.frame).roll_pitch_yaw[i])
+    assert [float(text.replace("−", "-")) for text in shown] == pytest.approx(expected, rel=5.1e-3, abs=0.01)
+    motion, visit = two
+    assert "libration" in visit("[...document.querySelectorAll('#plots select')[0].options].map((each) => each.value)")
 
 
 def test_rounding_reads_0(browser, tmp_path):
@@ -1020,7 +1059,7 @@ def test_rounding_reads_0(browser, tmp_path):
     visit = Visit(browser, pt.view(shown, tmp_path / "spin.html"), webgl=False)
     readings = visit(
         """t => { poinsot.setTime(t);
-        return [...document.querySelectorAll('#quaternion output')].map(each => each.textContent); }""",
+        return [...document.querySelectorAll('[data-quantity=quaternion] output')].map(each => each.textContent); }""",
         3.0,
     )
     assert readings[1:3] == ["0", "0"]

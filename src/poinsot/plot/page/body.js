@@ -68,7 +68,7 @@ function sceneOf(motion, canvas) {
 
   // ------------------------------------------------------------ surroundings and views
 
-  const around = surroundingsOf(motion, { world, near, body, parts });
+  const around = surroundingsOf(motion, { world, near, body, parts, lightFrom: stage.lightFrom });
   const ghosts = ghostsOf(page.ghosts, { "": { drawn } });
   if (ghosts) near.add((parts.ghosts = ghosts.group));
   const wheels = wheelsOf(motion);

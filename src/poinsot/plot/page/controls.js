@@ -12,6 +12,7 @@ function connectScene(scene, changed) {
       label.querySelector("input, select")?.remove();
       if (!label.querySelector("output")) label.remove();
     }
+    for (const group of document.querySelectorAll("details")) if (!group.querySelector("label")) group.remove();
     return;
   }
 
@@ -34,6 +35,7 @@ function connectScene(scene, changed) {
     box.addEventListener("change", toggle);
     toggle();
   }
+  theme.paint(() => at("labels").classList.toggle("plain", !theme.isSpace));
   scene.controls.addEventListener("change", changed);
   connectSaving(scene, changed);
 }
@@ -59,7 +61,7 @@ function connectKeyboard(scene) {
       event.preventDefault();
       return scene?.turn(...views[event.key]);
     }
-    const own = event.target.closest("select") || (event.key === " " && event.target.closest("button, [type=checkbox]"));
+    const own = event.target.closest("select") || (event.key === " " && event.target.closest("button, summary, [type=checkbox]"));
     if (own || event.ctrlKey || event.metaKey || event.altKey || !(event.key in keys)) return;
     event.preventDefault();
     keys[event.key]();

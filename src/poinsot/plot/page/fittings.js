@@ -3,7 +3,7 @@
 
 const MIRROR = "#7FB4E6";
 const WHITE = "#F2F0EA";
-const DARK = "#2B3350";
+const DARK = "#3D5290";
 const WHEEL = { radius: 0.1, thickness: 0.045, from: 0.36, light: "#AEB7C0", shade: "#4A545E" };
 
 /** Facets as squares, the darker the more light they absorb, the bluer the more they mirror. */

@@ -29,15 +29,14 @@
   }
   const plots = Array.from(document.querySelectorAll("#plots figure"), (figure) =>
     plotOf(figure, {
-      times: motion.times,
-      values: motion.values(figure.id),
-      envelope: motion.envelope(figure.id),
+      motion,
+      name: figure.dataset.quantity,
+      quantities: page.quantities,
       colours: page.colours.components,
-      label: page.labels[figure.id],
-      factor: factor(figure.id),
       timeLabel: page.labels.time,
       timeFactor: page.factors.time,
       events: clock.events,
+      changed: change,
     }),
   );
 
@@ -53,7 +52,7 @@
 
   function read() {
     clock.read();
-    for (const plot of plots) plot.read(motion.reading(plot.name, clock.time));
+    for (const plot of plots) plot.read(clock.time);
     for (const reading of sizes) {
       const { size: name, unit } = reading.dataset;
       reading.textContent = short(size(name, clock.time) * factor(unit), 4, scales.get(name) * factor(unit));

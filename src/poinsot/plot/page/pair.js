@@ -49,7 +49,7 @@ function sceneOf(motion, canvas) {
   }
   for (const each of Object.values(bodies)) {
     each.labels = [];
-    for (const named of [each.axes, each.omega.group]) named.traverse((part) => part.isSprite && each.labels.push(part));
+    for (const named of [each.axes, each.omega.group]) named.traverse((part) => part.isLabel && each.labels.push(part));
   }
   const line = whole(new Float32Array(6), colours.space_axes, 1);
   line.frustumCulled = false;
@@ -60,7 +60,7 @@ function sceneOf(motion, canvas) {
 
   // ------------------------------------------------------------ surroundings and views
 
-  const around = surroundingsOf(motion, { world, near, body: near, parts });
+  const around = surroundingsOf(motion, { world, near, body: near, parts, lightFrom: stage.lightFrom });
   const ghosts = ghostsOf(page.ghosts, bodies);
   if (ghosts) near.add((parts.ghosts = ghosts.group));
   const own = { space: { words: "the barycentre" } };

@@ -5,7 +5,7 @@ const EVENTS = motion.page.colours.events;
 /** Relative change below which a change is rounding, which a plot does not enlarge. */
 const ROUNDING = 1e-5;
 /** Fraction of the largest value below which a value is rounding and reads 0. */
-const NEGLIGIBLE = 1e-14;
+const NEGLIGIBLE = 1e-11;
 
 /** Round numbers, about `count` of them, within [low, high]. */
 function ticks(low, high, count) {
@@ -25,27 +25,56 @@ function short(value, digits = 6, scale = 0) {
   return String(Number(value.toPrecision(digits))).replace("-", "−");
 }
 
-/** Return one plot in a figure; `values` are n rows, with one component for each reading. */
-function plotOf(figure, { times, values, envelope, colours, label, factor, timeLabel, timeFactor, events }) {
+/**
+ * Return one plot in a figure, of the quantity that the reader chooses. `quantities` have, by name, a label, symbols of
+ * the components, and the factor from the numbers of the motion to the unit of the label.
+ */
+function plotOf(figure, { motion, name, quantities, colours, timeLabel, timeFactor, events, changed }) {
   const canvas = figure.querySelector("canvas");
   const cursor = figure.querySelector(".cursor");
-  const size = values.length / times.length;
+  const chooser = figure.querySelector("select");
+  const { times } = motion;
   const [first, last] = [times[0], times[times.length - 1]];
-  let low = Infinity;
-  let high = -Infinity;
-  for (const value of envelope ? [...envelope.low, ...envelope.high] : values) {
-    low = Math.min(low, value);
-    high = Math.max(high, value);
-  }
-  const largest = Math.max(Math.abs(low), Math.abs(high));
-  const [least, most] = [low, high].map((value) => short(factor * value, 6, factor * largest));
-  canvas.setAttribute("aria-label", `${label} against ${timeLabel}, between ${least} and ${most}`);
-  const room = Math.max(0.07 * (high - low), ROUNDING * largest) || 1;
-  [low, high] = [low - room, high + room];
   const box = { left: 58, right: 10, top: 6, bottom: 36, width: 0, height: 0 };
   const x = (t) => box.left + ((t - first) / (last - first)) * box.width;
   const y = (value) => box.top + ((high - value) / (high - low)) * box.height;
-  figure.querySelector(".label").textContent = label;
+  let values, envelope, factor, size, low, high, largest, readings;
+
+  for (const [each, { label }] of Object.entries(quantities)) chooser.add(new Option(label, each));
+  chooser.addEventListener("change", () => {
+    choose(chooser.value);
+    resize();
+    changed();
+  });
+
+  /** Show another quantity: n rows of as many components as it has symbols. */
+  function choose(wanted) {
+    name = chooser.value = figure.dataset.quantity = wanted;
+    const { label, symbols } = quantities[name];
+    [values, envelope, factor, size] = [motion.values(name), motion.envelope(name), quantities[name].factor, symbols.length];
+    [low, high] = [Infinity, -Infinity];
+    for (const value of envelope ? [...envelope.low, ...envelope.high] : values) {
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+    largest = Math.max(Math.abs(low), Math.abs(high));
+    const [least, most] = [low, high].map((value) => short(factor * value, 6, factor * largest));
+    canvas.setAttribute("aria-label", `${label} against ${timeLabel}, between ${least} and ${most}`);
+    const room = Math.max(0.07 * (high - low), ROUNDING * largest) || 1;
+    [low, high] = [low - room, high + room];
+    const row = figure.querySelector(".values");
+    row.replaceChildren(
+      ...symbols.map((symbol, k) => {
+        const [item, letter] = ["span", "i"].map((tag) => document.createElement(tag));
+        letter.textContent = symbol;
+        item.append(letter, " ", document.createElement("output"));
+        item.style.borderColor = theme.of(colours[k]);
+        return item;
+      }),
+    );
+    readings = Array.from(row.querySelectorAll("output"));
+  }
+  theme.paint(() => readings?.forEach((reading, k) => (reading.parentElement.style.borderColor = theme.of(colours[k]))));
 
   function frame(pen) {
     pen.font = "11px system-ui, sans-serif";
@@ -133,16 +162,15 @@ function plotOf(figure, { times, values, envelope, colours, label, factor, timeL
     return first + Math.min(Math.max(u, 0), 1) * (last - first);
   }
 
-  const readings = Array.from(figure.querySelectorAll("output"));
-  readings.forEach((reading, k) => theme.paint(() => (reading.parentElement.style.borderColor = theme.of(colours[k]))));
-
   function place(t) {
     cursor.style.transform = `translateX(${x(t)}px)`;
   }
 
-  function read(components) {
-    components.forEach((value, k) => (readings[k].textContent = short(factor * value, 3, factor * largest)));
+  function read(t) {
+    const components = motion.reading(name, t);
+    readings.forEach((reading, k) => (reading.textContent = short(factor * components[k], 3, factor * largest)));
   }
 
-  return { name: figure.id, canvas, resize, place, read, timeAt };
+  choose(name);
+  return { canvas, choose, resize, place, read, timeAt };
 }

@@ -17,10 +17,7 @@ class Tail {
     const index = new Uint32Array(6 * count);
     for (let i = 0; i < count; i++) {
       for (let corner = 0; corner < 4; corner++) {
-        const at = 12 * i + 3 * corner;
-        [corners[at], corners[at + 1]] = [corner & 1 ? 1 : -1, corner >> 1];
-        starts.set(path.subarray(3 * i, 3 * i + 3), at);
-        ends.set(path.subarray(3 * i + 3, 3 * i + 6), at);
+        [corners[12 * i + 3 * corner], corners[12 * i + 3 * corner + 1]] = [corner & 1 ? 1 : -1, corner >> 1];
       }
       index.set([2, 0, 3, 0, 1, 3].map((corner) => 4 * i + corner), 6 * i);
     }
@@ -30,7 +27,8 @@ class Tail {
       .setAttribute("instanceStart", new THREE.BufferAttribute(starts, 3))
       .setAttribute("instanceEnd", new THREE.BufferAttribute(ends, 3))
       .setIndex(new THREE.BufferAttribute(index, 1));
-    [this.path, this.ends, this.most, this.cut] = [path, this.geometry.attributes.instanceEnd, most, 0];
+    [this.most, this.cut] = [most, 0];
+    this.follow(path);
     this.line = new THREE.LineSegments2(
       this.geometry,
       painted(new THREE.LineMaterial({ linewidth: width, polygonOffset: true, polygonOffsetFactor: -2 }), colour),
@@ -38,6 +36,19 @@ class Tail {
     this.line.frustumCulled = false;
     this.line.layers.mask = parent.layers.mask;
     parent.add(this.line);
+  }
+
+  /** Go through other points, of the same number. */
+  follow(path) {
+    const { instanceStart, instanceEnd } = this.geometry.attributes;
+    [this.path, this.ends] = [path, instanceEnd];
+    for (let at = 0, i = 0; at < instanceEnd.array.length; at += 12, i += 3) {
+      for (let corner = 0; corner < 12; corner += 3) {
+        instanceStart.array.set(path.subarray(i, i + 3), at + corner);
+        instanceEnd.array.set(path.subarray(i + 3, i + 6), at + corner);
+      }
+    }
+    instanceStart.needsUpdate = instanceEnd.needsUpdate = true;
   }
 
   /** End a piece of the line at a point. */
@@ -72,7 +83,7 @@ class Arrow {
     this.head_length = 9 * width;
     this.gap = Math.min(0.12, 15 * width);
     this.direction = new THREE.Vector3();
-    this.label = text(label, colour);
+    this.label = new Label(label, colour);
     this.group = new THREE.Group().add(this.shaft, this.head, this.label);
     parent.add(this.group);
   }
@@ -94,31 +105,26 @@ class Arrow {
 
 /** A material whose colour depends on the background. */
 function painted(material, colour) {
-  theme.paint(() => material.color.set(theme.of(colour)));
+  theme.paint(() => material.color.set(theme.inScene(colour)));
   return material;
 }
 
-/** A word that faces the eye. */
-function text(words, colour) {
-  const canvas = document.createElement("canvas");
-  const pen = canvas.getContext("2d");
-  const font = "italic 600 44px Georgia, 'DejaVu Serif', serif";
-  pen.font = font;
-  const width = Math.ceil(pen.measureText(words).width) + 16;
-  [canvas.width, canvas.height] = [Math.max(128, width), 64];
-  const map = new THREE.CanvasTexture(canvas);
-  map.colorSpace = "srgb";
-  theme.paint(() => {
-    pen.clearRect(0, 0, canvas.width, 64);
-    [pen.font, pen.textAlign, pen.textBaseline, pen.lineWidth] = [font, "center", "middle", 8];
-    [pen.strokeStyle, pen.fillStyle] = [`${theme.ground}d9`, theme.of(colour)];
-    pen.strokeText(words, canvas.width / 2, 32);
-    pen.fillText(words, canvas.width / 2, 32);
-    map.needsUpdate = true;
-  });
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthWrite: false, sizeAttenuation: false }));
-  Object.assign(sprite.userData, { aspect: canvas.width / 64, filled: width / canvas.width });
-  return sprite;
+/** Labels of the scene, in the order in which they keep their places. */
+const labels = [];
+
+/** A place in the scene with a word next to it, which is an element over the canvas. */
+class Label extends THREE.Group {
+  constructor(words, colour) {
+    super();
+    this.isLabel = true;
+    this.words = words;
+    this.isShown = true;
+    this.element = document.createElement("span");
+    this.element.textContent = words;
+    document.getElementById("labels").append(this.element);
+    theme.paint(() => (this.element.style.color = this.colour = theme.inScene(colour)));
+    labels.push(this);
+  }
 }
 
 /** The points of the tip of a vector, at the times for curves. */
@@ -167,7 +173,7 @@ function along(principal, geometry, sides) {
   const solid = shaded(geometry);
   solid.quaternion.copy(quaternion(principal));
   solid.scale.set(...sides);
-  Object.assign(solid.material, { transparent: true, opacity: 0.7 });
+  Object.assign(solid.material, { transparent: true, opacity: 0.9 });
   return solid;
 }
 

@@ -1,9 +1,14 @@
 "use strict";
-// The stage of a scene: camera, light, size and resolution.
+// The stage of a scene: camera, light, stars, labels, size and resolution.
 
 const SHARPEST = 2;
-/** Height of a letter as fraction of the height of the picture of a word. */
-const LETTER = 0.7;
+const STARS = 1400;
+/** Angle of the faintest star, radians. */
+const STAR_SIZE = 0.0007;
+/** Light of the Sun, of the camera and from all sides, with the Sun and without. */
+const LIGHTS = { sun: [2.9, 0], camera: [0.6, 2.2], ambient: [0.9, 1.6] };
+/** Pixels between labels, and the farthest that a label goes aside. */
+const [GAP, FARTHEST_LABEL] = [2, 90];
 const FROM = new THREE.Vector3(3.7, -6.2, 2.9);
 
 /** True if the processor draws, for which smoothed edges cost more than more dots. */
@@ -22,7 +27,7 @@ function drawsWithoutGraphics() {
 function stageOf(canvas) {
   const software = drawsWithoutGraphics();
   const renderer = new THREE.WebGLRenderer({ canvas, antialias: !software, alpha: false });
-  theme.paint(() => renderer.setClearColor(theme.ground));
+  theme.paint(() => renderer.setClearColor(theme.sky));
   const scene = new THREE.Scene();
   const world = new THREE.Group();
   const camera = new THREE.PerspectiveCamera(32, 1, 0.1, 100);
@@ -33,10 +38,23 @@ function stageOf(canvas) {
   controls.enablePan = false;
   controls.touches.TWO = 3; // THREE.TOUCH.DOLLY_ROTATE
   [controls.minDistance, controls.maxDistance] = [2, 30];
-  const sun = new THREE.DirectionalLight("#ffffff", 2.2);
-  sun.position.set(-1.5, 1.5, 3);
-  camera.add(sun);
-  scene.add(new THREE.AmbientLight("#ffffff", 1.6), camera, world);
+  const [sun, lamp] = [0, 1].map(() => new THREE.DirectionalLight("#ffffff", 1));
+  const ambient = new THREE.AmbientLight("#ffffff", 1);
+  lamp.position.set(-1.5, 1.5, 3);
+  camera.add(lamp);
+  world.add(sun);
+  scene.add(ambient, camera, world);
+  const stars = starsOf();
+  theme.paint(() => (stars.visible = theme.isSpace));
+  scene.add(stars);
+
+  /** Light the scene from a direction in the world; without one, from the camera. */
+  function lightFrom(direction) {
+    const k = direction ? 0 : 1;
+    [sun.intensity, lamp.intensity, ambient.intensity] = [LIGHTS.sun[k], LIGHTS.camera[k], LIGHTS.ambient[k]];
+    if (direction) sun.position.set(...direction).multiplyScalar(1e6);
+  }
+  lightFrom(null);
 
   let sharpness = 1;
 
@@ -54,8 +72,6 @@ function stageOf(canvas) {
     camera.aspect = width / height;
     camera.zoom = Math.min(1, camera.aspect * 0.97, (1 - 38 / height) * 1.07); // room for the labels
     camera.updateProjectionMatrix();
-    const label = 36 / height / camera.zoom;
-    scene.traverse((part) => part.isSprite && part.scale.set(part.userData.aspect * label * 0.57, label * 0.57, 1));
   }
 
   /** Turn the view by angles about the vertical and about the horizontal across the line of sight, and zoom. */
@@ -71,39 +87,90 @@ function stageOf(canvas) {
 
   const point = new THREE.Vector3();
 
-  /** Move words to the right that would cover other words. */
-  function spread() {
+  function isDrawn(part) {
+    for (let each = part; each; each = each.parent) if (!each.visible) return false;
+    return part.isShown && part.layers.test(camera.layers);
+  }
+
+  /** Put the labels at their places; a label goes aside for an earlier one, and is hidden where it would go too far. */
+  function placeLabels() {
     scene.updateMatrixWorld();
-    const [across, upwards] = [0, 5].map((k) => camera.projectionMatrix.elements[k]);
+    const { clientWidth: width, clientHeight: height } = canvas;
     const taken = [];
-    scene.traverseVisible((word) => {
-      if (!word.isSprite || !word.material.visible || !word.layers.test(camera.layers)) return;
-      const { x: from, y } = point.setFromMatrixPosition(word.matrixWorld).project(camera);
-      const [width, height] = [word.scale.x * across * word.userData.filled, word.scale.y * upwards * LETTER];
-      const near = taken.filter((each) => Math.abs(each.y - y) < (each.height + height) / 2);
-      near.sort((one, other) => one.x - other.x);
-      let x = from;
-      for (const each of near) {
-        const apart = (each.width + width) / 2;
-        if (Math.abs(each.x - x) < apart) x = each.x + apart;
+    for (const label of labels) {
+      const { x, y, z } = point.setFromMatrixPosition(label.matrixWorld).project(camera);
+      label.size ??= [label.element.offsetWidth, label.element.offsetHeight];
+      const [across, tall] = label.size;
+      const [from, middle] = [((x + 1) / 2) * width - across / 2, ((1 - y) / 2) * height];
+      let left = from;
+      for (const each of taken.filter((one) => Math.abs(one.middle - middle) < (one.tall + tall) / 2)) {
+        if (left < each.right + GAP && left + across + GAP > each.left) left = each.right + GAP;
       }
-      taken.push({ x, y, width, height });
-      word.center.x = 0.5 - (x - from) / (word.scale.x * across);
-    });
+      const inside = left >= 0 && left + across <= width && middle >= tall / 2 && middle <= height - tall / 2;
+      label.placed = isDrawn(label) && z < 1 && inside && left - from < FARTHEST_LABEL;
+      label.element.hidden = !label.placed;
+      if (!label.placed) continue;
+      label.element.style.transform = `translate(${left.toFixed(1)}px, ${(middle - tall / 2).toFixed(1)}px)`;
+      [label.left, label.middle] = [left, middle];
+      taken.push({ left, right: left + across, middle, tall });
+      taken.sort((one, other) => one.left - other.left);
+    }
   }
 
   function render() {
-    spread();
+    stars.position.copy(camera.position);
+    stars.quaternion.copy(world.quaternion);
+    stars.scale.setScalar(0.9 * camera.far);
+    placeLabels();
     renderer.render(scene, camera);
   }
 
-  /** Draw with a fraction of the dots, and use the picture before the browser discards it. */
+  const print = document.createElement("canvas");
+
+  /** Draw with a fraction of the dots and with the labels, and use the picture. */
   function picture(part, take) {
     sharpen(part);
     render();
-    take(canvas);
+    [print.width, print.height] = [canvas.width, canvas.height];
+    const pen = print.getContext("2d");
+    pen.drawImage(canvas, 0, 0);
+    const ratio = canvas.width / canvas.clientWidth;
+    pen.scale(ratio, ratio);
+    pen.textBaseline = "middle";
+    for (const label of labels.filter((each) => each.placed)) {
+      pen.font = getComputedStyle(label.element).font;
+      [pen.strokeStyle, pen.lineWidth, pen.fillStyle] = [theme.sky, 3, label.colour];
+      pen.strokeText(label.words, label.left, label.middle);
+      pen.fillText(label.words, label.left, label.middle);
+    }
+    take(print);
   }
 
-  const own = { scene, world, camera, controls, turn, resize, sharpen, render, picture };
+  const own = { scene, world, camera, controls, turn, resize, sharpen, render, picture, lightFrom, labels, setSky: theme.setSky };
   return Object.defineProperty(own, "sharpness", { get: () => sharpness });
+}
+
+/** Stars on a sphere around the camera: the same ones on every page, not those of the sky. */
+function starsOf() {
+  let seed = 1;
+  const draw = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
+  const [places, colours] = [[], []];
+  for (let i = 0; i < STARS; i++) {
+    const [z, angle, faint] = [2 * draw() - 1, 2 * Math.PI * draw(), draw()];
+    const across = Math.sqrt(1 - z * z);
+    const centre = [across * Math.cos(angle), across * Math.sin(angle), z];
+    const east = unit(cross([0, 0, 1], centre));
+    const north = cross(centre, east);
+    const size = STAR_SIZE * (1 + 1.6 * (1 - faint) ** 6);
+    const light = 0.25 + 0.75 * (1 - faint) ** 3;
+    for (const [a, b] of [[1, 0], [0, 1], [-1, 0], [-1, 0], [0, -1], [1, 0]]) {
+      places.push(...[0, 1, 2].map((k) => centre[k] + size * (a * east[k] + b * north[k])));
+      colours.push(light, light, light * (0.9 + 0.2 * draw()));
+    }
+  }
+  const geometry = new THREE.BufferGeometry()
+    .setAttribute("position", new THREE.BufferAttribute(Float32Array.from(places), 3))
+    .setAttribute("color", new THREE.BufferAttribute(Float32Array.from(colours), 3));
+  const look = { vertexColors: true, side: THREE.DoubleSide, depthWrite: false };
+  return new THREE.Mesh(geometry, new THREE.MeshBasicMaterial(look));
 }

@@ -15,8 +15,10 @@ const theme = (() => {
     "#999933": "#CFCF5E",
     "#6A3D9A": "#B79BDD",
   };
+  const SPACE = "#05070B";
   const painters = [];
   let chosen = null;
+  let inSpace = true;
   const isDark = () => (chosen ? chosen === "dark" : prefers.matches);
   const repaint = () => painters.forEach((paint) => paint());
   prefers.addEventListener("change", repaint);
@@ -27,6 +29,19 @@ const theme = (() => {
   });
   return {
     of: (colour) => (isDark() ? ON_DARK[colour] ?? colour : colour),
+    /** A colour in the scene, whose ground is dark space or the ground of the page. */
+    inScene: (colour) => (inSpace || isDark() ? ON_DARK[colour] ?? colour : colour),
+    get sky() {
+      return inSpace ? SPACE : this.ground;
+    },
+    get isSpace() {
+      return inSpace;
+    },
+    /** Choose the ground of the scene: "space" or "plain". */
+    setSky(name) {
+      inSpace = name === "space";
+      repaint();
+    },
     get ground() {
       return isDark() ? "#15181C" : "#FFFFFF";
     },

@@ -39,7 +39,7 @@ function viewsOf(motion, { world, camera, controls }, { near, far, own, usual })
       far.ball.scale.setScalar(away ? Math.max(1, (DOT * camera.position.length()) / far.size) : 1);
     }
     near.scale.setScalar(away ? Math.max(1, SEEN * camera.position.length()) : 1);
-    near.traverse((part) => part.isSprite && (part.material.visible = !away));
+    near.traverse((part) => part.isLabel && (part.isShown = !away));
   }
 
   const names = Object.fromEntries(Object.entries(all).map(([key, { words }]) => [key, words]));
