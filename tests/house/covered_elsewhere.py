@@ -5,9 +5,9 @@ before adding the row. A new module has a test module of its name in `tests/unit
 """
 
 COVERED_BY = {
-    "analysis/named_parameters.py": "unit/mechanics/test_parameters.py",
     "analysis/bifurcations.py": "oracles/test_bifurcations_of_motions.py",
     "analysis/continuation_problem.py": "unit/analysis/test_continuation.py",
+    "analysis/named_parameters.py": "unit/mechanics/test_parameters.py",
     "analysis/pair_point.py": "unit/analysis/test_pair_equilibrium.py",
     "analysis/period_map.py": "unit/analysis/test_periodic.py",
     "checked.py": "laws/test_wrong_calls.py",
