@@ -202,6 +202,8 @@ def plain(name: str, value: Any, unit: str | None = None, depth: int = 0) -> Any
             return value
         return [plain(name, item, unit, depth + 1) for item in value]
     kind = type(value)
+    if kind is np.ndarray:
+        return value
     if hasattr(kind, "harden_mask") or (hasattr(kind, "unmasked") and not hasattr(kind, "jd1")):  # NumPy, no Time
         raise TypeError(
             f"{name} must be plain numbers, got a masked array. Write value.compressed(), or value.filled(number)."

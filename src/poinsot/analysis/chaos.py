@@ -403,7 +403,9 @@ def lyapunov_spectrum(
         )
     settings: dict[str, Any] = {"formulation": formulation, "tolerance": tolerance, "threads": threads}
     run, plan = _spectral_run(system, state, times, **settings), plan_of(**chunking)
-    step = float(np.min(ORTHOGONALISATION_ANGLE / fastest_rates(system, run.state)))  # of all members, also in chunks
+    step = float(
+        np.min(ORTHOGONALISATION_ANGLE / fastest_rates(system, run.state))
+    )  # shared by all members, also in chunks
     if plan:
         analysis = Analysis(_spectrum, system, state, run.times, settings | {"step": step})
         return cast("LyapunovSpectrum", analysed_in_chunks(plan, analysis, progress))

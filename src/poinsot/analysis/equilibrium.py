@@ -12,7 +12,7 @@ import dataclasses
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
@@ -240,7 +240,7 @@ class _Balance:
         others = [] if all_of_them else [_random_attitudes(RANDOM_STARTS)]
         return np.concatenate([quat.product(ways, to_principal), near, *others])
 
-    def settled(self, p: Array) -> tuple[Array, Array]:
+    def settled(self, p: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return the attitudes at which Newton's method ends, and a mask of the equilibria among them, (n,)."""
         p, moving = p.copy(), np.arange(len(p))
         settled = np.zeros(len(p), dtype=bool)
@@ -342,7 +342,7 @@ class _Balance:
             dies = int(np.sum(eigenvalues.real < -slow))
             return "asymptotic" if dies == 6 - freedom else "linear"
         slope = self.momentum * _slope(scaled[None])[0]
-        curvature = np.linalg.eigvalsh(-(slope + slope.T) / 2)  # of U - Omega . I Omega / 2
+        curvature = np.linalg.eigvalsh(-(slope + slope.T) / 2)  # second derivative of U - Omega . I Omega / 2
         positive = int(np.sum(curvature > RATE_TOLERANCE * self.slow * self.stiffness))
         return "lyapunov" if positive == 3 - freedom else "linear"
 

@@ -378,6 +378,6 @@ def _free_librations(motion: PeriodicMotion) -> tuple[float, float, float]:
     frequencies, sizes = angles[swings] / motion.period, np.abs(modes[:, swings])
     across = np.hypot(sizes[0], sizes[1])
     longitude = int(np.argmax(sizes[2] / across))
-    ratio = np.hypot(sizes[3], sizes[4]) / across  # of momentum and axis
+    ratio = np.hypot(sizes[3], sizes[4]) / across  # amplitude of the momentum relative to the axis
     precession, wobble = sorted({0, 1, 2} - {longitude}, key=lambda i: float(ratio[i]))
     return float(frequencies[longitude]), float(frequencies[precession]), float(frequencies[wobble])

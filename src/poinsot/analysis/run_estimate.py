@@ -53,7 +53,7 @@ class RunEstimate(Summarized):
     seconds : float
         Duration on this machine with these threads, without compilation.
     compilation : float
-        Seconds that the first run of this kind of system takes in each process.
+        Seconds of compilation in the first run of this kind of system in each process.
     sampled : int
         Number of members in the timed sample.
 
@@ -135,7 +135,7 @@ def estimate_run(
     origin = float(np.mean(state.time))
 
     def run(some: int, rows: int) -> tuple[float, int]:
-        """Return the seconds that a sample of members takes up to some of the times, and the bytes of a row."""
+        """Return the duration of a sample of members up to some of the times, seconds, and the bytes of a row."""
         who = np.linspace(0, count - 1, some).astype(int)
         given = (members_of(whole[0], who), members_of(whole[1], who)) if members else whole
         began = clock.perf_counter()

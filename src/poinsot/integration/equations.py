@@ -13,14 +13,12 @@ from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar, cast
 
-import numpy as np
-
 from poinsot import functions
 from poinsot.functions import Vector
 from poinsot.integration.formulations import Formulation, refuse_spatial_motion
 from poinsot.integration.problem import Problem
 from poinsot.integration.saltation import Saltation
-from poinsot.integration.scaling import momentum_ratios, momentum_scales, torque_scale
+from poinsot.integration.scaling import momentum_ratios, momentum_scales, power_of_two, torque_scale
 from poinsot.integration.state_vector import StateVector, factors_of_parts
 from poinsot.integration.variational import TurningBody, VariationalEquations, Variations
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
@@ -78,10 +76,9 @@ def state_vector(problem: Problem, state: AnyState, formulation: Formulation, pr
     smooth, system = problem.smooth, problem.dynamics
     if formulation.planar:
         refuse_spatial_motion(system, state)
-    # A power of two scales without rounding.
     torque = torque_scale(system)
     sizes = momentum_scales(system, state, torque)
-    scale = np.exp2(np.rint(np.log2(MOMENTUM_SCALE / next(iter(sizes.values())))))
+    scale = power_of_two(MOMENTUM_SCALE / next(iter(sizes.values())))
     parts, ratios = factors_of_parts(system, state), momentum_ratios(sizes)
     if smooth.orbits and formulation.turns and precision == "double" and len(ratios) == 1:
         orbits, views = shared_blocks(smooth.orbits, lambda _: True)

@@ -9,15 +9,16 @@ from typing import Any, ClassVar
 from typing_extensions import override
 
 from poinsot.immutable import cached_property
-from poinsot.mechanics.collection import Collection
+from poinsot.mechanics.collection import Collection, knots_of, results_of
 from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.formula_trials import try_event
+from poinsot.mechanics.members import common_axis
 from poinsot.mechanics.system import System
 
 __all__ = ["Problem"]
 
-SHARED = ("structure", "alike", "numbers", "members", "orbits", "knots", "span")
+SHARED = ("structure", "alike", "numbers", "members", "orbits", "_dated", "knots", "span")
 """Attributes that a problem without events shares with its system, which stores them for the next run."""
 
 SHARED_OF = attrgetter(*SHARED)
@@ -43,14 +44,16 @@ class Problem(Collection):
     _seals: ClassVar[bool] = False
 
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
-        super().__init__((system.dynamics, *events))
-        vars(self).update(system=system, dynamics=system.dynamics, events=tuple(events))
-        if not events:
-            vars(self).update(zip(SHARED, SHARED_OF(self.dynamics), strict=True))
-            return
-        self.refuse_other_axes()
-        for event in events:
-            try_event(self.dynamics, event)
+        dynamics = system.dynamics
+        super().__init__((dynamics, *events))
+        shared = dict(zip(SHARED, SHARED_OF(dynamics), strict=True))
+        if events:
+            shared |= _with_events(dynamics, EventCollection(tuple(events)))
+        vars(self).update(shared, system=system, dynamics=dynamics, events=tuple(events))
+        if events:
+            self.refuse_other_axes()
+            for event in events:
+                try_event(dynamics, event)
 
     _member_axes: ClassVar[Mapping[str, int]] = {"system": 0, "events": 0}
 
@@ -73,3 +76,27 @@ class Problem(Collection):
         Collection.__init__(twin, records)
         vars(twin).update(dynamics=dynamics, events=tuple(events))
         return twin
+
+
+class EventCollection(Collection):
+    """The events of a problem, without the system."""
+
+    @override
+    def with_records(self, records: Iterable[Event]) -> EventCollection:
+        return EventCollection(tuple(records))
+
+
+def _with_events(dynamics: AnyDynamics, events: EventCollection) -> dict[str, Any]:
+    """Return the shared attributes of a system together with events, without a second look at the system."""
+    structure = (dynamics.structure, *events.structure)
+    (first, last), (begin, end) = dynamics.span, events.span
+    return {
+        "structure": structure,
+        "alike": results_of(structure),
+        "numbers": dynamics.numbers + events.numbers,
+        "members": common_axis("body and forces", {dynamics.members, events.members}),
+        "orbits": dynamics.orbits + events.orbits,
+        "_dated": dynamics._dated + events._dated,
+        "knots": knots_of((dynamics, *events.records)),
+        "span": (max(first, begin), min(last, end)),
+    }

@@ -363,8 +363,8 @@ class Slab:
     @property
     def reached(self) -> slice:
         """Range of the rising times that one body has reached."""
-        tasks, first, last = self.queue.tasks, self._at_start.start, self._at_start.stop
-        for stride, count in zip(tasks["stride"].tolist(), tasks["index"].tolist(), strict=True):
+        queue, first, last = self.queue, self._at_start.start, self._at_start.stop
+        for (_, stride, *_), count in zip(queue.output.tasks, queue.tasks["index"].tolist(), strict=True):
             first, last = (first, last + count) if stride > 0 else (first - count, last)
         return slice(first, last)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -15,7 +15,6 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
-from poinsot.mechanics.circular_pair import mean_motion
 from poinsot.mechanics.dynamics import AnyDynamics, Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
@@ -25,7 +24,7 @@ from poinsot.mechanics.pair_dynamics import ORBIT
 from poinsot.mechanics.probing import sample_times, samples, time_scales
 from poinsot.mechanics.state import AnyState, State, changed
 from poinsot.mechanics.system import System
-from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.mechanics.two_bodies import TwoBodies, mean_motion
 from poinsot.taylor.graph import Evaluator, Graph, GraphScalar
 
 __all__ = [
@@ -35,6 +34,7 @@ __all__ = [
     "momentum_scale_of_members",
     "momentum_scales",
     "orbital_rate",
+    "power_of_two",
     "sample_torque",
     "sizes_of_blocks",
     "torque_scale",
@@ -42,6 +42,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Number = float | Array
 
 MIN_SCALE, MAX_SCALE = 2.0**-512, 2.0**512
 """Limits of a momentum scale: squares of smaller scales underflow to zero, and squares of larger scales overflow."""
@@ -50,7 +51,7 @@ MAX_PART_AT_REST = 1e-9
 """Part of the rate of a variable with a momentum below which the part counts as resting: the rate is then rounding."""
 
 
-def momentum_scale(system: AnyDynamics, state: AnyState) -> Any:
+def momentum_scale(system: AnyDynamics, state: AnyState) -> Number:
     """Return the approximate size of the angular momentum along the motion from a state; shape (...).
 
     The size for one body is the larger of |g| and the momentum that the forces would give a body at rest, or 1 if both
@@ -59,7 +60,7 @@ def momentum_scale(system: AnyDynamics, state: AnyState) -> Any:
     return next(iter(momentum_scales(system, state, torque_scale(system)).values()))
 
 
-def momentum_scale_of_members(system: BodyDynamics, state: State) -> Any:
+def momentum_scale_of_members(system: BodyDynamics, state: State) -> Number:
     """Return the momentum scale of a single body, with torques at the same samples as for members of an ensemble."""
     results = system.results
     if "momentum at samples" not in results:
@@ -82,7 +83,7 @@ def fastest_rates(system: System, state: AnyState) -> Array:
     return np.where(moving, rates, own) if moving.ndim or not moving else rates
 
 
-def momentum_scales(system: AnyDynamics, state: AnyState, torque: Any) -> dict[str, Any]:
+def momentum_scales(system: AnyDynamics, state: AnyState, torque: Number) -> dict[str, Number]:
     """Return the approximate sizes of the angular momenta along the motion from a state, by the name of the body.
 
     `torque` is the angular momentum that corresponds to the torques, see `torque_scale`.
@@ -98,65 +99,78 @@ def momentum_scales(system: AnyDynamics, state: AnyState, torque: Any) -> dict[s
     }
 
 
-def momentum_ratios(sizes: Mapping[str, Any]) -> dict[str, Any]:
+def momentum_ratios(sizes: Mapping[str, Number]) -> dict[str, Number]:
     """Return the powers of two that scale the angular momenta of bodies to the size of the first body's."""
     first, *others = sizes
-    return {first: 1.0, **{name: np.exp2(np.rint(np.log2(sizes[first] / sizes[name])))[()] for name in others}}
+    return {first: 1.0, **{name: power_of_two(sizes[first] / sizes[name]) for name in others}}
 
 
-def _momentum_scale(system: BodyDynamics, state: State, largest: Any) -> Any:
+def power_of_two(ratio: Number) -> Number:
+    """Return the power of two nearest to a ratio, or to the ratios of members: it scales without rounding."""
+    if isinstance(ratio, np.ndarray) or not 0 < ratio < math.inf:
+        nearest: Array = np.exp2(np.rint(np.log2(ratio)))
+        return nearest
+    return math.ldexp(1.0, round(math.log2(ratio)))
+
+
+def _momentum_scale(system: BodyDynamics, state: State, largest: Number) -> Number:
     each = [state.angular_momentum_body]
     for part in system.parts:
         each += [state.own[part.name][..., place] for place in part.momentum_places]
-    largest = _largest(largest, *[_length(*_columns(momenta)) for momenta in each])
-    return _smallest(largest + (largest < MIN_SCALE), MAX_SCALE)
+    largest = _largest(largest, *map(_length, each))
+    if isinstance(largest, np.ndarray):
+        scales: Array = np.minimum(largest + (largest < MIN_SCALE), MAX_SCALE)
+        return scales
+    return min(largest + (largest < MIN_SCALE), MAX_SCALE)
 
 
-def orbital_rate(system: Dynamics[TwoBodies, Any], state: AnyState) -> Any:
+def orbital_rate(system: Dynamics[TwoBodies, Any], state: AnyState) -> Number:
     """Return the mean motion of a circular orbit of two bodies at the distance of a state; shape (...)."""
-    return mean_motion(system.body, np.linalg.norm(state.own[ORBIT.name][..., :3], axis=-1))
+    rate: Number = mean_motion(system.body, np.linalg.norm(state.own[ORBIT.name][..., :3], axis=-1))
+    return rate
 
 
 # ---------------------------------------------------------------------- torques
 
 
-def torque_scale(system: AnyDynamics) -> Any:
+def torque_scale(system: AnyDynamics) -> Number:
     """Return the angular momentum that corresponds to the torques at samples; shape () or (members,).
 
     The momentum is sqrt(I N) with the largest moment of inertia I and the torque N on a body at rest. Zero for two
     bodies, whose momenta are scaled by the orbital rate.
     """
-    if "torque scale" not in system.results:
-        system.results["torque scale"] = _torque_scale(system)
-    return system.results["torque scale"]
-
-
-def _torque_scale(system: AnyDynamics) -> Any:
     if not isinstance(system, BodyDynamics):
-        return np.zeros(system.members)[()]
-    branching = _has_branches(system)
-    one = not branching and not system.members
-    return _momentum_of(system, sample_torque(system) if one else _strongest_at_samples(system, branching))
+        return np.zeros(system.members) if system.members else 0.0
+    if "torque scale" not in system.results:
+        branching = _has_branches(system)
+        one = not branching and not system.members
+        torque = sample_torque(system) if one else _strongest_at_samples(system, branching)
+        system.results["torque scale"] = _momentum_of(system, torque)
+    scale: Number = system.results["torque scale"]
+    return scale
 
 
-def _momentum_of(system: BodyDynamics, torque: Any) -> Any:
-    return np.sqrt(_largest(*_columns(system.body.moments)) * torque)
+def _momentum_of(system: BodyDynamics, torque: Number) -> Number:
+    moments = system.body.moments
+    momentum: Number = np.sqrt(_largest(*(moments.tolist() if moments.ndim == 1 else moments.T)) * torque)
+    return momentum
 
 
-def _strongest_at_samples(system: BodyDynamics, branching: bool) -> Any:
+def _strongest_at_samples(system: BodyDynamics, branching: bool) -> Number:
     with np.errstate(all="ignore"):
         graph, sizes = traced_sizes(system)
         found = [graph.evaluated(sizes), *[on_branches(graph, sizes)] * branching]
         return functools.reduce(np.maximum, (_summed(system.forces, each) for each in found))
 
 
-def _summed(forces: Sequence[Force], sizes: Sequence[Any]) -> Any:
+def _summed(forces: Sequence[Force], sizes: Sequence[Number]) -> Number:
     """Return the sum over the forces of the largest torque, or of the range of the energy, of each member."""
     ranges = (
         np.max(size, axis=-1) - (np.min(size, axis=-1) if isinstance(force, Potential) else 0.0)
         for force, size in zip(forces, map(np.atleast_1d, sizes), strict=True)
     )
-    return sum(np.nan_to_num(each, posinf=0.0) for each in ranges)
+    total: Number = sum(np.nan_to_num(each, posinf=0.0) for each in ranges)
+    return total
 
 
 def traced_sizes(system: BodyDynamics) -> tuple[Graph, list[Any]]:
@@ -276,16 +290,14 @@ def _sizes_of_orbit(system: Dynamics[TwoBodies, Any], state: AnyState) -> NDArra
 # ---------------------------------------------------------------------- numbers, or arrays of the numbers of members
 
 
-def _columns(array: NDArray[np.float64]) -> Any:
-    """Return components as numbers for one vector, in a tenth of NumPy's time, or as arrays for members."""
-    return array.tolist() if array.ndim == 1 else array.T
+def _largest(*numbers: Number) -> Number:
+    """Return the largest number, or the numbers of members. NumPy takes a microsecond for three numbers."""
+    return functools.reduce(np.maximum, numbers) if np.ndarray in map(type, numbers) else max(numbers)
 
 
-def _combined(of_numbers: Callable[..., Any], of_arrays: Callable[..., Any], *operands: Any) -> Any:
-    """Combine numbers, or arrays of the numbers of members. NumPy takes a microsecond for three numbers."""
-    return functools.reduce(of_arrays, operands) if np.ndarray in map(type, operands) else of_numbers(*operands)
-
-
-_largest = functools.partial(_combined, max, np.maximum)
-_smallest = functools.partial(_combined, min, np.minimum)
-_length = functools.partial(_combined, math.hypot, np.hypot, 0.0)  # a single component has a sign, its length none
+def _length(vector: Array) -> Number:
+    """Return the length of a vector, or of the vectors of members."""
+    if vector.ndim == 1:
+        return math.hypot(*vector.tolist())
+    length: Array = functools.reduce(np.hypot, vector.T, np.zeros(()))
+    return length

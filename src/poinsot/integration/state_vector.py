@@ -15,7 +15,7 @@ from poinsot.functions import Scalar, Vector
 from poinsot.immutable import cached_property
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
-from poinsot.integration.scaling import sizes_of_blocks
+from poinsot.integration.scaling import Number, power_of_two, sizes_of_blocks
 from poinsot.integration.turned_rows import turn_rows
 from poinsot.integration.variational import Variations
 from poinsot.mechanics.dynamics import AnyDynamics
@@ -39,7 +39,6 @@ STRUCTURAL = ("structure", "along_orbits", "size", "charts", "momenta")
 CHART, TANGENT = "attitude and momentum", "tangent vectors"
 """Names of slots in addition to the names of parts."""
 
-Number = float | Array
 Factors = tuple[Number | None, ...]
 """Factors of the variables of a slot, powers of two; None stands for the scale of the momenta."""
 
@@ -377,4 +376,4 @@ def factors_of_parts(system: AnyDynamics, state: AnyState) -> dict[str, Factors]
 def _power(size: Number) -> Number:
     """Return the powers of two that scale sizes to about a tenth; 1 for a size of zero."""
     sound = (size > 0) & (size < np.inf)
-    return np.exp2(np.round(np.log2(MOMENTUM_SCALE / np.where(sound, size, MOMENTUM_SCALE))))[()]
+    return power_of_two((MOMENTUM_SCALE / np.where(sound, size, MOMENTUM_SCALE))[()])

@@ -16,9 +16,9 @@ from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
 from poinsot.mechanics.members import common_axis, expanded
-from poinsot.mechanics.parameters import Parametric, union_of_knots
+from poinsot.mechanics.parameters import Parametric, Tabulated, union_of_knots
 
-__all__ = ["Collection"]
+__all__ = ["Collection", "knots_of", "results_of"]
 
 KNOT_ROUNDINGS = 64
 """Largest difference of equal knots of two tables, in roundings of the time."""
@@ -71,10 +71,7 @@ class Collection(Immutable):
     @cached_property
     def knots(self) -> NDArray[np.float64]:
         """Times, ascending, at which the tables of its orbits change their polynomials; of equal ones, the first."""
-        knots = union_of_knots(self.records)
-        if not knots.size:
-            return knots
-        return knots[np.diff(knots, prepend=-np.inf) > KNOT_ROUNDINGS * np.spacing(np.abs(knots))]
+        return knots_of(self.records)
 
     @cached_property
     def span(self) -> tuple[float, float]:
@@ -165,3 +162,11 @@ class ResultsOfStructure(Results):
 def results_of(structure: tuple[Any, ...]) -> ResultsOfStructure:
     """Return the results about a structure, the same for all collections with it."""
     return ResultsOfStructure(structure)
+
+
+def knots_of(records: Iterable[Tabulated]) -> NDArray[np.float64]:
+    """Return the knots of the tables of records, ascending; the first of several knots that are equal to rounding."""
+    knots = union_of_knots(records)
+    if not knots.size:
+        return knots
+    return knots[np.diff(knots, prepend=-np.inf) > KNOT_ROUNDINGS * np.spacing(np.abs(knots))]

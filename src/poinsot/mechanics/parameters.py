@@ -14,7 +14,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Self, dataclass_transform, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Protocol, Self, dataclass_transform, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -229,7 +229,7 @@ class Parametric(Immutable):
 
     @cached_property
     def structure(self) -> tuple[Any, ...]:
-        """What selects the equations: the class and its structural fields, without any real number."""
+        """Class and structural fields, which select the equations, without any real number."""
         fields = ((getattr(self, name), kind) for name, kind in _fields_of(self).items())
         own = (None if isinstance(kind, tuple) else of_each(value, _structure) for value, kind in fields)
         lengths = (getattr(self, name) for name in _lengths(type(self)))
@@ -359,14 +359,22 @@ def _structure(record: Parametric) -> tuple[Any, ...]:
 
 
 def same(a: Parametric, b: Parametric) -> bool:
-    """Whether two records of numbers are equal, whatever the shape of their members."""
+    """Return True if two records have equal numbers, whatever the shape of their members."""
     return a is b or (
         a.structure == b.structure
         and all(np.array_equal(np.ravel(x), np.ravel(y)) for x, y in zip(a.numbers, b.numbers, strict=True))
     )
 
 
-def union_of_knots(records: Iterable[Parametric]) -> NDArray[np.float64]:
+class Tabulated(Protocol):
+    """Record, or records taken together, which may contain tables."""
+
+    @property
+    def knots(self) -> NDArray[np.float64]:
+        """Times at which the tables change their polynomials."""
+
+
+def union_of_knots(records: Iterable[Tabulated]) -> NDArray[np.float64]:
     """Return the knots of all records, ascending."""
     some = [knots for record in records if (knots := record.knots).size]
     return functools.reduce(np.union1d, some) if some else NO_KNOTS

@@ -176,7 +176,7 @@ def _angles(q: Array, sequence: str) -> tuple[Array, NDArray[np.bool_]]:
     The second angle is always defined. The first and the third angle are NaN where they are undefined.
     """
     first, _, third = axes_of(sequence)
-    row = rotation_matrix(q)[..., first, :]  # of the body axes along the first axis
+    row = rotation_matrix(q)[..., first, :]  # components of the body axes along the first axis
     along, across = row[..., third], np.linalg.norm(np.delete(row, third, axis=-1), axis=-1)
     parity, _ = outer_cosine_and_sine(np.pi / 2, sequence)
     angles = np.full((*q.shape[:-1], 3), np.nan)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.quantities import Array
 
-__all__ = ["PageTimes", "base64_of", "packed", "rows_of"]
+__all__ = ["PageTimes", "packed", "rows_of"]
 
 MAX_PAGE_BYTES = 3.0e6
 """Largest size of the numbers of a page in bytes; as text they are 4 MB."""
@@ -41,9 +42,10 @@ class PageTimes:
         """True if the page contains all stored times."""
         return self.at.size == self.every.size
 
-    def packed(self, values: Array) -> dict[str, Any]:
-        """Return the encoded values at the times of the page, from the values at all stored times."""
-        return packed(values[self.at], self.kind)
+    def encoded(self, arrays: Mapping[str, Array]) -> dict[str, Any]:
+        """Return the encoded times of the page and the encoded arrays at these times, from all stored values."""
+        values = {name: packed(array[self.at], self.kind) for name, array in arrays.items()}
+        return {"times": _base64(self.times, "<f8"), "arrays": values}
 
     def envelope(self, values: Array) -> dict[str, Any]:
         """Return the least and the largest of all stored values in each column of a plot."""
@@ -57,17 +59,21 @@ class PageTimes:
         }
 
 
-def rows_of(times: Array, rate: Array, numbers: int, sharing: int = 1) -> PageTimes:
-    """Return the times of a page for a motion with a count of numbers at each: all times, or times at equal rotations.
+def rows_of(times: Array, rates: Iterable[Array], arrays: Mapping[str, Array], sharing: int = 1) -> PageTimes:
+    """Return the times of a page for the arrays of a motion: all times, or times at equal rotations.
 
     Parameters
     ----------
-    times, rate : array (n,)
-        Stored times, and the angular velocity of the fastest body at these times.
-    numbers : int
+    times : array (n,)
+        Stored times.
+    rates : iterable of arrays (n,)
+        Angular velocity of each body at these times.
+    arrays : mapping
+        Arrays (n, k) of the motion.
     sharing : int
         Number of motions that share the page.
     """
+    rate, numbers = np.max(list(rates), axis=0), sum(values.shape[-1] for values in arrays.values())
     budget = MAX_PAGE_BYTES / sharing
     order = np.arange(times.size)[:: 1 if times[-1] > times[0] else -1]
     if times.size * (8 + 4 * numbers) <= budget:
@@ -87,9 +93,9 @@ def packed(values: Array, kind: str = WIDE) -> dict[str, Any]:
     largest = float(np.max(np.abs(values), initial=0.0)) or 1.0
     scale = largest / (1 if kind == WIDE else np.iinfo(kind).max)
     scaled = values / scale
-    return {"scale": scale, "kind": kind[1:], "data": base64_of(scaled if kind == WIDE else np.rint(scaled), kind)}
+    return {"scale": scale, "kind": kind[1:], "data": _base64(scaled if kind == WIDE else np.rint(scaled), kind)}
 
 
-def base64_of(values: Array, kind: str) -> str:
+def _base64(values: Array, kind: str) -> str:
     """Return numbers as text in base 64."""
     return base64.b64encode(values.astype(kind).tobytes()).decode()

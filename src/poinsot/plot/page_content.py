@@ -30,7 +30,7 @@ from poinsot.plot.labels import (
     rate_unit_of,
     time_unit_of,
 )
-from poinsot.plot.page_arrays import base64_of, packed, rows_of
+from poinsot.plot.page_arrays import packed, rows_of
 from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
 from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
@@ -118,21 +118,18 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
     rates, quantities = own.pop("rates"), own.pop("quantities")
     momentum = own["arrays"]["angular_momentum_space"] = motion.angular_momentum_space
     own["largest"]["angular_momentum"] = _longest(momentum)
-    numbers = sum(values.shape[-1] for values in own["arrays"].values())
-    rows = rows_of(motion.times, np.max(list(rates.values()), axis=0), numbers, len(others) + 1)
-    times = rows.times
+    rows = rows_of(motion.times, rates.values(), own["arrays"], len(others) + 1)
     return {
         **own,
         "title": title or _title_of(motion),
-        "note": _note(times, {body: rate[rows.at] for body, rate in rates.items()}),
+        "note": _note(rows.times, {body: rate[rows.at] for body, rate in rates.items()}),
         "stored": motion.times.size,
         **_labels(motion, rates),
         "quantities": {name: each.on_page() for name, each in quantities.items()},
         "colours": COLOURS,
-        "times": base64_of(times, "<f8"),
-        "arrays": {name: rows.packed(values) for name, values in own["arrays"].items()},
+        **rows.encoded(own["arrays"]),
         "envelopes": {} if rows.are_all else {name: rows.envelope(each.values) for name, each in quantities.items()},
-        "rate": _initial_speed(times, own["mean_rate"]),
+        "rate": _initial_speed(rows.times, own["mean_rate"]),
         "second": 1 / TIME_UNITS[units] if (units := motion.system.units["time"]) in TIME_UNITS else None,
         "ghosts": [_ghost(other, len(others) + 1) for other in others],
         "calendar": calendar_of(motion),
@@ -210,12 +207,7 @@ def _ghost(other: Trajectory, sharing: int) -> dict[str, Any]:
     """Return the content for another motion."""
     arrays = _moving(other)
     rates = [np.linalg.norm(values, axis=-1) for name, values in arrays.items() if name.endswith("omega_body")]
-    numbers = sum(values.shape[-1] for values in arrays.values())
-    rows = rows_of(other.times, np.max(rates, axis=0), numbers, sharing)
-    return {
-        "times": base64_of(rows.times, "<f8"),
-        "arrays": {name: rows.packed(values) for name, values in arrays.items()},
-    }
+    return rows_of(other.times, rates, arrays, sharing).encoded(arrays)
 
 
 def _moving(motion: Trajectory) -> dict[str, Array]:

@@ -22,19 +22,19 @@ def test_all_times_while_they_fit():
     numbers = 16
     fit = int(MAX_PAGE_BYTES) // (8 + 4 * numbers)
     times = np.linspace(5.0, -3.0, fit)
-    found = rows_of(times, np.ones(fit), numbers)
+    found = rows_of(times, [np.ones(fit)], {"all": np.empty((fit, numbers))})
     assert found.are_all
     assert found.kind == WIDE
     assert np.array_equal(found.times, times[::-1])
     more = np.linspace(0.0, 1.0, fit + 1)
-    assert rows_of(more, np.ones(fit + 1), numbers).kind == NARROW
+    assert rows_of(more, [np.ones(fit + 1)], {"all": np.empty((fit + 1, numbers))}).kind == NARROW
 
 
 def test_fewer_times_follow_the_rotation():
     numbers, count = 16, 2 * int(MAX_PAGE_BYTES) // (8 + 2 * 16)
     times = np.linspace(0.0, 1.0, count)
     rate = np.where(times < 0.5, 1.0, 9.0)
-    found = rows_of(times, rate, numbers)
+    found = rows_of(times, [rate], {"all": np.empty((count, numbers))})
     assert len(found.times) <= MAX_PAGE_BYTES / (8 + 2 * numbers) + 1
     assert (found.times[0], found.times[-1]) == (0.0, 1.0)
     slow, fast = np.count_nonzero(found.times < 0.5), np.count_nonzero(found.times > 0.5)
