@@ -150,8 +150,7 @@ def run_in_chunks(ensemble: Ensemble[Result], plan: Plan, shown: bool) -> Result
     except StoreError as error:
         raise ValueError(
             f"out must be a whole store, got {shortened(plan.out)} with parts missing: {error}. Remove it, and the "
-            "same call "
-            "computes it anew."
+            "same call computes it anew."
         ) from None
 
 

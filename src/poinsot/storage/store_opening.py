@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from poinsot.atomic_write import exists, new_folder
 from poinsot.printable import shortened
@@ -15,7 +15,7 @@ from poinsot.storage.ensemble import Ensemble, Result
 from poinsot.storage.ensemble_store import EnsembleStore, StoreHeader, header_of
 from poinsot.storage.fingerprint import fingerprint
 from poinsot.storage.run_record import versions
-from poinsot.storage.zarr_group import GROUP, Described, StoreError
+from poinsot.storage.zarr_group import GROUP, Described, Json, StoreError
 
 if TYPE_CHECKING:
     import xarray
@@ -45,7 +45,7 @@ class StoreDescription:
     fixed: xarray.Dataset
     rows: Mapping[str, Described]
     members: int
-    problem: Mapping[str, Any]
+    problem: Mapping[str, Json]
 
     @classmethod
     def of(cls, ensemble: Ensemble[Result], plan: Plan, selection: Selection) -> StoreDescription:
@@ -53,7 +53,7 @@ class StoreDescription:
         stored = selection if plan.reduce is None else {}
         chosen = selection if plan.reduce is None or plan.variables else {}
         own = versions()
-        problem = {
+        problem: dict[str, Json] = {
             **ensemble.problem,
             "variables": {name: [options.dtype, options.every] for name, options in chosen.items()},
             "reduce": "" if plan.reduce is None else fingerprint(plan.reduce),
@@ -112,7 +112,7 @@ def is_there(out: Path) -> bool:
     return there
 
 
-def _difference(name: str, stored: Any, given: Any) -> str:
+def _difference(name: str, stored: Json, given: Json) -> str:
     """Return the name of an entry in which two problems differ, for the versions with the packages."""
     if name != "versions" or not isinstance(stored, dict) or not isinstance(given, dict):
         return name

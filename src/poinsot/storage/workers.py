@@ -75,9 +75,7 @@ def _packed(task: Task[Any]) -> bytes:
     except Exception as error:
         raise TypeError(
             f"system, events and reduce must travel to the workers, got an object that does not: "
-            f"{message_of(error)}. Let "
-            "them "
-            "hold numbers, and no open files, locks or connections."
+            f"{message_of(error)}. Let them hold numbers, and no open files, locks or connections."
         ) from error
     return packed
 
@@ -95,8 +93,7 @@ def _unpacked(packed: bytes, known: dict[str, str]) -> Task[Any]:
     except ModuleNotFoundError as error:
         raise RuntimeError(
             f"workers must have the modules of the system, got none with the name {quoted(error.name)}. Install it "
-            "there, "
-            "or define the class in the script."
+            "there, or define the class in the script."
         ) from error
     return task
 

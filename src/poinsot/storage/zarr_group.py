@@ -283,8 +283,7 @@ class StoredArray:
         if _checksum(content[:size]) != content[size:]:
             raise StoreError(
                 f"{shortened(self._folder)} has other numbers than were written, a checksum differs; the call that "
-                "made the store "
-                "computes them again"
+                "made the store computes them again"
             )
         return content[:size]
 

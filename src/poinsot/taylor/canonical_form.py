@@ -104,7 +104,7 @@ class CanonicalForm:
         while count != len(wanted):
             count = len(wanted)
             for node in ordered(wanted):
-                if node.varies and node.name not in PLAIN and node.place not in self._slopes:
+                if node.varies and node.name not in NO_FUNCTIONS and node.place not in self._slopes:
                     slopes = zip(partials(node), node.operands, strict=True)
                     self._slopes[node.place] = own = tuple(s if _varies(x) else 0.0 for s, x in slopes)
                     wanted += own
@@ -282,7 +282,7 @@ class CanonicalForm:
         return self._value_of(form)
 
 
-PLAIN = ("symbol", "ruled", "add", "neg", "mul", "div", "where", "less")
+NO_FUNCTIONS = ("symbol", "ruled", "add", "neg", "mul", "div", "where", "less")
 """Operations that are no elementary functions."""
 
 

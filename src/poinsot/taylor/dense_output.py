@@ -8,15 +8,13 @@ from collections.abc import Callable, Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, POINTER, Array, Module, Value, vector
 from poinsot.taylor.object_cache import function_of
+from poinsot.taylor.queue import Doubles, Integers, Records
 
 __all__ = ["Side", "StoredSteps"]
 
-Doubles = NDArray[np.float64]
-Steps = NDArray[np.void]
 Side = Literal["left", "right"]
 
 
@@ -29,12 +27,12 @@ class StoredSteps:
         Blocks of steps of a worker, at least one.
     """
 
-    def __init__(self, blocks: Sequence[Steps]) -> None:
+    def __init__(self, blocks: Sequence[Records]) -> None:
         self._blocks = [block for block in blocks if block.size] or list(blocks[:1])
         self._starts, self._low = np.concatenate([block["start"] for block in self._blocks]).T.copy()
         self._per_unit = np.concatenate([block["per_unit"] for block in self._blocks])
 
-    def __reduce__(self) -> tuple[type[StoredSteps], tuple[list[Steps]]]:  # a copy has addresses of its own
+    def __reduce__(self) -> tuple[type[StoredSteps], tuple[list[Records]]]:  # a copy has addresses of its own
         return type(self), (self._blocks,)
 
     @property
@@ -43,7 +41,7 @@ class StoredSteps:
         return not self._starts.size
 
     @functools.cached_property
-    def _addresses(self) -> NDArray[np.int64]:
+    def _addresses(self) -> Integers:
         """Addresses of the coefficients of each step."""
         each = [(block["coefficients"].ctypes.data, block.itemsize, block.size) for block in self._blocks]
         return np.concatenate([first + size * np.arange(count) for first, size, count in each])

@@ -35,15 +35,15 @@ from poinsot.taylor.memory import Context, KernelPart, Work
 
 __all__ = ["Detection"]
 
-SIMULTANEOUS = 16 * np.finfo(float).eps
+SIMULTANEITY_TOLERANCE = 16 * np.finfo(float).eps
 """Times that differ by less, relative to the time and to that in which the attitude changes, are one: events may
 coincide. A time in which the attitude changes is that of the run at most."""
 
 
-AT_TARGET = 0.125
+TARGET_TOLERANCE = 0.125
 """The part of the time of coincident events within which an event is at an output time, a sample or the end."""
 
-NEARBY = 0.25
+MAX_SHARE_OF_WIDE_ZERO = 0.25
 """The part of a step within which a zero has 32 digits. Coefficients of a watched function may decrease more slowly
 than coefficients of the variables; the rest of its series is smaller by this to the power of the order. A step to a
 zero farther away ends half-way."""
@@ -115,7 +115,7 @@ class Detection(KernelPart):
         self.count = len(decomposition.watched)
         self._conditions, self._events = context.conditions, context.events
         self._crossings, self._stops, self._attitude = decomposition.events, decomposition.stops, decomposition.attitude
-        self._at_target = AT_TARGET * (2.0**-52 if context.wide else 1.0)
+        self._at_target = TARGET_TOLERANCE * (2.0**-52 if context.wide else 1.0)
         sizes = {"span": min(self.count, 1), "branches": len(self._conditions)}
         sizes |= dict.fromkeys(("signs", "sign_uncertainty", "crossed"), self._events)
         near = [("simultaneity", "f8", ())]
@@ -197,7 +197,7 @@ class Detection(KernelPart):
             h, early, waits = before.choose(end, h), early | before, waits | wrong[-1]
         last_near[0] = near
         if self.context.wide:
-            far = chosen.is_("ge", 0) & abs(h.high).is_("gt", NEARBY * abs(whole.high))
+            far = chosen.is_("ge", 0) & abs(h.high).is_("gt", MAX_SHARE_OF_WIDE_ZERO * abs(whole.high))
             h, chosen = far.choose(h.times_power_of_two(0.5), h), far.choose(chosen.like(-1), chosen)
         h = self._at_targets(work, h, chosen.is_("ge", len(self._conditions)), near)
         stops = self._recorded(work, starts, wrong, active) | (self._switched(work) & ~waits)
@@ -254,7 +254,7 @@ class Detection(KernelPart):
         if self._attitude:
             fastest = functools.reduce(Value.larger, [abs(turning[place].high) for place in self._attitude])
             scale = (1.0 / work.per_unit(fastest)).smaller(scale)
-        return scale.larger(abs(work.doubles("time")[0])) * SIMULTANEOUS
+        return scale.larger(abs(work.doubles("time")[0])) * SIMULTANEITY_TOLERANCE
 
     def _starts(self, work: Work, near: Value, linear: Value) -> list[_Watched]:
         """Return the watched functions at the start of the step.
@@ -279,7 +279,7 @@ class Detection(KernelPart):
             for target in self._deadlines:
                 ahead = self._ahead(work, target).high
                 new = sign.is_("eq", 0.0) & ~at_zero & shift.is_("le", near)
-                delayed = new & ahead.is_("gt", 0.0) & shift.is_("ge", ahead - AT_TARGET * near)
+                delayed = new & ahead.is_("gt", 0.0) & shift.is_("ge", ahead - TARGET_TOLERANCE * near)
             sign = sign.is_("eq", 0.0).choose(sign.like(1.0).intrinsic("copysign", present), sign)
             starts.append(_Watched(sign, passed, abs(shift).is_("le", linear).choose(shift, 0.0), delayed))
             uncertainty[i] = near * abs(slope)
@@ -353,16 +353,16 @@ class Detection(KernelPart):
 ROUNDING_BOUND = 2.0**-50
 """Bound of the rounding error of a polynomial, relative to the sum of the sizes of its terms."""
 
-MAX_TRUNCATED, NEXT = 1e-7, 2.0**-5
-"""The largest share of the last four terms in that sum for which a polynomial stands for its function, and what part of
-these the rest of the series is at most then."""
+MAX_TRUNCATED, REST_FACTOR = 1e-7, 2.0**-5
+"""The largest share of the last four terms in that sum for which a polynomial represents its function, and the largest
+ratio of the rest of the series to these terms then."""
 
 MAX_ADVANCES = 60
-"""The most advances of a search. Near a minimum that touches zero each advance leaves a third of the way; a step that
-ends there is as good as any."""
+"""Largest number of advances of a search. Near a minimum that touches zero each advance leaves a third of the way, so
+that a step may end there."""
 
-RESOLVED, CERTAIN = 0.25, 2.0
-"""The least advance, and how close a zero is taken for certain, in parts of the time within which events coincide."""
+MIN_ADVANCE, ZERO_DISTANCE = 0.25, 2.0
+"""Least advance, and the distance within which a zero is certain, in parts of the time within which events coincide."""
 
 
 class _Series:
@@ -371,7 +371,7 @@ class _Series:
     Attributes
     ----------
     unit : vector
-        The part of the step that the shares are of: shorter where the series hardly converges.
+        The part of the step that has the share 1: shorter where the series hardly converges.
     total : vector
         The sum of the sizes of its terms.
     curvature, beyond : vectors
@@ -385,7 +385,7 @@ class _Series:
             [one, *self._scaled(h)], lambda unit, total, _, tail: self._is_poor(unit, total, tail).any(), self._halved
         )
         self.curvature = (bend / self.total).larger(1e-300)
-        self.beyond = NEXT * tail / self.total
+        self.beyond = REST_FACTOR * tail / self.total
 
     def _is_poor(self, unit: Value, total: Value, tail: Value) -> Value:
         return (tail.is_("gt", MAX_TRUNCATED * total) | total.is_("eq", math.inf)) & unit.is_("gt", self._simultaneous)
@@ -469,7 +469,7 @@ def _search(coefficients: Value, h: Value, sign: Value, simultaneous: Value, ord
             root = (slope * slope + 2.0 * curvature * room).intrinsic("sqrt")
             rising = slope.is_("ge", 0.0)
             ahead = rising.choose((slope + root) / curvature, 2.0 * room / (root - slope))
-            further = going & room.is_("gt", 0.0) & ahead.is_("gt", RESOLVED * simultaneous)
+            further = going & room.is_("gt", 0.0) & ahead.is_("gt", MIN_ADVANCE * simultaneous)
             share = further.choose((share + ahead).smaller(1.0), share)
             moved = [further.choose(new, old) for new, old in zip(series.at(share, sign), found, strict=True)]
             return [left - 1, further & share.is_("lt", 1.0), share, *moved]
@@ -478,7 +478,8 @@ def _search(coefficients: Value, h: Value, sign: Value, simultaneous: Value, ord
         _, _, share, value, slope, *_ = lines.repeat(
             begin, lambda left, going, *_: left.is_("gt", 0) & going.any(), advance
         )
-        changes = share.is_("lt", 1.0) & slope.is_("lt", 0.0) & (value + CERTAIN * slope * simultaneous).is_("lt", 0.0)
+        beyond = value + ZERO_DISTANCE * slope * simultaneous
+        changes = share.is_("lt", 1.0) & slope.is_("lt", 0.0) & beyond.is_("lt", 0.0)
         share = changes.choose((share - value / slope).larger(simultaneous), share).smaller(1.0)
         share = wrong.choose(zero, watched.choose(share * unit, unseen))
         return [share, (watched & changes & ~wrong).choose(one, zero)]

@@ -42,10 +42,11 @@ ROUNDING_SHIFT = 6755399441055744.0
 """1.5 2^52: a number with this added and taken away again is rounded to an integer, the low bits of the sum."""
 
 MAX_HALVES = 16
-"""Twice the powers that are products of roots."""
+"""Largest double of a power that is a product of roots."""
 
-MAX_ITERATIONS, CONVERGED = 60, 2.0**-14
-"""Of Kepler's equation; the relative change after which the next one would be below rounding."""
+MAX_ITERATIONS, KEPLER_TOLERANCE = 60, 2.0**-14
+"""Limits of the iteration of Kepler's equation: steps, and the relative change after which the next change would be
+below rounding."""
 
 
 PI = Fraction(
@@ -85,10 +86,10 @@ WIDE_SINE_DEFECT = [Fraction((-1) ** k, math.factorial(2 * k + 3)) for k in rang
 EXP_HALVINGS = 9
 """Of the argument of the exponential function before its series."""
 
-MAX_NEWTON_STEPS, WIDE_CONVERGED = 12, 2.0**-55
-"""Of Kepler's equation: the most steps, and the relative change after which the next one would be below rounding."""
+MAX_NEWTON_STEPS, WIDE_KEPLER_TOLERANCE = 12, 2.0**-55
+"""Limits of the iteration of Kepler's equation in quadruple precision."""
 
-NEAR_ONE = 0.25
+MAX_SERIES_DISTANCE = 0.25
 """The distance from 1 within which the logarithm is a series."""
 
 
@@ -239,7 +240,7 @@ def _written_eccentric_anomaly(eccentricity: Value, mean_anomaly: Value) -> Valu
         change = excess / slope
         change = excess / half.fma(change, slope)
         change = excess / change.fma(sixth.fma(change, half), slope)
-        again = going & abs(change).is_("gt", anomaly * CONVERGED)
+        again = going & abs(change).is_("gt", anomaly * KEPLER_TOLERANCE)
         return [going.choose(anomaly + change, anomaly), left - 1, again]
 
     anomaly, _, _ = lines.repeat(
@@ -358,7 +359,7 @@ def _logarithm_of_one_and(u: Value, whole: Value) -> Value:
     first = scaled.like(_each("log", [scaled.high]))
     far = first + (scaled * _exp(-first) - 1.0)
     far = far + exponent.to_double() * far.like(LOG_2)
-    found = abs(u.high).is_("lt", NEAR_ONE).choose(near, far)
+    found = abs(u.high).is_("lt", MAX_SERIES_DISTANCE).choose(near, far)
     in_double = _each("log", [whole.high])  # of zero, infinity and negative numbers
     regular = whole.is_("gt", 0.0) & whole.high.is_("lt", math.inf)
     return regular.choose(found, in_double)
@@ -418,7 +419,7 @@ def _wide_eccentric_anomaly(e: Value, mean_anomaly: Value) -> Value:
         slope = rest + e * (half * half).times_power_of_two(2.0)
         excess = (rest * anomaly - size) + e * _sine_defect(anomaly, sine)
         change = excess / slope
-        again = going & abs(change.high).is_("gt", anomaly.high * WIDE_CONVERGED)
+        again = going & abs(change.high).is_("gt", anomaly.high * WIDE_KEPLER_TOLERANCE)
         return [going.choose(anomaly - change, anomaly), left - 1, again]
 
     found, *_ = e.function.repeat(

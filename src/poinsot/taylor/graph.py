@@ -120,7 +120,7 @@ class Graph:
         path = needed(own, known)
         last = {x.place: node.place for node in path for x in node.nodes} | {x.place: -1 for x in own}
         for node in path:
-            known[node.place] = node.value if node.name in HOLDING else replayed(node, known)
+            known[node.place] = node.value if node.name in NAMES_OF_VALUES else replayed(node, known)
             for x in node.nodes:
                 if last[x.place] == node.place:
                     known.pop(x.place, None)  # so that memory is used again
@@ -161,7 +161,7 @@ class Graph:
             simple = SIMPLER[name](*operands)
             if simple is not None:
                 return simple
-        if name in COMMUTING:
+        if name in COMMUTATIVE:
             a, b = operands
             if not isinstance(b, Node) or (isinstance(a, Node) and b.place < a.place):
                 operands = b, a
@@ -232,16 +232,16 @@ class Node(Comparable):
 
 
 NUMBERS = (int, float, Fraction, np.integer, np.floating)
-PLAIN = (int, float)
+PLAIN_NUMBERS = (int, float)
 SCALARS = (Node, int, float, np.float64)
 REPLAYED: Mapping[str, Callable[..., Any]] = {**OPERATORS, "ruled": lambda value, *_: value}
 UNITS = (1, -1)
-COMMUTING = ("add", "mul")
-HOLDING = ("variable", "value")
+COMMUTATIVE = ("add", "mul")
+NAMES_OF_VALUES = ("variable", "value")
 
 
 def _is_operand(scalar: Scalar, graph: Graph) -> TypeGuard[GraphScalar]:
-    return scalar.graph is graph if scalar.__class__ is Node else scalar.__class__ in PLAIN
+    return scalar.graph is graph if scalar.__class__ is Node else scalar.__class__ in PLAIN_NUMBERS
 
 
 def _newest(scalars: Iterable[Scalar]) -> Graph:
@@ -498,7 +498,7 @@ def replaced(outputs: Sequence[GraphScalar], values: Mapping[Node, GraphScalar])
 
 def number(scalar: Any) -> Any:
     """Return the value of a node that depends on variables alone, and any other scalar as it is."""
-    while isinstance(scalar, Node) and all(node.nodes or node.name in HOLDING for node in ordered([scalar])):
+    while isinstance(scalar, Node) and all(node.nodes or node.name in NAMES_OF_VALUES for node in ordered([scalar])):
         (scalar,) = scalar.graph.evaluated([scalar])
     return scalar
 

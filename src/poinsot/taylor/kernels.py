@@ -41,10 +41,10 @@ ROUNDING = {"double": 2.0**-52, "quadruple": 2.0**-104}
 """Distance from 1 to the next number, by precision: the smallest tolerance."""
 
 MAX_KERNELS = 128
-"""The most kernels in the cache."""
+"""Largest number of kernels in the cache."""
 
 BUDGET, SMALL_SYSTEM = 20_000, 25
-"""Steps between checks for Ctrl-C, hundredths of a second, in a system of so many inner sums; in larger ones fewer."""
+"""Steps between checks for Ctrl-C, hundredths of a second, and the inner sums of a system with so many steps."""
 
 SUMS_IN_REGISTERS = 8
 """Polynomials that are evaluated together: their sums stay in registers."""

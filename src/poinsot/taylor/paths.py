@@ -6,7 +6,7 @@ import functools
 import itertools
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,12 @@ from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, Node
 from poinsot.taylor.kernels import MAX_KERNELS, ROUNDING, Code
 from poinsot.taylor.lowering import TIME, simplified
-from poinsot.taylor.queue import Output, Queue, Worker
+from poinsot.taylor.queue import Doubles, Integers, Output, Queue, Records, Worker
 
 __all__ = ["Path", "VectorField"]
 
-Doubles = NDArray[np.float64]
-Reals = NDArray[np.floating[Any]]
-"""Arrays of doubles, and of doubles or long doubles."""
+Reals: TypeAlias = NDArray[np.floating]
+"""An array of doubles or of long doubles."""
 
 DOUBLE_DOUBLE_ORDERS = 8
 """Orders that are summed in double-double arithmetic. Terms of order n are e^(-2 n) of the variables at the end of a
@@ -102,24 +101,24 @@ class Path:
 
     def _integrated(self, direction: int, far: float) -> _Branch:
         members = self._members.size
-        kernel = _compiled(_Equations(self._field.structure, self._field))
-        parameters = np.array(np.broadcast_arrays(*kernel.values(self._field.numbers), self._start[0].ravel())[:-1])
+        code, evaluator = _compiled(_Equations(self._field.structure, self._field))
+        parameters = np.array(np.broadcast_arrays(*evaluator(self._field.numbers), self._start[0].ravel())[:-1])
         parameters = parameters.T.reshape(members, -1)
         start = self._start.reshape(len(self._start), -1).T
         states = start.astype(float)
         first, counts, stride = np.zeros(members, int), np.ones(members, int), np.full(members, direction)
         rows = np.empty((members, 1, len(self._start)))
         output = Output.of(np.array([direction * far]), rows, np.arange(members), first, counts, stride)
-        queue = Queue(kernel.code, states, np.zeros(1), parameters, output)
+        queue = Queue(code, states, np.zeros(1), parameters, output)
         queue.tasks["below"] = start - states
-        run = Worker(kernel.code, stores_steps=True)
+        run = Worker(code, stores_steps=True)
         run.start(queue)
         while run.advance():
             pass
         return _Branch.of(far, np.concatenate(run.steps), queue.tasks["time"])
 
 
-def _not_less(time: np.floating[Any]) -> float:
+def _not_less(time: np.floating) -> float:
     """Return the smallest double that is not less than a time, which may be a long double."""
     rounded = float(time)
     return rounded if rounded >= time else float(np.nextafter(rounded, np.inf))
@@ -133,22 +132,15 @@ class _Equations:
     field: VectorField = field(compare=False)
 
 
-class _Kernel(NamedTuple):
-    """The kernel of a vector field, and the formulas of its parameters."""
-
-    code: Code
-    values: WideEvaluator
-
-
 @functools.lru_cache(MAX_KERNELS)
-def _compiled(equations: _Equations) -> _Kernel:
-    """Return the kernel that integrates a vector field with parameters given at run time."""
+def _compiled(equations: _Equations) -> tuple[Code, WideEvaluator]:
+    """Return the kernel that integrates a vector field, and the evaluator of its parameters."""
     graph, field = Graph(), equations.field
     traced, variables = field.with_numbers(map(graph.input, itertools.count())), [*map(graph.symbol, range(field.size))]
     program = simplified(list(traced.rates_at(graph.symbol(TIME), variables)))
     order = kernels.order_of(ROUNDING["quadruple"], True)
     code = kernels.compiled(program.decomposition, order, 1, "single", True)
-    return _Kernel(code, WideEvaluator(program.parameters))
+    return code, WideEvaluator(program.parameters)
 
 
 @dataclass(frozen=True)
@@ -172,13 +164,13 @@ class _Branch:
     """
 
     far: float
-    firsts: NDArray[np.int_]
+    firsts: Integers
     begins: DoubleDouble
     per_unit: Doubles
     series: list[DoubleDouble]
 
     @classmethod
-    def of(cls, far: float, steps: NDArray[np.void], ends: Doubles) -> _Branch:
+    def of(cls, far: float, steps: Records, ends: Doubles) -> _Branch:
         """Return the branch from the steps of all members, and the times that these reached, (members, 2)."""
         collided = np.abs(steps["length"]) <= COLLISION_STEP * np.abs(steps["start"][:, 0])
         ends = ends.copy()
@@ -197,7 +189,7 @@ class _Branch:
             far, np.cumsum([0, *(lengths + 1)]), DoubleDouble(*steps["start"].T.copy()), steps["per_unit"], series
         )
 
-    def at(self, member: NDArray[np.int_], time: Reals) -> DoubleDouble:
+    def at(self, member: Integers, time: Reals) -> DoubleDouble:
         """Return the variables of members at times, shape (variables, n)."""
         place, after = self.firsts[member], self.firsts[member + 1]
         while np.any(after - place > 1):

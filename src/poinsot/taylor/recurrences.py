@@ -14,7 +14,7 @@ from poinsot.taylor.memory import Work
 
 __all__ = ["HigherOrder", "ZerothOrder"]
 
-NOTHING = Coefficient(0.0)
+ZERO = Coefficient(0.0)
 
 MAX_BLOCK, MAX_UNCUT = 30, 1000
 """Operations of a block of straight-line code, and how many are left in one block: the scheduling of instructions and
@@ -84,7 +84,7 @@ class ZerothOrder:
         total = functools.reduce(Value.__add__, given) if given else None
         for size, members in sorted(shared.items(), key=lambda item: item[1][-1]):
             total = self._added(total, size, members)
-        return self._coefficient(NOTHING) if total is None else total
+        return self._coefficient(ZERO) if total is None else total
 
     def _added(self, total: Value | None, size: Coefficient, members: Sequence[tuple[int, bool]]) -> Value:
         """Write a total plus a factor times some values, each with its sign."""
@@ -135,7 +135,7 @@ class HigherOrder(ZerothOrder):
 
     @override
     def _constant(self, coefficient: Coefficient) -> Value:
-        return self._coefficient(NOTHING)
+        return self._coefficient(ZERO)
 
     @override
     def _store(self, k: int, value: Value) -> None:
@@ -157,7 +157,7 @@ class HigherOrder(ZerothOrder):
     def _time(self) -> Value:
         one = self._n.function.constant(DOUBLE, 1.0)
         rate = self._work.in_unit(one.spread(self._context.lanes))
-        return self._coefficient(NOTHING).like(self._n.is_("eq", 1).choose(rate, 0.0))
+        return self._coefficient(ZERO).like(self._n.is_("eq", 1).choose(rate, 0.0))
 
     @override
     def _sum(self, terms: Sequence[tuple[Coefficient, int]], constants: Sequence[Coefficient]) -> Value:
@@ -183,7 +183,7 @@ class HigherOrder(ZerothOrder):
     def _function(self, name: str, arguments: Sequence[Operand], slopes: Sequence[Operand]) -> Value:
         own = varying(arguments, slopes)
         inner = [self._inner_sum(i) for i, _, slope in own if isinstance(slope, int)]
-        result = self._over_order(sum(inner[1:], inner[0])) if inner else self._coefficient(NOTHING)
+        result = self._over_order(sum(inner[1:], inner[0])) if inner else self._coefficient(ZERO)
         for _, argument, slope in own:
             factor = self._zero(slope) if isinstance(slope, int) else self._coefficient(slope)
             result = factor.fma(self._values[argument], result)
@@ -191,4 +191,4 @@ class HigherOrder(ZerothOrder):
 
     @override
     def _invariant(self, roots: Sequence[int]) -> Value:
-        return self._coefficient(NOTHING)
+        return self._coefficient(ZERO)

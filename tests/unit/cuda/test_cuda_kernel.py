@@ -31,7 +31,7 @@ def cupy(monkeypatch):
 def few_steps(monkeypatch):
     """Seven steps a launch."""
     monkeypatch.setattr(cuda_kernel, "FIRST_LAUNCH_STEPS", 7)
-    monkeypatch.setattr(cuda_kernel, "BRISK", 0.0)
+    monkeypatch.setattr(cuda_kernel, "MIN_LAUNCH_SECONDS", 0.0)
 
 
 def queue_of(code, states, times, parameters=None):

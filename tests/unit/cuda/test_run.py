@@ -87,9 +87,9 @@ def test_a_device_of_little_memory_takes_them_in_chunks(most, monkeypatch):
     monkeypatch.setattr(cuda_kernel, "most_members", lambda *_: most)
     launch = cuda_kernel.CudaCode.launch
 
-    def counted(code, cupy, queue, count):
+    def counted(code, queue, count):
         taken.append(count)
-        launch(code, cupy, queue, count)
+        launch(code, queue, count)
 
     monkeypatch.setattr(cuda_kernel.CudaCode, "launch", counted)
     assert_same(pt.propagate(TOP, STARTS, TIMES), pt.propagate(TOP, STARTS, TIMES, device="cuda"))
@@ -140,7 +140,7 @@ def test_many_steps_are_not_steps_that_lead_nowhere(monkeypatch):
     """Members are looked at every five steps."""
     monkeypatch.setattr(kernels, "BUDGET", 5)
     monkeypatch.setattr(cuda_kernel, "FIRST_LAUNCH_STEPS", 1)
-    monkeypatch.setattr(cuda_kernel, "BRISK", 0.0)
+    monkeypatch.setattr(cuda_kernel, "MIN_LAUNCH_SECONDS", 0.0)
     here, there = (pt.propagate(TOP, STARTS, TIMES, device=device) for device in ("cpu", "cuda"))
     assert here.run.steps > 20 * COUNT
     assert_same(here, there)
@@ -157,7 +157,7 @@ def test_steps_that_lead_nowhere_are_given_up(monkeypatch):
 
 
 def test_ctrl_c_keeps_the_members_that_are_finished(monkeypatch):
-    monkeypatch.setattr(cuda_kernel, "BRISK", 0.0)
+    monkeypatch.setattr(cuda_kernel, "MIN_LAUNCH_SECONDS", 0.0)
     launch, launched = cuda_kernel.CudaWorker._launch, []
 
     def interrupted(run):
