@@ -401,8 +401,8 @@ def test_slow_frames_have_fewer_dots_and_points_and_a_picture_at_rest_all(browse
     })()""")
     dots = "document.getElementById('scene').width / document.getElementById('scene').clientWidth"
     visit.page.keyboard.press("Space")
-    visit.until("poinsot.sharpness === 0.4")
-    assert visit(dots) == pytest.approx(0.4, abs=0.01)
+    visit.until("poinsot.sharpness === 0.36")
+    assert visit(dots) == pytest.approx(0.36, abs=0.01)
     visit.until(f"{points} === 960")
     visit.page.keyboard.press("Space")
     visit.until(f"{dots} >= 1")

@@ -50,7 +50,7 @@ UNITS = {
         | {"tangency_error": "1", "integral_energy": "kg m2 s-2"}
         | {"integral_angular_momentum_space_3": "kg m2 s-1"},
     ),
-    "time_alone": ({"units": {"time": "day"}}, {"time": "day", "omega_body": "rad day-1", "kinetic_energy": "day-2"}),
+    "time_alone": ({"units": {"time": "day"}}, {"time": "d", "omega_body": "rad d-1", "kinetic_energy": "d-2"}),
     "inertia_alone": ({"units": {"inertia": "kg km2"}}, {"time": "1", "omega_body": "rad", "kinetic_energy": "kg km2"}),
 }
 

@@ -62,7 +62,7 @@
   // If frames are slow, a moving picture has fewer dots, and a picture at rest all of them. The marks of time move only
   // when numbers change, as often as a reader can follow, because each move draws the whole page anew.
 
-  const [SLOW, COARSEST, REST, READABLE] = [25, 0.4, 300, 100];
+  const [SLOW, COARSEST, REST, READABLE] = [25, 0.36, 300, 100];
   let part = 1;
   let usual = 0;
   let drawn = -Infinity;
@@ -139,7 +139,7 @@
     get scene() {
       return scene;
     },
-    /** Fraction of the dots of a moving scene, from 0.4 to 1. */
+    /** Fraction of the dots of a moving scene, from 0.36 to 1. */
     get sharpness() {
       return part;
     },
