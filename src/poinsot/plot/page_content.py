@@ -137,8 +137,8 @@ def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str
     }
 
 
-class Quantity(NamedTuple):
-    """Quantity that a plot of the page can show, with the factor from its values to the unit in its label."""
+class PlottedQuantity(NamedTuple):
+    """PlottedQuantity that a plot of the page can show, with the factor from its values to the unit in its label."""
 
     label: str
     symbols: Sequence[str]
@@ -158,14 +158,14 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
     arrays = {**_moving(motion), **around.arrays}
     unit = rate_unit_of(units, None, rate)
     quantities = {
-        "quaternion": Quantity("Euler parameters q", ["q₀", "q₁", "q₂", "q₃"], motion.quaternion),
-        "momenta": Quantity(
+        "quaternion": PlottedQuantity("Euler parameters q", ["q₀", "q₁", "q₂", "q₃"], motion.quaternion),
+        "momenta": PlottedQuantity(
             f"conjugate momenta Q{momentum_label(units)}", ["Q₀", "Q₁", "Q₂", "Q₃"], motion.conjugate_momenta
         ),
-        "omega_body": Quantity(
+        "omega_body": PlottedQuantity(
             f"angular velocity ω, body axes{unit.label}", OMEGA_SYMBOLS, motion.omega_body, unit.factor
         ),
-        "angular_momentum_space": Quantity(
+        "angular_momentum_space": PlottedQuantity(
             f"angular momentum G, space axes{momentum_label(units)}", ["G₁", "G₂", "G₃"], motion.angular_momentum_space
         ),
     }
@@ -173,7 +173,7 @@ def _of_body(motion: Trajectory) -> dict[str, Any]:
     if around.content.get("orbit", {}).get("moves"):
         angles = arrays["roll_pitch_yaw"] = _roll_pitch_yaw(motion, arrays["orbit_position"], arrays["orbit_velocity"])
         names = ("roll", "pitch", "yaw")
-        quantities["roll_pitch_yaw"] = Quantity("roll, pitch, yaw [deg]", names, angles, 180 / np.pi)
+        quantities["roll_pitch_yaw"] = PlottedQuantity("roll, pitch, yaw [deg]", names, angles, 180 / np.pi)
         plotted = ["roll_pitch_yaw", "omega_body"]
     return {
         "rates": {"body": rate},
@@ -238,14 +238,14 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
     units = motion.system.units
     unit = rate_unit_of(units, None, list(rates.values()))
     quantities = {
-        "distance": Quantity(
+        "distance": PlottedQuantity(
             f"distance of the centres of mass{bracketed(units.get('length', '1'))}", "r", distance[:, None]
         ),
-        "libration": Quantity(
+        "libration": PlottedQuantity(
             "libration of the secondary [deg]", ("in longitude", "in latitude"), arrays["libration"], 180 / np.pi
         ),
         **{
-            f"{name}_omega_body": Quantity(
+            f"{name}_omega_body": PlottedQuantity(
                 f"angular velocity of the {name}{unit.label}", OMEGA_SYMBOLS, one.omega_body, unit.factor
             )
             for name, one in motion.of_bodies.items()
