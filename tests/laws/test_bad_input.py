@@ -272,7 +272,7 @@ WRONG_SHAPE = {
         lambda: pt.RotatingFrame(ONE, (0, 1)),
         "omega_space must have shape (3,) or (members, 3), got shape (2,).",
     ),
-    "one_time": (lambda: run(3.0), "times must have shape (n,), got shape ()."),
+    "one_time": (lambda: run(3.0), "times must have shape (n,), got the number 3.0. Write [3.0]."),
     "times_of_rank_2": (lambda: run([[0, 1]]), "times must have shape (n,), got shape (1, 2)."),
     "two_tolerances": (lambda: run(tolerance=(1e-3, 1e-4)), "tolerance must have shape (), got shape (2,)."),
     "matrix": (lambda: quaternion_from_matrix(np.eye(2)), "matrix must have shape (..., 3, 3), got shape (2, 2)."),

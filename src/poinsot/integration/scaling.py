@@ -145,7 +145,8 @@ def torque_scale(system: AnyDynamics) -> Number:
         branching = _has_branches(system)
         one = not branching and not system.members
         torque = sample_torque(system) if one else _strongest_at_samples(system, branching)
-        system.results["torque scale"] = _momentum_of(system, torque)
+        momentum = _momentum_of(system, torque)
+        system.results["torque scale"] = np.broadcast_to(momentum, system.members) if system.members else momentum
     scale: Number = system.results["torque scale"]
     return scale
 

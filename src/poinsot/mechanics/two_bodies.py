@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.ellipsoids import gap
 from poinsot.checked import checked
-from poinsot.errors import exactly_one, member_array, refuse_nonpositive, refuse_other_members
+from poinsot.errors import exactly_one, member_array, real_numbers, refuse_nonpositive, refuse_other_members
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude, quaternion_from_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
@@ -254,9 +254,8 @@ class TwoBodies(Parametric):
                 "Write KeplerOrbit(pair.mu, ...)."
             )
         path = orbit.with_axes(1)  # whose members are those of the times
-        place = [
-            np.stack(np.broadcast_arrays(*at(np.asarray(time))), axis=-1) for at in (path.position_at, path.velocity_at)
-        ]
+        times = real_numbers("time", time)
+        place = [np.stack(np.broadcast_arrays(*at(times)), axis=-1) for at in (path.position_at, path.velocity_at)]
         given = {"omega_body": omega_body, "omega_space": omega_space}
         given |= {
             "angular_momentum_body": angular_momentum_body,
