@@ -7,7 +7,6 @@ before adding the row. A new module has a test module of its name in `tests/unit
 COVERED_BY = {
     "analysis/bifurcations.py": "oracles/test_bifurcations_of_motions.py",
     "analysis/continuation_problem.py": "unit/analysis/test_continuation.py",
-    "analysis/named_parameters.py": "unit/mechanics/test_parameters.py",
     "analysis/pair_point.py": "unit/analysis/test_pair_equilibrium.py",
     "analysis/period_map.py": "unit/analysis/test_periodic.py",
     "checked.py": "laws/test_wrong_calls.py",
@@ -59,6 +58,7 @@ COVERED_BY = {
     "mechanics/force.py": "laws/test_every_force.py",
     "mechanics/formula_trials.py": "unit/mechanics/test_formula_errors.py",
     "mechanics/instant.py": "laws/test_every_read_of_the_instant.py",
+    "mechanics/named_parameters.py": "unit/mechanics/test_parameters.py",
     "mechanics/periapsis_warning.py": "unit/orbits/test_kepler.py",
     "mechanics/planet_axes.py": "laws/test_every_magnetic_field.py",
     "mechanics/probing.py": "unit/mechanics/test_formula_errors.py",

@@ -16,7 +16,6 @@ from typing_extensions import override
 
 from poinsot.analysis.bifurcations import CROSSING_TOLERANCE, Bifurcation, bifurcations
 from poinsot.analysis.continuation_problem import ContinuationProblem, CurvePoint, NamedFunction, NotConvergedError
-from poinsot.analysis.named_parameters import NamedNumber
 from poinsot.analysis.period_map import FAMILY_TOLERANCE, Point
 from poinsot.analysis.periodic import PeriodicMotion
 from poinsot.checked import checked
@@ -24,6 +23,7 @@ from poinsot.display.html_text import Summarized, rounded
 from poinsot.display.progress import ReportProgress, bar
 from poinsot.errors import PropagationInterrupted, real_array
 from poinsot.mechanics.frame import Frame
+from poinsot.mechanics.named_parameters import NamedNumber
 from poinsot.mechanics.state import AnyState
 from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.quantities import Array

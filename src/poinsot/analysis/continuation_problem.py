@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from poinsot.analysis.multipliers import Multipliers
-from poinsot.analysis.named_parameters import NamedNumber, named_numbers
 from poinsot.analysis.period_map import FAMILY_TOLERANCE, MAX_LAST_STEP, PeriodMap, Point, largest_component
 from poinsot.analysis.periodic import PeriodicMotion, motion_at
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.immutable import Immutable, cached_property
 from poinsot.mechanics.attitude import rotation
 from poinsot.mechanics.frame import Frame, checked_frame
+from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
 from poinsot.mechanics.system import System
 from poinsot.printable import described, quoted
 from poinsot.quantities import Array

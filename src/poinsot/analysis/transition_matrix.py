@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack, override
 
-from poinsot.analysis.named_parameters import binary_size, resolve
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import real_numbers
 from poinsot.immutable import cached_property
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
+from poinsot.mechanics.named_parameters import binary_size, resolve
 from poinsot.mechanics.state import AnyState, changed
 from poinsot.mechanics.system import System
 from poinsot.mechanics.times import checked_times

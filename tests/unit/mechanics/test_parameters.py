@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.analysis.named_parameters import NamedNumber, named_numbers
 from poinsot.files.scenario import read_scenario
 from poinsot.mechanics.members import members_of
+from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
 from poinsot.mechanics.parameters import Parametric
 
 NEAR, FAR = (
