@@ -97,7 +97,8 @@ def measured(members, rounds):
     """Return for each writer the minima of wall time and processor time, and the files that differ."""
     data, chunk = arrays(members), members // CHUNKS
     places = [slice(first, first + chunk) for first in range(0, members, chunk)]
-    wall, used, found = ({name: [] for name in WRITERS} for _ in range(3))
+    wall, used = ({name: [] for name in WRITERS} for _ in range(2))
+    found = {}
     for _ in range(rounds):
         for name, writer in WRITERS.items():
             with tempfile.TemporaryDirectory() as parent:

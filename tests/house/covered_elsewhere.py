@@ -59,7 +59,6 @@ COVERED_BY = {
     "mechanics/formula_trials.py": "unit/mechanics/test_formula_errors.py",
     "mechanics/instant.py": "laws/test_every_read_of_the_instant.py",
     "mechanics/named_parameters.py": "unit/mechanics/test_parameters.py",
-    "mechanics/overlap.py": "laws/test_pair_events.py",
     "mechanics/periapsis_warning.py": "unit/orbits/test_kepler.py",
     "mechanics/planet_axes.py": "laws/test_every_magnetic_field.py",
     "mechanics/probing.py": "unit/mechanics/test_formula_errors.py",

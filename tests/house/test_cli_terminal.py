@@ -154,7 +154,7 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
 
 def test_interrupt_before_anything_is_computed_is_a_sentence(tmp_path):
     (tmp_path / "top.toml").write_text(TOP + "times = {stop = 10, count = 11}\n")
-    done = interrupted("poinsot.integration.equations", "_traced", 1, "run", tmp_path / "top.toml")
+    done = interrupted("poinsot.integration.equations", "traced_equations", 1, "run", tmp_path / "top.toml")
     assert done.stderr == "poinsot: interrupted. Only the files named above were written.\n"
     assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
 

@@ -177,6 +177,6 @@ READ = (
     "structure",
     "args",
 )
-UNREAD = ("environment", "beside_samples", "origin_of")
+UNREAD = ("environment", "origin_of", "alike", "results")
 DESCRIPTIONS = {"Ephemeris", "PropagationError", "PropagationInterrupted", "stopped"}
 """An orbit, and errors, which have a sentence."""

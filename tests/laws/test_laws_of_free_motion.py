@@ -492,7 +492,7 @@ BAD = {
     "one_number": (
         lambda: pt.free_motion(BODY, STATE, 1.0),
         ValueError,
-        "times must have shape (n,), got shape ().",
+        "times must have shape (n,), got the number 1.0. Write [1.0].",
     ),
     "infinite_time": (
         lambda: pt.free_motion(BODY, STATE, [0, np.inf]),

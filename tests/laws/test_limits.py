@@ -153,8 +153,7 @@ def test_each_ends_in_a_sentence_within_a_second_and_200_mb(tmp_path):
     for name, took, grown, said in found:
         assert took < 1, (name, took)
         assert grown < 200, (name, grown)
-        assert " must " in said, (name, said)
-        assert re.search(", (but|got) ", said) or ", got " in said, (name, said)
+        assert re.search(" must .*, (but|got) |missing table", said), (name, said)
 
 
 if __name__ == "__main__":

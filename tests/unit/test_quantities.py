@@ -3,6 +3,7 @@
 import datetime as dt
 import functools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,7 +79,7 @@ def test_states_of_a_system_with_units():
 def test_states_of_two_bodies_with_units():
     body = pt.Body((1.0, 2.0, 3.0), mass=1.0)
     units = {"time": "s", "inertia": "kg m2", "length": "m"}
-    pair = pt.System(pt.TwoBodies(body, body), pt.forces.MutualGravity(), units=units)
+    pair: Any = pt.System(pt.TwoBodies(body, body), pt.forces.MutualGravity(), units=units)
     state = pair.state(
         (1, 0, 0) * u.km, (0, 0, 3.6) * u.km / u.h, [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2 * u.deg / u.s
     )

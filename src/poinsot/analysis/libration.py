@@ -11,10 +11,9 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
-from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.euler import angles_from_quaternion
 from poinsot.mechanics.members import expanded
-from poinsot.mechanics.two_bodies import BODIES
+from poinsot.mechanics.two_bodies import BODIES, upright
 from poinsot.printable import quoted
 from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies

@@ -14,10 +14,9 @@ import numpy as np
 
 from poinsot.algebra import quaternion as quat
 from poinsot.mechanics.attitude import rotation, rotation_matrix
-from poinsot.mechanics.circular_pair import upright
 from poinsot.mechanics.state import PairState, Phase, named, state_of
 from poinsot.mechanics.system import System
-from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.mechanics.two_bodies import TwoBodies, upright
 from poinsot.quantities import Array
 
 __all__ = ["PairPoint", "cross_matrix", "refuse_open", "symmetry_axis", "units_of_pair"]

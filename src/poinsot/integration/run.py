@@ -201,7 +201,7 @@ class Run:
         count = self.parameters.origins.size
         threads = max(min(self.settings.threads, -(-count // self.parameters.code.lanes)), 1)
         with bar("members", count, self.settings.progress) as show:
-            self._on_threads(threads, self._slabs(self.fast_first(), threads), lambda slabs: self._serve(slabs, show))
+            self._on_threads(threads, self._slabs(self.fast_first(), threads), show)
 
     def fast_first(self) -> Members:
         """Return the members, fast rotators first."""
@@ -217,17 +217,17 @@ class Run:
             yield order[:size]
             order = order[size:]
 
-    def _on_threads(self, count: int, slabs: Iterator[Members], serve: Callable[[Iterator[Members]], None]) -> None:
-        """Let threads serve slabs of members until none is left; on Ctrl-C wait until all threads have returned."""
+    def _on_threads(self, count: int, slabs: Iterator[Members], show: Callable[[float], None]) -> None:
+        """Let threads integrate slabs of members until none is left; on Ctrl-C wait until all threads have returned."""
         if count == 1:
-            self._work(slabs, serve)
+            self._serve(slabs, show)
             return
         from concurrent.futures import ThreadPoolExecutor, wait
 
         with ThreadPoolExecutor(count) as pool:
             workers = []
             try:
-                workers += [pool.submit(self._work, slabs, serve) for _ in range(count)]
+                workers += [pool.submit(self._serve, slabs, show) for _ in range(count)]
                 while wait(workers, timeout=1.0).not_done:
                     pass
             except KeyboardInterrupt:
@@ -235,32 +235,24 @@ class Run:
             for worker in workers:
                 worker.result()
 
-    def _work(self, slabs: Iterator[Members], serve: Callable[[Iterator[Members]], None]) -> None:
+    def _serve(self, slabs: Iterator[Members], show: Callable[[float], None]) -> None:
+        """Integrate slabs that other threads leave, until the run is to stop; small slabs are handed over together."""
+        memory, done = Worker(self.parameters.code), list[tuple[Members, Array]]()
         try:
-            serve(self._shared(slabs))
+            while (members := self._next_of(slabs)) is not None:
+                done.append(self.integrate_slab(memory, members, show))
+                if sum(rows.nbytes for _, rows in done) >= BYTES_AT_A_TIME:
+                    self.hand_over(done)
+                    done.clear()
+            if done:
+                self.hand_over(done)
         except BaseException:  # otherwise the other threads would go on to the end first
             self.interrupts.stop = True
             raise
 
-    def _shared(self, slabs: Iterator[Members]) -> Iterator[Members]:
-        """Yield the slabs that other threads leave, until the run is to stop."""
-        while not self.interrupts.stop:
-            with self.lock:
-                members = next(slabs, None)
-            if members is None:
-                return
-            yield members
-
-    def _serve(self, slabs: Iterable[Members], show: Callable[[float], None]) -> None:
-        """Integrate slab after slab; rows of small slabs are handed over together."""
-        memory, done = Worker(self.parameters.code), list[tuple[Members, Array]]()
-        for members in slabs:
-            done.append(self.integrate_slab(memory, members, show))
-            if sum(rows.nbytes for _, rows in done) >= BYTES_AT_A_TIME:
-                self.hand_over(done)
-                done.clear()
-        if done:
-            self.hand_over(done)
+    def _next_of(self, slabs: Iterator[Members]) -> Members | None:
+        with self.lock:
+            return None if self.interrupts.stop else next(slabs, None)
 
     def integrate_slab(
         self, memory: LaneMemory, members: Members, show: Callable[[float], None]

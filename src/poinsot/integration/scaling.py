@@ -15,7 +15,6 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
-from poinsot.mechanics.circular_pair import mean_motion
 from poinsot.mechanics.dynamics import AnyDynamics, Dynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
@@ -25,7 +24,7 @@ from poinsot.mechanics.pair_dynamics import ORBIT
 from poinsot.mechanics.probing import sample_times, samples, time_scales
 from poinsot.mechanics.state import AnyState, State, changed
 from poinsot.mechanics.system import System
-from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.mechanics.two_bodies import TwoBodies, mean_motion
 from poinsot.taylor.graph import Evaluator, Graph, GraphScalar
 
 __all__ = [
@@ -146,7 +145,8 @@ def torque_scale(system: AnyDynamics) -> Number:
         branching = _has_branches(system)
         one = not branching and not system.members
         torque = sample_torque(system) if one else _strongest_at_samples(system, branching)
-        system.results["torque scale"] = _momentum_of(system, torque)
+        momentum = _momentum_of(system, torque)
+        system.results["torque scale"] = np.broadcast_to(momentum, system.members) if system.members else momentum
     scale: Number = system.results["torque scale"]
     return scale
 

@@ -169,7 +169,7 @@ class Attitude(Immutable):
 
     @cached_property
     def _matrix(self) -> Array:
-        """That of the quaternion, which many formulas of a state do not need."""
+        """Rotation matrix of the quaternion, computed at first use."""
         return rotation_matrix(self._quaternion)
 
     @property

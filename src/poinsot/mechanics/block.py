@@ -37,9 +37,9 @@ class Block(Parametric, ABC):
 
     name: str = field(default="", kw_only=True)
     variables: ClassVar[Mapping[str, int]] = {}
-    """How many scalars each variable has, in the order of the state vector."""
+    """Number of scalars of each variable, in the order of the state vector."""
     momenta: ClassVar[frozenset[str]] = frozenset()
-    """The variables that have the unit of angular momentum and scale as it does."""
+    """Names of the variables that are angular momenta, which scale with the momentum."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -58,12 +58,12 @@ class Block(Parametric, ABC):
 
     @property
     def size(self) -> int:
-        """The number of its scalars."""
+        """Number of scalars."""
         return sum(self.variables.values())
 
     @property
     def momentum_places(self) -> list[slice]:
-        """Where its angular momenta are among its scalars."""
+        """Places of the angular momenta among the scalars."""
         ends = itertools.accumulate(self.variables.values())
         places = zip(self.variables.items(), ends, strict=True)
         return [slice(end - count, end) for (name, count), end in places if name in self.momenta]

@@ -81,7 +81,7 @@ class Body(Parametric):
     shape: ClassVar[Any] = None
     """The shape that the body was made of by `from_shape`."""
     semiaxes: ClassVar[Any] = None
-    """Those of the ellipsoid along the body axes that the body was made of."""
+    """Semiaxes, along the body axes, of the ellipsoid that the body was made of."""
     extra_numbers: ClassVar[Mapping[str, tuple[int, ...]]] = {"mass": (), "semiaxes": (3,)}
 
     def __post_init__(self, mass: Any) -> None:

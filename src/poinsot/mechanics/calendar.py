@@ -217,7 +217,7 @@ def _is_instant(value: Any) -> bool:
 
 
 def holds_dates(values: Any) -> bool:
-    """Whether something is a date, or a list or an array that begins with one."""
+    """Return True for a date, and for a list or an array that begins with a date."""
     first = values
     for _ in range(MAX_AXES):  # a list may contain itself
         if isinstance(first, np.ndarray) and first.size:

@@ -1,4 +1,4 @@
-"""Where the body is with respect to what attracts it: orbits, the blocks of their variables, and the instant."""
+"""Positions of the body relative to attractors: orbits, blocks of their variables, and values at one instant."""
 
 from __future__ import annotations
 
@@ -49,21 +49,21 @@ OF_DATE = "TEME"
 
 
 class Dated(Parametric):
-    """What is known along named space axes, at times that may be dates: orbits, rotation models, fields, air."""
+    """Base of records along named space axes, at times that may be dates: orbits, rotation models, fields, air."""
 
     @property
     def span(self) -> tuple[float, float]:
-        """The first and the last time at which it is known."""
+        """First and last time of the data."""
         return -np.inf, np.inf
 
     @property
     def reference_frame(self) -> str:
-        """The name of the space axes."""
+        """Name of the space axes."""
         return SPACE_AXES_UNNAMED
 
     @property
     def calendar(self) -> Any:
-        """What times mean as dates; None if they are no more than numbers."""
+        """Calendar that converts times to dates; None if times are numbers alone."""
         return None
 
 
@@ -366,7 +366,7 @@ class Environment(Immutable):
 
 
 class EnvironmentOfStates(Environment):
-    """Where the orbits are at the times of states, members first: each member's orbit at the time of its own state.
+    """Positions on orbits at the times of states, members first: each member's orbit at the time of its own state.
 
     Parameters
     ----------

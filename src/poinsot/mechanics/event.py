@@ -1,4 +1,4 @@
-"""What is watched for on the way: zeros of a formula, and what is done there.
+"""Events: zeros of a formula along a motion, and changes of the state there.
 
 To add one, inside or outside the package, write a subclass: its fields are its parameters, its one method the
 formula. The base class makes it a frozen dataclass.

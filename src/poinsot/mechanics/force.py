@@ -1,4 +1,4 @@
-"""What turns a body: potentials (one energy formula) and torques (one torque formula).
+"""Forces on a body: potentials (one energy formula) and torques (one torque formula).
 
 To add one, inside or outside the package, write a subclass: its fields are its parameters, its one method
 its physics. The base class makes it a frozen dataclass.
@@ -30,10 +30,10 @@ __all__ = ["Load", "PairLoad", "Potential", "Torque"]
 
 
 class Force(Parametric, ABC):
-    """What a system takes: a potential or a torque."""
+    """Base of the forces on bodies: potentials, torques, loads on two bodies, and parts."""
 
     formula: ClassVar[str] = ""
-    """What the class computes, as Python, for readers; without it they see what the code computes, if that is short."""
+    """Formula of the class in Python, for readers. By default the traced formula is shown if it is short."""
 
     def check(self, body: Any) -> None:
         """Raise a ValueError if the force is that on another body, one or two; a system asks once, when it is made."""
@@ -80,7 +80,7 @@ class Potential(Force):
     """
 
     moves_orbit: ClassVar[bool] = True
-    """Whether the energy has all that the place of the body changes, and not what its attitude changes alone."""
+    """True if the energy contains every term that depends on the position of the body."""
 
     @of_scalars
     @abstractmethod

@@ -11,7 +11,6 @@ from poinsot.functions import Vector
 from poinsot.mechanics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.body_dynamics import BodyDynamics
-from poinsot.mechanics.circular_pair import mean_motion
 from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
@@ -22,7 +21,7 @@ from poinsot.mechanics.pair_dynamics import PairDynamics
 from poinsot.mechanics.pair_instant import AnyInstant, PairInstant
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.mechanics.two_bodies import TwoBodies, mean_motion
 from poinsot.printable import described, message_of
 from poinsot.suggestions import holder_of
 
@@ -151,7 +150,7 @@ def _try(name: str, formula: Callable[[Any, Any], Any], record: Parametric, inst
 
 
 def _is_of_other_bodies(error: BaseException) -> bool:
-    """Whether a formula of one body asks for what two bodies have, or the other way round."""
+    """Return True if a formula of one body reads an attribute of two bodies, or the other way round."""
     if not isinstance(error, AttributeError):
         return False
     return "of two bodies" in str(error) or (
@@ -160,7 +159,7 @@ def _is_of_other_bodies(error: BaseException) -> bool:
 
 
 class WrongSizeError(TypeError):
-    """A formula gives another number of components than it must."""
+    """Error of a formula that returns a wrong number of components."""
 
 
 def _of_potential(potential: Potential, instant: Instant) -> None:
@@ -207,7 +206,7 @@ def _components(value: Any) -> int:
 
 
 def _is_scalar(value: Any) -> bool:
-    """Whether formulas compute with a value: a real number, an array of them, a condition, or a node."""
+    """Return True for a value that formulas accept: a real number, an array of numbers, a condition, or a node."""
     return hasattr(type(value), "__neg__") and np.asarray(value).dtype.kind in "biufO"
 
 

@@ -79,7 +79,7 @@ class Frame(Immutable):
 
     @property
     def _told(self) -> dict[str, str]:
-        """What the axes are made of, as text."""
+        """Arguments of the axes, as text."""
         return {name: listed(value) for name, value in vars(self).items() if not name.startswith("_")}
 
     def __repr__(self) -> str:

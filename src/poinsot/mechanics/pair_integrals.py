@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.circular_pair import mean_motion
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import PairLoad
 from poinsot.mechanics.integrals import (
@@ -27,6 +26,7 @@ from poinsot.mechanics.integrals import (
 from poinsot.mechanics.pair_dynamics import PairDynamics
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.probing import samples
+from poinsot.mechanics.two_bodies import mean_motion
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["integrals_of_pair"]

@@ -234,7 +234,7 @@ class Parametric(Immutable):
 
     @cached_property
     def structure(self) -> tuple[Any, ...]:
-        """What selects the equations: the class and its structural fields, without any real number."""
+        """Class and structural fields, which select the equations, without any real number."""
         fields = ((getattr(self, name), kind) for name, kind in _fields_of(self).items())
         own = (None if isinstance(kind, tuple) else of_each(value, _structure) for value, kind in fields)
         lengths = (getattr(self, name) for name in _lengths(type(self)))
@@ -364,7 +364,7 @@ def _structure(record: Parametric) -> tuple[Any, ...]:
 
 
 def same(a: Parametric, b: Parametric) -> bool:
-    """Whether two records of numbers are equal, whatever the shape of their members."""
+    """Return True if two records have equal numbers, whatever the shape of their members."""
     return a is b or (
         a.structure == b.structure
         and all(np.array_equal(np.ravel(x), np.ravel(y)) for x, y in zip(a.numbers, b.numbers, strict=True))

@@ -1,4 +1,4 @@
-"""What moves inside a body or on it: rotors, dampers, masses on springs.
+"""Parts that move inside a body or on it: rotors, dampers, masses on springs.
 
 To add one, inside or outside the package, write a subclass: its fields are its parameters, `variables` what it
 integrates, its methods the physics. It is frozen and becomes a dataclass by itself.
@@ -110,7 +110,7 @@ class Part(Block, Force):
     """
 
     moves_center_of_mass: ClassVar[bool] = False
-    """Whether the centre of mass moves in the body; at most one part of a system does."""
+    """True if the part moves the centre of mass in the body; at most one part of a system may."""
 
     @property
     def jump(self) -> Jump | None:
@@ -219,7 +219,7 @@ class CompositeBody(Body):
 
     @cached_property
     def change(self) -> Matrix:
-        """What the parts add to the inertia on which gravity acts."""
+        """Sum of the changes of the inertia on which gravity acts."""
         return _sum(part.inertia(own, self.time) for part, own in self._each())
 
     @cached_property

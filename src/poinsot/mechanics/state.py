@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["AnyState", "Bodies", "PairState", "Phase", "State", "named", "project_to_tangent"]
 
 Phase = dict[str, NDArray[np.float64]]
-"""What a state or a motion is made of, by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`; then
+"""Rows of a state or a motion by name: `quaternion`, and `angular_momentum_body` or `conjugate_momenta`; then
 the variables of parts, each under the name of its part.
 
 Each of the two momenta follows from the other and q. Q mixes the components of g, so that a g that comes from Q has the

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.algebra import quaternion as quat
+from poinsot.algebra.ellipsoids import gap
 from poinsot.checked import checked
-from poinsot.errors import exactly_one, member_array, refuse_other_members
-from poinsot.functions import Vector
-from poinsot.mechanics.attitude import Attitude, unit_quaternion
+from poinsot.errors import exactly_one, member_array, real_numbers, refuse_nonpositive, refuse_other_members
+from poinsot.functions import Scalar, Vector
+from poinsot.mechanics.attitude import Attitude, quaternion_from_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.circular_pair import circular_orbit, upright
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, axes_at, checked_frame
-from poinsot.mechanics.overlap import gap_between, refuse_overlap
 from poinsot.mechanics.parameters import Parametric, Positive
 from poinsot.mechanics.state import PairState
 from poinsot.printable import described, quoted
@@ -27,7 +26,16 @@ from poinsot.quantities import AngularVelocity, Duration, Real, Times
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["BODIES", "GRAVITATIONAL_CONSTANT", "TwoBodies"]
+__all__ = [
+    "BODIES",
+    "GRAVITATIONAL_CONSTANT",
+    "TwoBodies",
+    "circular_orbit",
+    "gap_between",
+    "mean_motion",
+    "refuse_overlap",
+    "upright",
+]
 
 Array = NDArray[np.float64]
 
@@ -39,6 +47,12 @@ MU_TOLERANCE = 1e-9
 
 GRAVITATIONAL_CONSTANT = 6.6743e-11
 """m^3 / (kg s^2), CODATA 2018."""
+
+MAX_ITERATIONS = 100
+"""Largest number of iterations of Newton's method, which needs less than ten near Kepler's third law."""
+
+OVERLAP_TOLERANCE = 1e-14
+"""Largest relative overlap by rounding of ellipsoids in contact."""
 
 
 def check_name_of_body(body: Any) -> str:
@@ -240,9 +254,8 @@ class TwoBodies(Parametric):
                 "Write KeplerOrbit(pair.mu, ...)."
             )
         path = orbit.with_axes(1)  # whose members are those of the times
-        place = [
-            np.stack(np.broadcast_arrays(*at(np.asarray(time))), axis=-1) for at in (path.position_at, path.velocity_at)
-        ]
+        times = real_numbers("time", time)
+        place = [np.stack(np.broadcast_arrays(*at(times)), axis=-1) for at in (path.position_at, path.velocity_at)]
         given = {"omega_body": omega_body, "omega_space": omega_space}
         given |= {
             "angular_momentum_body": angular_momentum_body,
@@ -396,3 +409,78 @@ def _masses(primary: Body, secondary: Body) -> Array:
         masses.append(mass)
     refuse_other_members(**{f"mass of the {name}": np.shape(mass) for name, mass in zip(BODIES, masses, strict=True)})
     return np.stack(np.broadcast_arrays(*masses), axis=-1)
+
+
+# ---------------------------------------------------------------------- circular orbits, to second degree of gravity
+
+
+def circular_orbit(pair: TwoBodies, what: str, given: dict[str, Any], primary_turns: bool) -> tuple[Array, Array]:
+    """Return distance and rate of the circular orbit with the one of distance, period and rate that is given.
+
+    w^2 = G M / r^3 + 3 G M / (2 r^5) (s1 / m1 + s2 / m2), s = tr I - 3 A with A the moment about the line of centres:
+    the least one, or the mean of the two smaller ones where the primary turns by itself.
+    """
+    name, value = exactly_one(what, given)
+    value = member_array(name, value, ())
+    refuse_nonpositive(name, value)
+    mass, mu = (np.moveaxis(np.asarray(pair.masses), -1, 0), np.asarray(pair.mu))
+    first, second = (np.moveaxis(np.sort(body.moments, axis=-1), -1, 0) for body in pair.bodies.values())
+    along = (first[0] + first[1]) / 2 if primary_turns else first[0]
+    spread = (sum(first) - 3 * along) / mass[0] + (sum(second) - 3 * second[0]) / mass[1]
+    excess = 1.5 * mu * spread
+    refuse_other_members(**{name: value.shape, "pair": np.shape(excess)})
+    if name == "distance":
+        return value, np.sqrt(mu / value**3 + excess / value**5)
+    rate = value if name == "rate" else 2 * np.pi / value
+    return _distance(mu, excess, rate), rate
+
+
+def _distance(mu: Array, excess: Array, rate: Array) -> Array:
+    """Return r of w^2 r^5 = mu r^2 + k, by Newton's method from where w^2 r^5 is more than twice each of the others."""
+    r = np.maximum((2 * mu / rate**2) ** (1 / 3), (2 * excess / rate**2) ** (1 / 5))
+    for _ in range(MAX_ITERATIONS):
+        step = (rate**2 * r**5 - mu * r**2 - excess) / (5 * rate**2 * r**4 - 2 * mu * r)
+        r = r - step
+        if np.all(np.abs(step) <= np.spacing(r)):
+            break
+    return np.asarray(r)
+
+
+def mean_motion(pair: TwoBodies, distance: Any) -> Any:
+    """Return the mean motion sqrt(G M / r^3) of two point masses on a circular orbit."""
+    return np.sqrt(pair.G * pair.total_mass / distance**3)
+
+
+def upright(body: Body) -> Array:
+    """Return the attitude with the axis of the least moment along the first space axis, the largest's along the third.
+
+    The rotation is the identity for moments in ascending order.
+    """
+    order = np.argsort(np.asarray(body.moments), axis=-1, kind="stable")
+    axes = np.swapaxes(body.principal_matrix, -1, -2)  # rows
+    shape = np.broadcast_shapes(axes.shape[:-2], order.shape[:-1])
+    axes, order = np.broadcast_to(axes, (*shape, 3, 3)), np.broadcast_to(order, (*shape, 3))
+    long, short = (np.take_along_axis(axes, order[..., i, None, None], axis=-2)[..., 0, :] for i in (0, 2))
+    return quaternion_from_matrix(np.stack([long, np.cross(short, long), short], axis=-2))
+
+
+# ---------------------------------------------------------------------- ellipsoids apart from each other
+
+
+def gap_between(semiaxes: Sequence[Any], attitudes: Sequence[Attitude], separation: Vector) -> Scalar:
+    """Return the factor by which two ellipsoids must grow to touch, less one: see `algebra.ellipsoids.gap`.
+
+    Semiaxes and attitudes are those of primary and secondary.
+    """
+    first, second = attitudes
+    turn = [first.to_body(second.to_space(unit)) for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+    return gap(Vector(semiaxes[0]), Vector(semiaxes[1]), turn, first.to_body(separation))
+
+
+def refuse_overlap(gaps: Any) -> None:
+    """Raise a ValueError if ellipsoids overlap, by the least of the results of `gap_between`."""
+    if (least := float(np.min(gaps))) < -OVERLAP_TOLERANCE:
+        raise ValueError(
+            f"position must separate the bodies, got ellipsoids that overlap: they touch when both are "
+            f"{1 + least:.6g} times as large."
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -45,6 +46,10 @@ class AttachedMass(Part):
     def reduced_mass(self) -> Scalar:
         """Reduced mass of the moving mass and the rest."""
         return self.mass * (self.total_mass - self.mass) / self.total_mass
+
+    @override
+    @abstractmethod
+    def rates(self, instant: Instant, generalised_force: functions.Vector) -> functions.Vector: ...
 
 
 class SpringMass(AttachedMass):

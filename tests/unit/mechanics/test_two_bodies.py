@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
+from poinsot.mechanics.two_bodies import circular_orbit, mean_motion
 
 CASES = Path(__file__).parents[2] / "oracles" / "pair_cases.json"
 CASE = next(c for c in json.loads(CASES.read_text())["cases"] if c["name"] == "doubly_synchronous")
@@ -16,6 +17,7 @@ LONG, FLAT = pt.Body.from_ellipsoid(0.02, (0.3, 0.25, 0.2)), pt.Body.from_ellips
 PAIR = pt.TwoBodies(FLAT, LONG, G=1.0)
 BALL = pt.Body((0.4, 0.4, 0.4), mass=1.0)
 BALLS = pt.TwoBodies(BALL, pt.Body((0.1, 0.1, 0.1), mass=0.5), G=1.3)
+ASYMMETRIC = pt.TwoBodies(pt.Body((0.3, 0.5, 0.6), mass=3.0), pt.Body((0.01, 0.02, 0.025), mass=0.5), G=1.3)
 GRAVITY = pt.forces.MutualGravity()
 AT_REST = [(0.0, 0.0, 0.0)] * 2
 SAME = [(1.0, 0.0, 0.0, 0.0)] * 2
@@ -240,3 +242,23 @@ def test_an_action_on_two_bodies_returns_both():
     system, start = pt.System(BALLS, GRAVITY), BALLS.doubly_synchronous(distance=4.0)
     with pytest.raises(pt.PropagationError, match="an action must return a PairState, got State"):
         pt.propagate(system, start, [2.0], events=[Silent(1.0)])
+
+
+@pytest.mark.parametrize("distance", [1.2, 3.0, 1e3])
+@pytest.mark.parametrize("primary_turns", [False, True])
+def test_distance_of_the_rate_of_a_distance(distance, primary_turns):
+    r, rate = circular_orbit(ASYMMETRIC, "orbit", {"distance": distance, "period": None, "rate": None}, primary_turns)
+    assert r == distance
+    for name, value in (("rate", rate), ("period", 2 * np.pi / rate)):
+        given = {"distance": None, "period": None, "rate": None, name: value}
+        found, again = circular_orbit(ASYMMETRIC, "orbit", given, primary_turns)
+        np.testing.assert_allclose(found, distance, rtol=4e-15)
+        np.testing.assert_allclose(again, rate, rtol=1e-15)
+
+
+def test_rate_has_the_quadrupole_of_both_bodies():
+    """w^2 = G M / r^3 + 3 G M / (2 r^5) (s1 / m1 + s2 / m2), s = tr I - 3 A, written out for the numbers."""
+    _, rate = circular_orbit(ASYMMETRIC, "orbit", {"distance": 2.0}, False)
+    spread = (1.4 - 3 * 0.3) / 3.0 + (0.055 - 3 * 0.01) / 0.5
+    np.testing.assert_allclose(rate**2, 1.3 * 3.5 / 8 + 1.5 * 1.3 * 3.5 / 32 * spread, rtol=1e-15)
+    np.testing.assert_allclose(mean_motion(ASYMMETRIC, 2.0) ** 2, 1.3 * 3.5 / 8, rtol=1e-15)

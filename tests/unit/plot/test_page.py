@@ -403,7 +403,7 @@ def test_slow_frames_have_fewer_dots_and_points_and_a_picture_at_rest_all(browse
     visit.page.keyboard.press("Space")
     visit.until("poinsot.sharpness === 0.36")
     assert visit(dots) == pytest.approx(0.36, abs=0.01)
-    visit.until(f"{points} === 960")
+    visit.until(f"{points} === 778")
     visit.page.keyboard.press("Space")
     visit.until(f"{dots} >= 1")
     assert visit(points) == 6000
