@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn
 
 import lazy_loader
@@ -17,7 +18,16 @@ import lazy_loader
 from poinsot.habits import HABITS, TOO_MANY
 from poinsot.printable import quoted, shortened
 
-__all__ = ["attached", "holder_of", "nearest", "refuse_attribute", "refuse_call", "refuse_name", "suggestion"]
+__all__ = [
+    "advice_on_attribute",
+    "attached",
+    "holder_of",
+    "nearest",
+    "refuse_attribute",
+    "refuse_call",
+    "refuse_name",
+    "suggestion",
+]
 
 PACKAGE = __name__.partition(".")[0]
 
@@ -90,14 +100,24 @@ def refuse_attribute(holder: object, name: str) -> NoReturn:
 
     The error does not refer to the object, because Python would add a second suggestion.
     """
+    raise AttributeError(LateText(holder, partial(_without_attribute, holder, name)), name=name, obj=None)
+
+
+def _without_attribute(holder: object, name: str) -> str:
     kind = holder if isinstance(holder, type) else type(holder)
-    raise AttributeError(LateText(holder, partial(_without_attribute, kind, name)), name=name, obj=None)
-
-
-def _without_attribute(kind: type, name: str) -> str:
-    public = [] if name.startswith("_") else [each for each in dir(kind) if not each.startswith("_")]
-    advice = suggestion([cls.__name__ for cls in kind.__mro__], name, public) if public else ""
+    advice = "" if name.startswith("_") else advice_on_attribute(holder, name)
     return f"{shortened(kind.__name__)} has no attribute {quoted(name)}.{advice}"
+
+
+def advice_on_attribute(holder: object, name: str) -> str:
+    """Return what to write instead of an attribute that an object, a class or a module lacks, or an empty string."""
+    kind = holder if isinstance(holder, type) else type(holder)
+    places = [holder.__name__] if isinstance(holder, ModuleType) else [cls.__name__ for cls in kind.__mro__]
+    try:
+        known = dir(holder)
+    except Exception:  # of an object that is not complete
+        known = dir(kind)
+    return suggestion(places, name, [each for each in known if not each.startswith("_")])
 
 
 def refuse_call(call: str, function: Callable[..., Any], arguments: tuple[Any, ...], named: dict[str, Any]) -> None:

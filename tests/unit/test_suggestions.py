@@ -1,6 +1,7 @@
 """First guesses of users of other tools, each with the answer of the error message."""
 
 import inspect
+import pickle
 import re
 
 import pytest
@@ -14,7 +15,17 @@ ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.1)
 SYSTEM = pt.System(BODY)
 STATE = BODY.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.1))
 MOTION = pt.propagate(SYSTEM, STATE, [0.0, 1.0])
-NAMES = {"pt": pt, "body": BODY, "orbit": ORBIT, "system": SYSTEM, "state": STATE, "motion": MOTION}
+HEAVY = pt.Body((1.0, 2.0, 3.0), mass=1.0)
+PAIR_STATE = pt.TwoBodies(HEAVY, HEAVY).state((9.0, 0, 0), (0, 0.1, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2)
+NAMES = {
+    "pair_state": PAIR_STATE,
+    "pt": pt,
+    "body": BODY,
+    "orbit": ORBIT,
+    "system": SYSTEM,
+    "state": STATE,
+    "motion": MOTION,
+}
 
 PROPAGATE = "Write poinsot.propagate(system, state, times)."
 SYSTEMS = "Write poinsot.System(body, *forces)."
@@ -112,6 +123,15 @@ GUESSES = {
     "pt.KeplerOrbit.from_state_vectors": "Write KeplerOrbit.from_vectors(mu, position=..., velocity=...).",
     "pt.KeplerOrbit.from_element": "Did you mean 'from_elements'?",
     "pt.State.from_quaternion": "Write body.state(quaternion, omega_body=...).",
+    "motion.final": "Write motion[-1].",
+    "motion.state": "Write motion[i], or motion(time) after propagate(..., dense=True).",
+    "motion.yaw": "Write motion.relative_to(orbit.frame).roll_pitch_yaw.",
+    "motion.distances": "Trajectory has no attribute 'distances'.",
+    "orbit.state(1.0)": "Write position_at(time) and velocity_at(time).",
+    "orbit.frame.dcm": "Write attitude(time).",
+    "pair_state.velocity": "Write state.momentum, the relative momentum, divided by the reduced mass.",
+    "pair_state.q": "Write state.primary.quaternion or state.secondary.quaternion.",
+    "system.at(state).w": "Write omega_body, the components along body axes.",
     "motion.body_omega": "Did you mean 'omega_body'?",
     "pt.shapes.Box": "Write poinsot.Body.from_box(mass, sides).",
     "getattr(pt, 'a.b')": "poinsot has no attribute 'a.b'.",
@@ -163,6 +183,13 @@ def test_import_of_a_guess(name):
     with pytest.raises(ImportError) as caught:
         exec(f"from poinsot import {name}")
     assert str(caught.value).endswith(GUESSES[f"pt.{name}"])
+
+
+def test_errors_travel_as_texts():
+    with pytest.raises(AttributeError) as caught:
+        _ = MOTION.omega
+    (message,) = pickle.loads(pickle.dumps(caught.value)).args
+    assert message == str(caught.value)
 
 
 def test_python_adds_no_suggestion_of_its_own():

@@ -11,7 +11,7 @@ from typing import Any
 from poinsot import functions as formulas
 from poinsot.printable import kind_of, message_of, quoted, shortened
 from poinsot.subclasses import is_own
-from poinsot.suggestions import holder_of
+from poinsot.suggestions import advice_on_attribute, holder_of
 
 __all__ = ["FormulaError", "explain_formulas", "use_functions"]
 
@@ -70,10 +70,7 @@ def _missing(formula: str, error: AttributeError) -> str:
     """Return the message about an attribute that does not exist, with the nearest one that does."""
     thing, name = holder_of(error), str(error.name)
     owner = thing.__name__ if isinstance(thing, ModuleType) else kind_of(thing)
-    import difflib
-
-    near = difflib.get_close_matches(name, [known for known in dir(thing) if not known.startswith("_")], 1)
-    hint = f" Did you mean {quoted(near[0])}?" if near else ""
+    hint = advice_on_attribute(thing, name)
     return f"{formula} must use attributes that exist, got {quoted(name)} of {owner}.{hint}"
 
 
