@@ -3,6 +3,7 @@
 import inspect
 import pickle
 import re
+from typing import Any
 
 import pytest
 
@@ -17,7 +18,7 @@ STATE = BODY.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.1))
 MOTION = pt.propagate(SYSTEM, STATE, [0.0, 1.0])
 HEAVY = pt.Body((1.0, 2.0, 3.0), mass=1.0)
 PAIR_STATE = pt.TwoBodies(HEAVY, HEAVY).state((9.0, 0, 0), (0, 0.1, 0), [(1, 0, 0, 0)] * 2, omega_body=[(0, 0, 1)] * 2)
-NAMES = {
+NAMES: dict[str, Any] = {
     "pair_state": PAIR_STATE,
     "pt": pt,
     "body": BODY,
@@ -187,7 +188,7 @@ def test_import_of_a_guess(name):
 
 def test_errors_travel_as_texts():
     with pytest.raises(AttributeError) as caught:
-        _ = MOTION.omega
+        _ = NAMES["motion"].omega
     (message,) = pickle.loads(pickle.dumps(caught.value)).args
     assert message == str(caught.value)
 
