@@ -196,7 +196,7 @@ def test_internal_methods_are_not_listed():
     class Structure(pt.Torque):
         """A torque with a field of the name of a method."""
 
-        structure: Any
+        structure: float  # type: ignore[assignment]
 
         def torque(self, instant):
             return -self.structure * instant.omega
