@@ -10,6 +10,8 @@ Linear values are from the matrices of `cassini_state`, `equilibria` and
 A halo orbit is not among them: it leaves within a few revolutions.
 """
 
+import warnings
+
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -38,7 +40,11 @@ def away(motion, still, frame):
 
 def compare(world, modes, linear, signal, times, mean_motion):
     """Add a row for each of the strongest lines of a signal, (members, times); linear values ascend, as they do."""
-    found = pt.analysis.frequencies(signal, times - times[0], count=12)
+    with warnings.catch_warnings():
+        # The warning is about merged weak lines. The compared lines are a thousand times stronger, and the table shows
+        # their standard errors next to the difference from linear theory.
+        warnings.filterwarnings("ignore", "frequencies should be resolved")
+        found = pt.analysis.frequencies(signal, times - times[0], count=12)
     order = np.argsort(found.frequencies[:, : len(linear)], axis=1)
     one, two = np.take_along_axis(found.frequencies, order, 1) / linear - 1
     errors = np.take_along_axis(found.errors, order, 1) / linear

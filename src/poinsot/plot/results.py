@@ -76,7 +76,8 @@ def spectrum(
 
     Examples
     --------
-    >>> found = pt.analysis.frequencies(motion.omega_body[:, 0], motion.times, count=4)
+    >>> times = np.linspace(0, 60, 601)
+    >>> found = pt.analysis.frequencies(np.cos(2 * times) + 0.3 * np.cos(3.1 * times), times, count=2)
     >>> pt.plot.spectrum(found, time="s", unit="rad s-1", rate_unit="deg/s").get_xlabel()
     'frequency [deg s⁻¹]'
     """
