@@ -49,14 +49,14 @@ SECTIONS = {
     "in_stores": "stores",
     "on_workers": "workers",
 }
-"""Of each section, the function of that name, its module: one process loads one, which older versions can load too."""
+"""Module of the function of each section. A process loads one module, so that older versions can load it too."""
 IN_SEVERAL = {
     "against_the_script": (single.over_processes, 7, ("now",)),
     "second_propagate": (overheads.over_processes, 7, ("now",)),
     "state_transition": (variational.transitions_of_versions, 3, ("before", "now")),
     "chaos_maps": (variational.maps_of_versions, 1, ("before", "now")),
 }
-"""What makes one result of those of several processes, how many of them, and of which versions."""
+"""Function that combines the results of several processes, the number of processes, and the versions."""
 
 ONLY = f"print the figures of these sections and write nothing: {', '.join(SECTIONS)}"
 ON_ALL_CORES = (

@@ -1,4 +1,4 @@
-"""Whether a change of the code leaves results the same bit for bit, on a fixed set of runs.
+"""Comparison of the results of two versions of the code, bit for bit, on a fixed set of runs.
 
     python -m benchmarks.compare_runs keep out/runs.npz       before the change
     python -m benchmarks.compare_runs compare out/runs.npz    after it: lists each result that differs, and by how much

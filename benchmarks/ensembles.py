@@ -21,7 +21,7 @@ RIGHT = 1e-7
 
 SATELLITES, TOPS = replace(P3, end=10 * PERIOD), replace(P2, end=100.0)
 SPREADS = {SATELLITES.key: 1e-4, TOPS.key: 0.1}
-"""Of the attitudes, rad: for the satellites so small that all are about equally chaotic."""
+"""Spread of the attitudes, rad; small for the satellites, so that all are about equally chaotic."""
 
 ONE_CORE, TWO_CORES, ONE_BY_ONE = "poinsot, one core", "poinsot, two cores", "poinsot, one by one"
 BATCHES = f"heyoka by hand, batches of {heyoka_by_hand.LANES}, one core"

@@ -1,4 +1,4 @@
-"""What more of a body's gravity costs than its inertia alone: a step and the compilation, by the degree of a field."""
+"""Cost of a gravity field by its degree, relative to gravity gradient: a step, and the compilation."""
 
 import os
 import statistics

@@ -1,4 +1,4 @@
-"""What the order of the Taylor expansion costs and brings: `python -m benchmarks.orders`.
+"""Cost and accuracy of a run by the order of the Taylor expansion: `python -m benchmarks.orders`.
 
 Errors at the end over many starts, energy drifts of the top in long runs, and times, by tolerance.
 """

@@ -1,4 +1,4 @@
-"""What a run costs beside the integration: the second call, reading a dense motion."""
+"""Overhead of a run in addition to the integration: the second call, and reading of dense output."""
 
 import statistics
 import time

@@ -23,7 +23,7 @@ import poinsot as pt
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SECONDS = 4.0
 TURN = np.radians(4.0)
-"""Of the body from one stored time to the next."""
+"""Rotation angle of the body from one stored time to the next."""
 FRAMES = """seconds => new Promise(done => {
     let count = 0;
     const start = performance.now();
@@ -61,7 +61,7 @@ def threads(root: int) -> Iterator[tuple[str, int]]:
 
 
 def descends(process: int, root: int) -> bool:
-    """Whether a process is another one or comes from it."""
+    """Return True if a process is the root process or one of its descendants."""
     while process not in (0, root):
         try:
             process = int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1])

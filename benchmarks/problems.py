@@ -1,4 +1,4 @@
-"""What is integrated: the three problems of the paper, their numbers, and the references that judge every result."""
+"""The three problems of the paper, their numbers, and the reference solutions of the benchmarks."""
 
 import functools
 import json

@@ -14,7 +14,7 @@ from poinsot.mechanics.attitude import rotation_angle
 
 POINSOT, BY_HAND = "poinsot_taylor", "heyoka_by_hand"
 CHANGE = 1e-13
-"""Of the attitude in radians, whose growth tells how chaotic P3 is."""
+"""Change of the initial attitude in radians, whose growth measures how chaotic P3 is."""
 
 DRIFTING = ("lie_poisson", "canonical")
 """The formulations whose energy drift is a target."""

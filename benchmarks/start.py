@@ -1,4 +1,4 @@
-"""What the first motion of a process needs: processor time and memory, now and at an earlier commit, side by side."""
+"""Processor time and memory of the first motion of a process, now and at an earlier commit, side by side."""
 
 import io
 import json
@@ -26,7 +26,7 @@ seconds = time.process_time() - began
 status = dict(line.split(":", 1) for line in open("/proc/self/status"))
 print(json.dumps({{"seconds": seconds, "memory": int(status["VmHWM"].split()[0]) / 1024}}))
 """
-"""Of a program: its processor time beyond the import of NumPy, s, and its peak memory, MB."""
+"""Program that prints its processor time after the import of NumPy, s, and its peak memory, MB."""
 
 MOTION = """
 import poinsot as pt

@@ -1,4 +1,4 @@
-"""What was to be reached, and whether it was."""
+"""Targets of the benchmarks, and the comparison of results with them."""
 
 import itertools
 import math
@@ -50,7 +50,7 @@ class Target:
         return f"**missed** by a factor {factor:.2f}"
 
     def allows(self, value):
-        """Whether a value meets it."""
+        """Return True if a value meets the target."""
         return value <= self.bound if self.most else value >= self.bound
 
     def cell(self, value):
@@ -354,7 +354,7 @@ GROUPS = (
     (of_cubesat, "cubesat"),
     (of_stores, "in_stores"),
 )
-"""What makes targets of which sections."""
+"""Functions that make the targets of each section."""
 
 
 def all_of(results):

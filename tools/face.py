@@ -87,7 +87,7 @@ def public_names(space: str) -> dict[str, str]:
 
 
 def is_shared(name: str, patterns: list[str]) -> bool:
-    """Whether a name is not public."""
+    """Return True if a name is shared inside the package and not public."""
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in patterns)
 
 

@@ -34,7 +34,7 @@ PLANETS = {
 """Number in VSOP2013, and the smallest amplitude in the tables: au for the semi-major axis, otherwise dimensionless."""
 
 MOON_THRESHOLD = 1e-7
-"""Of heyoka's ELP2000-82B: smallest amplitude over the largest one."""
+"""Smallest amplitude of the terms of ELP2000-82B, relative to the largest one."""
 
 PLANET_RESOLUTION, MOON_RESOLUTION = 5e-16, 1e-10
 """Largest displacements by the units of the amplitudes within 6000 years from J2000: au for planets, km for the Moon.

@@ -19,7 +19,7 @@ SOLVES = ("free", "top", "satellite")
 LEVELS = (1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14, None)
 SHORT_LEVELS = (1e-8, 1e-12, None)
 LANES, EPSILON = 8, float(np.finfo(float).eps)
-"""Of a batch, and the default tolerance of the engine."""
+"""Number of lanes of a batch, and the default tolerance of the engine."""
 
 
 @dataclasses.dataclass(frozen=True)

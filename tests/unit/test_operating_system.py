@@ -31,7 +31,7 @@ SYSTEMS = {
     """,
     "none": "sys.modules['fcntl'] = sys.modules['msvcrt'] = sys.modules['resource'] = None",
 }
-"""What a process does before it imports the package, by the calls that are then there."""
+"""Code that a process runs before it imports the package, by the system calls that remain available."""
 
 
 def started(system, code, *arguments):

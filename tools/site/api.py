@@ -40,7 +40,7 @@ TITLES = {
 }
 
 OF_RECORDS = sorted({name for name in vars(Parametric) if not name.startswith("_")} | {"formula"})
-"""What every record has for the engine, and no user calls, and the formula, which is typeset."""
+"""Members of every record that only the engine calls, and the formula, which is typeset."""
 
 
 ON_TWO_BODIES = {"MutualGravity", "MutualMascons", "ThirdBody"}
@@ -77,7 +77,7 @@ array([-2.,  0.,  0.])
 array([ 0. ,  0. , -0.6])
 """,
 }
-"""Of names that are neither classes nor functions, and so have no docstring."""
+"""Descriptions of names that are neither classes nor functions and have no docstring."""
 
 
 def pages() -> dict[str, str]:

@@ -45,7 +45,7 @@ class RunSettings(NamedTuple):
 
 
 def checked_tolerance(tolerance: float | None, precision: str) -> float:
-    """Return a tolerance for the engine: by default the rounding unit, in double precision that of order 20.
+    """Return the tolerance of a run. The default is the rounding unit; in double precision it gives order 20.
 
     At order p the powers n > p of a step are left out, e^(-2 n) of the state. Along a motion odd ones cancel in the
     energy, even ones add up: e^-40 at orders 18 and 19, which long runs show, e^-44 at order 20.

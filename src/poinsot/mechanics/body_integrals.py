@@ -85,7 +85,7 @@ def _space_components(system: BodyDynamics, rates: _Rates) -> Iterator[Integral]
 
 
 def _sizes(rates: _Rates) -> Iterator[Integral]:
-    """Yield |G| where every torque is normal to it, and |g + h| where they are those of a rotor, h x omega."""
+    """Yield |G| if every torque is normal to it, or |g + h| if the torques are the torque h x omega of a rotor."""
     if vanishes(rates.along_momentum, rates.twist_noise):
         value = functools.partial(_size, np.zeros(3))
         yield Integral("angular_momentum_size", "|G|", "the size of the angular momentum", value)
@@ -105,7 +105,7 @@ def _body_components(system: BodyDynamics, rates: _Rates) -> Iterator[Integral]:
 
 
 def _part_momenta(system: BodyDynamics, rates: _Rates) -> Iterator[Integral]:
-    """Yield momenta of parts that nothing changes, such as that of a wheel that turns freely."""
+    """Yield constant momenta of parts, such as the momentum of a wheel that turns freely."""
     for number, ((part, place), (rate, noise)) in enumerate(zip(_places(system), rates.of_momenta, strict=True), 1):
         if vanishes(rate, noise):
             name = f"angular_momentum_{part.name}" + f"_{place + 1}" * (part.size > 1)
@@ -169,7 +169,7 @@ class _Rates:
 def _traced(system: BodyDynamics, graph: Graph, count: int) -> TracedRates:
     """Return the energy, its explicit rate, power and g . torque of torques, torques, gyration, rates of momenta.
 
-    The power is that of the forces without a potential. The torque is along the body axes, then along the space axes.
+    The power includes the forces without a potential only. The torque is along the body axes, then the space axes.
     """
     random = np.random.default_rng(1)
     q, t, omega = (shaken(values, random) for values in samples(system, count))
@@ -199,13 +199,13 @@ def _traced(system: BodyDynamics, graph: Graph, count: int) -> TracedRates:
 
 
 def _own_samples(part: Part, time: Array, omega: Vector) -> Vector:
-    """Return variables of a part about those of rest, always the same ones."""
+    """Return reproducible variables of a part near its variables at rest."""
     random = np.random.default_rng(20061027)
     return Vector(x + x * random.normal() + 0.1 * random.normal() for x in part.start(time, omega))
 
 
 def _change_of_energy(system: BodyDynamics, instant: Instant, rates: Mapping[str, Vector]) -> Scalar:
-    """Return the rate of T + U along the equations of motion, those of the parts included."""
+    """Return the rate of T + U along the equations of motion, including the equations of the parts."""
     time: Any = instant.time
     seeds = {time: 1.0}
 

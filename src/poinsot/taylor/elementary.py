@@ -84,7 +84,7 @@ LOGARITHM = [Fraction(2, 2 * k + 1) for k in range(20)]
 WIDE_SINE_DEFECT = [Fraction((-1) ** k, math.factorial(2 * k + 3)) for k in range(20)]
 
 EXP_HALVINGS = 9
-"""Of the argument of the exponential function before its series."""
+"""Number of halvings of the argument of the exponential function before its series."""
 
 MAX_NEWTON_STEPS, WIDE_KEPLER_TOLERANCE = 12, 2.0**-55
 """Limits of the iteration of Kepler's equation in quadruple precision."""

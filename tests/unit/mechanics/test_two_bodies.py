@@ -252,7 +252,7 @@ def test_distance_of_the_rate_of_a_distance(distance, primary_turns):
     for name, value in (("rate", rate), ("period", 2 * np.pi / rate)):
         given = {"distance": None, "period": None, "rate": None, name: value}
         found, again = circular_orbit(ASYMMETRIC, "orbit", given, primary_turns)
-        np.testing.assert_allclose(found, distance, rtol=4e-15)
+        np.testing.assert_allclose(found, distance, rtol=1e-15)
         np.testing.assert_allclose(again, rate, rtol=1e-15)
 
 

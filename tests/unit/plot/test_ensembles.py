@@ -133,7 +133,7 @@ def counted(panel):
 
 @pytest.mark.parametrize("quantity", ["effective_rate", "rate", "angular_momentum"])
 def test_bars_count_the_members_at_the_last_time(quantity):
-    """Of free motion, whose energy and momentum are those of the start: I of the principal axes, by hand."""
+    """Energy and momentum of free motion equal the initial values, computed from the principal moments."""
     inertia = np.array([1.25, 1.0, 0.75])
     motion = pt.propagate(pt.System(TOP, units=UNITS_OF_TOP), SPREAD, [0, 3.0])
     end = motion.omega_body[:, -1]
