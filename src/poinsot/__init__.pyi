@@ -1,6 +1,6 @@
 """The public names, by the module of each; imported when they are used first."""
 
-from . import analysis, control, events, files, forces, functions, mechanics, orbits, parts, plot, shapes
+from . import analysis, control, events, files, forces, functions, mechanics, observables, orbits, parts, plot, shapes
 from .errors import PropagationError, PropagationInterrupted
 from .files.netcdf import load, save
 from .forces.gravity import GravityGradient, UniformGravity
@@ -14,6 +14,7 @@ from .mechanics.force import Potential, Torque
 from .mechanics.frame import RotatingFrame
 from .mechanics.gravity_field import GravityField
 from .mechanics.instant import Instant
+from .mechanics.observable import Observable
 from .mechanics.part import Part
 from .mechanics.state import PairState, State
 from .mechanics.system import System
@@ -23,6 +24,7 @@ from .plot.animation import animate
 from .plot.view import view
 from .propagation.event_record import EventRecord
 from .propagation.free_motion.motion import free_motion
+from .propagation.observe import observe
 from .propagation.propagate import propagate
 from .propagation.trajectory import Trajectory
 from .quantities import BodyVector, SpaceVector
@@ -39,6 +41,7 @@ __all__ = [
     "GravityGradient",
     "Instant",
     "KeplerOrbit",
+    "Observable",
     "Orbit",
     "PairState",
     "Part",
@@ -63,6 +66,8 @@ __all__ = [
     "functions",
     "load",
     "mechanics",
+    "observables",
+    "observe",
     "orbits",
     "parts",
     "plot",
