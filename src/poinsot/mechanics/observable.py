@@ -13,10 +13,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.functions import Scalar, Vector
+from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.noise import with_white_noise
 from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.units import DerivedUnits
 
@@ -65,27 +64,6 @@ class Observable(Parametric, ABC):
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return, by reason, True where the instrument has no reading, such as a blinded sensor; readings are NaN."""
         return {}
-
-    @property
-    def draws(self) -> int:
-        """Number of standard normal numbers of the noise of a reading; 0 without a field `noise`."""
-        return max(1, len(self.components)) if hasattr(self, "noise") else 0
-
-    @of_scalars
-    def noisy(self, reading: Any, draws: Vector) -> Any:
-        """Return a reading with noise, from standard normal numbers.
-
-        By default the numbers of a reading have independent errors of the standard deviation `noise`.
-        """
-        noise: Any = getattr(self, "noise", 0.0)
-        values = reading if self.components else (reading,)
-        noisy = with_white_noise(Vector(values), noise, draws) if self.draws else Vector(values)
-        return noisy if self.components else noisy[0]
-
-    @of_scalars
-    def difference(self, read: Any, predicted: Any) -> Any:
-        """Return the residual of a reading: by default read - predicted."""
-        return Vector(read) - Vector(predicted) if self.components else read - predicted
 
     def time_of_body(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the times at which the body was as it is read at the given times: earlier by the light time."""
