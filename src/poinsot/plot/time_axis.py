@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from poinsot.mechanics.calendar import Calendar
 from poinsot.plot.labels import Unit, time_unit_of
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array
+from poinsot.records.calendar import Calendar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

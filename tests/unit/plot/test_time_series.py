@@ -13,8 +13,8 @@ from matplotlib.dates import num2date
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.mechanics.euler import SEQUENCES
-from poinsot.mechanics.frame import from_roll_pitch_yaw, roll_pitch_yaw
+from poinsot.kinematics.euler import SEQUENCES
+from poinsot.kinematics.frame import from_roll_pitch_yaw, roll_pitch_yaw
 from poinsot.propagation.column_reader import MotionRows
 
 ORBIT = pt.KeplerOrbit(

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array, real_numbers, reals_or_nan
-from poinsot.mechanics.calendar import holds_dates
-from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.members import common_axis
-from poinsot.mechanics.state import AnyState
-from poinsot.mechanics.system import System
+from poinsot.kinematics.state import AnyState
 from poinsot.printable import quoted
+from poinsot.records.calendar import holds_dates
+from poinsot.records.members import common_axis
+from poinsot.systems.collection import Collection
+from poinsot.systems.system import System
 
 __all__ = ["check_span", "checked_time", "checked_times", "common_members"]
 

@@ -17,13 +17,13 @@ from poinsot.algebra import quaternion as quat
 from poinsot.display.html_text import text_table
 from poinsot.errors import member_array, real_numbers, reals_or_nan, refuse_other_members
 from poinsot.immutable import Immutable
-from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
-from poinsot.mechanics.euler import angles_from_quaternion, quaternion_from_angles
-from poinsot.mechanics.formula_errors import explain_formulas
-from poinsot.mechanics.members import expanded, with_times
-from poinsot.mechanics.parameters import listed
+from poinsot.kinematics.attitude import quaternion_from_matrix, rotation, unit_quaternion
+from poinsot.kinematics.euler import angles_from_quaternion, quaternion_from_angles
 from poinsot.printable import described, kind_of
 from poinsot.quantities import AngularVelocities, Time, Times
+from poinsot.records.formula_errors import explain_formulas
+from poinsot.records.members import expanded, with_times
+from poinsot.records.parameters import listed
 from poinsot.subclasses import is_own
 
 if TYPE_CHECKING:

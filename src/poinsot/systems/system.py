@@ -14,29 +14,29 @@ from poinsot.checked import checked
 from poinsot.display.formulas import SystemSummary, system_html, system_latex
 from poinsot.functions import Vector
 from poinsot.immutable import Immutable, cached_property, read_only
+from poinsot.kinematics.state import AnyState, State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.body_dynamics import BodyDynamics
-from poinsot.mechanics.body_integrals import integrals_of_body
-from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.dynamics import AnyDynamics, Dynamics, by_class
 from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.force import Force
-from poinsot.mechanics.formula_trials import try_formulas
-from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.pair_dynamics import PairDynamics
 from poinsot.mechanics.pair_instant import AnyInstant
-from poinsot.mechanics.pair_integrals import integrals_of_pair
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import AnyState, State
-from poinsot.mechanics.symbolic_formula import summary_of_system
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.mechanics.units import DerivedUnits, checked_units, dated_units
 from poinsot.printable import described
+from poinsot.records.calendar import Calendar
+from poinsot.records.units import DerivedUnits, checked_units, dated_units
+from poinsot.systems.body_dynamics import BodyDynamics
+from poinsot.systems.body_integrals import integrals_of_body
+from poinsot.systems.dynamics import AnyDynamics, Dynamics, by_class
+from poinsot.systems.formula_trials import try_formulas
+from poinsot.systems.integrals import Integral
+from poinsot.systems.pair_dynamics import PairDynamics
+from poinsot.systems.pair_integrals import integrals_of_pair
+from poinsot.systems.symbolic_formula import summary_of_system
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-    from poinsot.mechanics.frame import Frame
+    from poinsot.kinematics.frame import Frame
 
 __all__ = ["OfOneBody", "OfTwoBodies", "System", "is_of_two_bodies"]
 

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.mechanics import euler
-from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.kinematics import euler
+from poinsot.kinematics.attitude import rotation_matrix
 
 SEQUENCES = [a + b + c for a, b, c in itertools.product("123", repeat=3) if a != b and b != c]
 SYMMETRIC = [s for s in SEQUENCES if s[0] == s[2]]

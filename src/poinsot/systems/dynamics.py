@@ -16,21 +16,21 @@ from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import cached_property
-from poinsot.mechanics.attitude import Attitude
+from poinsot.kinematics.attitude import Attitude
+from poinsot.kinematics.frame import Frame
+from poinsot.kinematics.state import AnyState, Phase
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.environment import Environment, EnvironmentOfStates, shared_blocks
 from poinsot.mechanics.force import Force, Potential
-from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.instant import Instant, InstantOfBodies
 from poinsot.mechanics.kinetics import Kinetics
-from poinsot.mechanics.members import EveryMember
-from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part, named_parts
-from poinsot.mechanics.state import AnyState, Phase
 from poinsot.printable import quoted
+from poinsot.records.members import EveryMember
+from poinsot.records.parameters import Parametric
 from poinsot.suggestions import suggestion
+from poinsot.systems.collection import Collection
 
 __all__ = ["AnyDynamics", "Dynamics", "Start", "Turning", "Vectors", "by_class", "scalars", "stacked"]
 

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.mechanics import attitude
+from poinsot.kinematics import attitude
 
 HALF_ULP = 2.0**-53
 NEAR_A_HALF_TURN = [0.0, *(sign * 10.0**-k for k in (1, 2, 4, 6, 8, 12, 15) for sign in (1, -1))]

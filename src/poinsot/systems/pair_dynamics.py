@@ -12,19 +12,19 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import ReadOnlyDict, cached_property
-from poinsot.mechanics.attitude import Attitude
+from poinsot.kinematics.attitude import Attitude
+from poinsot.kinematics.frame import Frame
+from poinsot.kinematics.state import AnyState, PairState
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.dynamics import Dynamics, Start, Turning, Vectors, stacked
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Force, Load, PairLoad, Potential, PotentialOn, TorqueOn, torque_of
-from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.pair_instant import PairInstant
-from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import parts_of
-from poinsot.mechanics.state import AnyState, PairState
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies, check_name_of_body
 from poinsot.printable import described, quoted
+from poinsot.records.parameters import Parametric
+from poinsot.systems.dynamics import Dynamics, Start, Turning, Vectors, stacked
 from poinsot.taylor.graph import Graph, gradient
 
 __all__ = ["ORBIT", "PairDynamics", "acceleration"]

@@ -15,9 +15,9 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.immutable import cached_property, copied, owned, read_only
-from poinsot.mechanics import euler
-from poinsot.mechanics.attitude import rotation, unit_quaternion
-from poinsot.mechanics.each_body import OfTwoBodies
+from poinsot.kinematics import euler
+from poinsot.kinematics.attitude import rotation, unit_quaternion
+from poinsot.kinematics.each_body import OfTwoBodies
 from poinsot.quantities import Angles, Times
 
 if TYPE_CHECKING:

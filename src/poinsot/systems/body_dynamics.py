@@ -12,17 +12,17 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import ReadOnlyDict, cached_property
-from poinsot.mechanics.attitude import Attitude
+from poinsot.kinematics.attitude import Attitude
+from poinsot.kinematics.frame import Frame
+from poinsot.kinematics.state import State, state_with
 from poinsot.mechanics.block import Block
 from poinsot.mechanics.body import Body, started
-from poinsot.mechanics.dynamics import Dynamics, Start, Turning, Vectors, scalars, stacked
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Force, PairLoad, Potential, Torque, derived_torque
-from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.part import CompositeBody, Part, check_parts
-from poinsot.mechanics.state import State, state_with
 from poinsot.printable import described, quoted
+from poinsot.systems.dynamics import Dynamics, Start, Turning, Vectors, scalars, stacked
 from poinsot.taylor.graph import Graph, gradient
 
 __all__ = ["BodyDynamics"]

@@ -8,8 +8,8 @@ from poinsot.double_double import DoubleDouble
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
-from poinsot.mechanics.members import EveryMember, members_of
 from poinsot.mechanics.part import Jump
+from poinsot.records.members import EveryMember, members_of
 
 MOMENTS = np.array([[1.25, 1.0, 0.75], [1.3, 1.0, 0.75], [1.35, 1.0, 0.75], [1.4, 1.0, 0.75]])
 BODY = pt.Body(MOMENTS)

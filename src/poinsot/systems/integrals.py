@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable
-from poinsot.mechanics.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
-from poinsot.mechanics.collection import Collection
-from poinsot.mechanics.state import AnyState
+from poinsot.kinematics.state import AnyState
+from poinsot.systems.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
+from poinsot.systems.collection import Collection
 from poinsot.taylor.graph import Graph
 
 __all__ = ["EPS", "Integral", "SampledRates", "TracedRates", "component_of", "largest", "shaken", "vanishes"]

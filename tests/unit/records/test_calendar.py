@@ -13,7 +13,7 @@ from astropy.utils import iers
 from hypothesis import given
 from hypothesis import strategies as st
 
-from poinsot.mechanics.calendar import Calendar, span_of
+from poinsot.records.calendar import Calendar, span_of
 
 J2000 = Calendar("2000-01-01T12:00:00", "TDB")
 LEAP = Calendar("2016-12-31T23:59:58", "UTC")
@@ -227,7 +227,7 @@ def test_nothing_is_downloaded_and_the_settings_stay(monkeypatch):
 def test_numbers_need_no_astropy_and_dates_say_how_to_get_it():
     code = (
         "import sys; sys.modules['astropy'] = None\n"
-        "from poinsot.mechanics.calendar import Calendar\n"
+        "from poinsot.records.calendar import Calendar\n"
         "calendar = Calendar('2026-01-01', 'UTC')\n"
         "assert calendar.time(5.0) == 5.0\n"
         "try: calendar.time('2026-01-02Z')\n"

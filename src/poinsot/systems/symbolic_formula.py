@@ -12,15 +12,15 @@ from typing_extensions import override
 from poinsot.display.formulas import ForceSummary, Formula, StatedFormula, SystemSummary, TracedFormula
 from poinsot.display.notation import split_name
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude, matrix_of
+from poinsot.kinematics.attitude import Attitude, matrix_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment, Orbit, orbits_of
 from poinsot.mechanics.force import Force, Potential, Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.parameters import Parametric, same
 from poinsot.mechanics.part import named_parts
-from poinsot.mechanics.units import DerivedUnits, in_units
+from poinsot.records.parameters import Parametric, same
+from poinsot.records.units import DerivedUnits, in_units
+from poinsot.systems.integrals import Integral
 from poinsot.taylor.graph import Graph, GraphScalar, Node
 
 __all__ = ["formula_of", "stated_formula", "summary_of_system"]

@@ -34,8 +34,6 @@ from poinsot.errors import (
 )
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable, cached_property
-from poinsot.mechanics.formula_errors import explain_formulas
-from poinsot.mechanics.members import common_axis, expanded, inherited_formula
 from poinsot.printable import described, quoted
 from poinsot.quantities import (
     Along,
@@ -49,6 +47,8 @@ from poinsot.quantities import (
     quantity_of,
     said_of,
 )
+from poinsot.records.formula_errors import explain_formulas
+from poinsot.records.members import common_axis, expanded, inherited_formula
 from poinsot.subclasses import is_own
 
 __all__ = [

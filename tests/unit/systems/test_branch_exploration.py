@@ -3,7 +3,7 @@
 import numpy as np
 
 from poinsot import functions
-from poinsot.mechanics.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
+from poinsot.systems.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
 from poinsot.taylor.graph import Graph
 
 

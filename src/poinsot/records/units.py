@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from poinsot.immutable import Immutable
-from poinsot.mechanics.parameters import Parametric, listed
 from poinsot.printable import described, quoted
 from poinsot.quantities import Quantity, plain, said_of
+from poinsot.records.parameters import Parametric, listed
 
 __all__ = ["PER_TIME", "DerivedUnits", "checked_units", "dated_units", "in_units"]
 

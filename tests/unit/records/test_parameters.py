@@ -7,9 +7,9 @@ import pytest
 
 import poinsot as pt
 from poinsot.files.scenario import read_scenario
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
-from poinsot.mechanics.parameters import Parametric
+from poinsot.records.members import members_of
+from poinsot.records.parameters import Parametric
+from poinsot.systems.named_parameters import NamedNumber, named_numbers
 
 NEAR, FAR = (
     pt.orbits.FixedPosition(0.9, position=(0.8, -0.5, 0.7)),

@@ -12,8 +12,8 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import member_array, refuse_other_members
-from poinsot.mechanics import euler
-from poinsot.mechanics.state import State, state_with
+from poinsot.kinematics import euler
+from poinsot.kinematics.state import State, state_with
 from poinsot.printable import described
 from poinsot.quantities import Quantity, Times, said_of
 

@@ -5,7 +5,7 @@ import numpy as np
 import poinsot as pt
 from poinsot.display.formulas import StatedFormula, TracedFormula, equations
 from poinsot.display.notation import LATEX
-from poinsot.mechanics.symbolic_formula import formula_of, stated_formula, summary_of_system
+from poinsot.systems.symbolic_formula import formula_of, stated_formula, summary_of_system
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 NEAR, FAR = (pt.orbits.FixedPosition(1.0, position=(0, 0, distance)) for distance in (2.0, 3.0))

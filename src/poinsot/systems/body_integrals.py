@@ -18,12 +18,14 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import cached_property
-from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.body_dynamics import BodyDynamics
+from poinsot.kinematics.attitude import Attitude
+from poinsot.kinematics.state import State
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.integrals import (
+from poinsot.mechanics.part import Part
+from poinsot.systems.body_dynamics import BodyDynamics
+from poinsot.systems.integrals import (
     EPS,
     Integral,
     SampledRates,
@@ -33,9 +35,7 @@ from poinsot.mechanics.integrals import (
     shaken,
     vanishes,
 )
-from poinsot.mechanics.part import Part
-from poinsot.mechanics.probing import samples, time_scale
-from poinsot.mechanics.state import State
+from poinsot.systems.probing import samples, time_scale
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["integrals_of_body"]

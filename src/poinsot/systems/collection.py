@@ -13,10 +13,10 @@ from typing_extensions import override
 
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable, cached_property
-from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Dated, Orbit, frames_of, within
-from poinsot.mechanics.members import common_axis, expanded
-from poinsot.mechanics.parameters import Parametric, Tabulated, union_of_knots
+from poinsot.records.calendar import Calendar
+from poinsot.records.members import common_axis, expanded
+from poinsot.records.parameters import Parametric, Tabulated, union_of_knots
 
 __all__ = ["Collection", "knots_of", "results_of"]
 

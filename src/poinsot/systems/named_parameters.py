@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from poinsot.mechanics.dynamics import AnyDynamics
-from poinsot.mechanics.parameters import Parametric, of_each
-from poinsot.mechanics.system import System
 from poinsot.printable import quoted
 from poinsot.quantities import Quantity, said_of
+from poinsot.records.parameters import Parametric, of_each
+from poinsot.systems.dynamics import AnyDynamics
+from poinsot.systems.system import System
 
 __all__ = ["NamedNumber", "binary_size", "named_numbers", "resolve"]
 

@@ -8,22 +8,22 @@ from typing import Any
 import numpy as np
 
 from poinsot.functions import Vector
-from poinsot.mechanics.attitude import Attitude
+from poinsot.kinematics.attitude import Attitude
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.body_dynamics import BodyDynamics
-from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Load, Potential, derived_torque
-from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant, RateUnknownError
-from poinsot.mechanics.pair_dynamics import PairDynamics
 from poinsot.mechanics.pair_instant import AnyInstant, PairInstant
-from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies, mean_motion
 from poinsot.printable import described, message_of
+from poinsot.records.formula_errors import FormulaError, use_functions
+from poinsot.records.parameters import Parametric
 from poinsot.suggestions import holder_of
+from poinsot.systems.body_dynamics import BodyDynamics
+from poinsot.systems.dynamics import AnyDynamics
+from poinsot.systems.pair_dynamics import PairDynamics
 
 __all__ = ["ATTITUDES", "RATES", "try_event", "try_formulas"]
 

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.mechanics.attitude import rotation_matrix
-from poinsot.mechanics.frame import from_roll_pitch_yaw, roll_pitch_yaw
+from poinsot.kinematics.attitude import rotation_matrix
+from poinsot.kinematics.frame import from_roll_pitch_yaw, roll_pitch_yaw
 
 OMEGA = np.array([0.3, -0.2, 0.5])
 START = Rotation.from_rotvec([0.2, 0.1, -0.4])

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
+from poinsot.kinematics.attitude import Attitude
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import PairLoad
-from poinsot.mechanics.integrals import (
+from poinsot.mechanics.pair_instant import PairInstant
+from poinsot.mechanics.two_bodies import mean_motion
+from poinsot.systems.integrals import (
     EPS,
     Integral,
     SampledRates,
@@ -23,10 +25,8 @@ from poinsot.mechanics.integrals import (
     shaken,
     vanishes,
 )
-from poinsot.mechanics.pair_dynamics import PairDynamics
-from poinsot.mechanics.pair_instant import PairInstant
-from poinsot.mechanics.probing import samples
-from poinsot.mechanics.two_bodies import mean_motion
+from poinsot.systems.pair_dynamics import PairDynamics
+from poinsot.systems.probing import samples
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["integrals_of_pair"]

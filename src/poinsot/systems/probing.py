@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot import functions
-from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.environment import sample_time
+from poinsot.systems.collection import Collection
 
 __all__ = ["sample_times", "samples", "time_scale", "time_scales"]
 
