@@ -363,7 +363,7 @@ def test_dates_of_a_scenario_or_a_table_are_on_the_axis(motion):
     panel.figure.canvas.draw()
     ticks = [tick.get_text() for tick in panel.get_xticklabels()]
     assert ticks[:3] == ["00:00", "00:30", "01:00"]
-    with pytest.raises(ValueError, match=r"^time_unit must not be 'date' where the motion has no calendar"):
+    with pytest.raises(ValueError, match=r"^time_unit must not be 'date' without a calendar of the times"):
         pt.plot.angular_velocity(motion, time_unit="date")
 
 
