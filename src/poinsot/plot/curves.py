@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from poinsot.errors import real_array
-from poinsot.mechanics.calendar import Calendar
 from poinsot.plot.labels import BLACK, COLOURS, GREY, in_words
 from poinsot.plot.panels import PLAIN, Axes, Pair, dress, panels
 from poinsot.plot.time_axis import TimeAxis, time_axis
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array
+from poinsot.records.calendar import Calendar
 
 __all__ = [
     "STYLES",
