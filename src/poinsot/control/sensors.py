@@ -11,12 +11,12 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import refuse_negative
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
+from poinsot.kinematics.attitude import Attitude
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.noise import random_turn
-from poinsot.mechanics.parameters import Parametric
 from poinsot.quantities import Angle, AngularVelocity, Real, Rule
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Parametric
 
 __all__ = ["NoisySensors", "Sensors"]
 
