@@ -12,13 +12,13 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.orbits.conic import shown
 from poinsot.printable import quoted
 from poinsot.quantities import Angle, Real, Rule
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Positive
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["GroundStation"]
