@@ -12,7 +12,7 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
-from poinsot.kinematics.attitude import unit_quaternion
+from poinsot.kinematics.attitude import UnitQuaternion
 from poinsot.mechanics.block import default_name
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
@@ -28,13 +28,6 @@ UNLIMITED = 1e100
 
 HALF_TURN_RANGE = 0.2
 """Four times the square of the scalar part below which another component determines the quaternion."""
-
-
-def _refuse_other_norm(name: str, value: Any, _: str) -> None:
-    unit_quaternion(value, name)
-
-
-UnitQuaternion = Annotated[Any, (4,), Rule(_refuse_other_norm)]
 
 
 class _Limited:
