@@ -93,7 +93,6 @@ COVERED_BY = {
     "propagation/free_motion/theta.py": "oracles/test_free_motion.py",
     "propagation/motion_report.py": "unit/propagation/test_propagate.py",
     "propagation/quantities_of_motion.py": "unit/propagation/test_trajectory.py",
-    "propagation/readings.py": "unit/propagation/test_observe.py",
     "propagation/relative_motion.py": "laws/test_pairs.py",
     "propagation/scenario_of_motion.py": "laws/test_every_force_in_files.py",
     "propagation/stored_motion.py": "unit/storage/test_ensemble_store.py",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.propagation.readings import Readings
+from poinsot.observables import Readings
 
 
 class Rate(pt.Observable):
