@@ -16,8 +16,8 @@ from typing_extensions import override
 
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.members import expanded, of_scalars
+from poinsot.mechanics.parameters import Parametric, kinds_of
 from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.mechanics.units import DerivedUnits
 
@@ -83,8 +83,13 @@ class Observable(Parametric, ABC):
 
     @property
     def sigma(self) -> Array:
-        """Standard deviation of the errors where data state none: the field `noise` of a class, or 0."""
-        return np.asarray(getattr(self, "noise", 0.0), dtype=float)
+        """Standard deviation of the errors where data state none: the field `noise` of a class, or 0.
+
+        It broadcasts against errors, members and times first.
+        """
+        noise = np.asarray(getattr(self, "noise", 0.0), dtype=float)
+        own = len(kinds_of(type(self)).get("noise", ()))
+        return expanded(noise, 2, own) if noise.ndim > own else noise
 
     @property
     def errors(self) -> tuple[str, ...]:
@@ -92,7 +97,7 @@ class Observable(Parametric, ABC):
         return self.components
 
     def difference(self, read: Array, predicted: Array) -> Array:
-        """Return the errors of readings with respect to predictions; arrays whose last axis is that of the errors."""
+        """Return the errors of readings with respect to predictions; with `errors`, arrays have them as last axis."""
         return read - predicted
 
     def disturbed(self, readings: Array, errors: Array) -> Array:

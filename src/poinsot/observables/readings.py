@@ -111,7 +111,7 @@ class Readings(Summarized):
             raise ValueError(
                 f"sigma must be positive, got {quoted(float(np.min(given)))}. Give the standard deviation of a reading."
             )
-        errors = _length(self.observable.errors)
+        errors = self._error
         if errors and given.shape == self.times.shape and given.shape != errors:
             given = given[:, None]
         full = (*self._members, self.times.size, *errors)
@@ -127,9 +127,14 @@ class Readings(Summarized):
 
     @property
     def _members(self) -> tuple[int, ...]:
-        """Shape of the axis of members of the values: (members,), or () for one body and for a plan."""
+        """Shape of the axis of members: (members,), or () for one body."""
         own = 1 + bool(self.observable.components)
-        return () if self.values is None else self.values.shape[: self.values.ndim - own]
+        return self.observable.member_axis if self.values is None else self.values.shape[: self.values.ndim - own]
+
+    @property
+    def _error(self) -> tuple[int, ...]:
+        """Shape of the error of one reading: (errors,), or () for one scalar."""
+        return _length(self.observable.errors)
 
     @property
     def is_ensemble(self) -> bool:
@@ -165,9 +170,9 @@ class Readings(Summarized):
             values = values[who][..., at, :] if self.observable.components else values[who][..., at]
         sigma = self.sigma
         if sigma is not None:
-            full = np.broadcast_to(sigma, (*self._members, self.times.size, *_length(self.observable.errors)))
+            full = np.broadcast_to(sigma, (*self._members, self.times.size, *self._error))
             full = full[who] if self.is_ensemble else full
-            sigma = sigma if not sigma.ndim else full[..., at, :] if self.observable.errors else full[..., at]
+            sigma = sigma if not sigma.ndim else full[..., at, :] if self._error else full[..., at]
         return self._with(times=self.times[at], values=values, sigma=sigma)
 
     def _with(self, **changes: Any) -> Readings:
@@ -213,11 +218,10 @@ class Readings(Summarized):
                 "sigma must be positive, got none. Give the standard deviation of a reading, or the noise of the "
                 "observable."
             )
-        members = self._members or (1,)
-        errors = _length(self.observable.errors)
-        normal = normal_numbers(seed, *members, self.times.size, *(errors or (1,)))
-        normal = normal.reshape(*self._members, self.times.size, *errors)
-        return self._with(values=self.observable.disturbed(self.values, self.sigma * normal))
+        (members,), (count,) = self._members or (1,), self._error or (1,)
+        normal = normal_numbers(seed, members, self.times.size, count)
+        errors = self.sigma * normal.reshape(*self._members, self.times.size, *self._error)
+        return self._with(values=self.observable.disturbed(self.values, errors))
 
     # ------------------------------------------------------------------ summary and dataset
 
@@ -253,17 +257,18 @@ class Readings(Summarized):
         of_values = {name: self.attributes[name] for name in OF_VALUES if name in self.attributes}
         own = {name: text for name, text in self.attributes.items() if name not in (*OF_VALUES, "time_units")}
         variables = {}
-        sides = (("values", "component", self.observable.components), ("sigma", "error", self.observable.errors))
-        coordinates: dict[str, Any] = {}
-        for name, axis, components in sides:
-            array = getattr(self, name)
-            if array is None:
-                continue
-            axis = "component" if components == self.observable.components else axis
-            dims = ("time", axis) if components else ("time",)
-            full = np.broadcast_to(array, (*self._members, self.times.size, *_length(components)))
-            variables[name] = (("member", *dims)[-full.ndim :], full, of_values)
-            coordinates |= {axis: list(components)} if components else {}
+        components = self.observable.components
+        axis = "component" if self.observable.errors == components else "error"
+        coordinates = {"component": list(components)} if components else {}
+        coordinates |= {axis: list(self.observable.errors)} if self._error else {}
+        for name, array, last, sizes in (
+            ("values", self.values, "component", _length(components)),
+            ("sigma", self.sigma, axis, self._error),
+        ):
+            if array is not None:
+                full = np.broadcast_to(array, (*self._members, self.times.size, *sizes))
+                dims = ("member",) * self.is_ensemble + ("time",) + (last,) * bool(sizes)
+                variables[name] = (dims, full, of_values)
         time = ("time", self.times, {"units": self.attributes["time_units"], **attributes_of_time(self.calendar)})
         attributes = {"name": self.name, "observable": repr(self.observable), **own}
         return xarray.Dataset(variables, coords={"time": time, **coordinates}, attrs=attributes)

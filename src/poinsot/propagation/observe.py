@@ -15,7 +15,7 @@ from poinsot.errors import PropagationError, level_of_user
 from poinsot.mechanics.collection import Collection
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
 from poinsot.mechanics.formula_trials import try_observable
-from poinsot.mechanics.members import members_of
+from poinsot.mechanics.members import expanded, members_of
 from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.mechanics.state import AnyState, changed, state_of
@@ -209,7 +209,10 @@ def _read(motion: Trajectory, observable: Observable, seen: Array) -> _Values:
     wanted, place = np.unique(seen, return_inverse=True)
     state, environment = _states(motion, wanted)
     found = _evaluated(motion, observable, state, environment)
-    rows, axis = np.searchsorted(wanted, environment.time), found.values.ndim - 1 - bool(observable.components)
+    rows, axis = (
+        np.searchsorted(wanted, np.asarray(environment.time)),
+        found.values.ndim - 1 - bool(observable.components),
+    )
     full = np.full((*found.values.shape[:axis], wanted.size, *found.values.shape[axis + 1 :]), np.nan)
     full[(slice(None),) * axis + (rows,)] = found.values
     absent = {name: np.zeros(full.shape[: axis + 1], dtype=bool) for name in found.absent}
@@ -258,11 +261,12 @@ def _evaluated(motion: Trajectory, observable: Observable, state: AnyState, envi
     """Return the readings of states, NaN where the instrument has none."""
     if observable.member_axis and not motion.is_ensemble:
         state = state_of(changed(state.phase, lambda rows: rows[None]), state.time)
-    instant = motion.system.at(state, environment)
+    instant: Any = motion.system.at(state, environment)
     shape = np.broadcast_shapes(observable.member_axis + (1,) * bool(observable.member_axis), instant.shape)
+    twin = observable.with_numbers(expanded(number, len(shape)) for number in observable.numbers)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        reading = observable.reading(instant)
-        reasons = observable.validity(instant)
+        reading = twin.reading(instant)
+        reasons = twin.validity(instant)
     scalars = list(reading) if observable.components else [reading]
     columns = [np.array(np.broadcast_to(np.asarray(x, dtype=float), shape)) for x in scalars]
     values = np.stack(columns, axis=-1)
@@ -279,7 +283,7 @@ def _evaluated(motion: Trajectory, observable: Observable, state: AnyState, envi
 def _is_there(instant: AnyInstant) -> NDArray[np.bool_]:
     """Return True at the times that a motion reached."""
     first = next(iter(next(iter(instant.of_bodies.values())).attitude.components))
-    return np.isfinite(np.asarray(first, dtype=float))
+    return np.asarray(np.isfinite(np.asarray(first, dtype=float)))
 
 
 def _warn(observable: Observable, parts: list[_Values]) -> None:
