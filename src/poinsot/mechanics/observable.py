@@ -16,10 +16,10 @@ from typing_extensions import override
 
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import expanded, of_scalars
-from poinsot.mechanics.parameters import Parametric, kinds_of
 from poinsot.mechanics.two_bodies import check_name_of_body
-from poinsot.mechanics.units import DerivedUnits
+from poinsot.records.members import expanded, of_scalars
+from poinsot.records.parameters import Parametric, kinds_of
+from poinsot.records.units import DerivedUnits
 
 __all__ = ["Observable"]
 

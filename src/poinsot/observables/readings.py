@@ -12,12 +12,12 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, curves, formatted, formatted_times
 from poinsot.errors import real_numbers, reals_or_nan
-from poinsot.mechanics.calendar import Calendar, attributes_of_time, holds_dates
 from poinsot.mechanics.environment import orbits_of
 from poinsot.mechanics.observable import Observable
 from poinsot.printable import quoted
 from poinsot.quantities import Times
 from poinsot.random_numbers import normal_numbers
+from poinsot.records.calendar import Calendar, attributes_of_time, holds_dates
 
 if TYPE_CHECKING:
     import xarray

@@ -12,21 +12,21 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.errors import PropagationError, level_of_user
-from poinsot.mechanics.collection import Collection
+from poinsot.kinematics.state import AnyState, changed, state_of
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
-from poinsot.mechanics.formula_trials import try_observable
-from poinsot.mechanics.members import expanded, members_of
 from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.pair_instant import AnyInstant
-from poinsot.mechanics.state import AnyState, changed, state_of
-from poinsot.mechanics.times import checked_times
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.observables.readings import Readings
 from poinsot.printable import described, quoted
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
+from poinsot.records.members import expanded, members_of
+from poinsot.records.units import DerivedUnits
+from poinsot.systems.collection import Collection
+from poinsot.systems.formula_trials import try_observable
+from poinsot.systems.times import checked_times
 
 __all__ = ["observe"]
 

@@ -43,7 +43,7 @@ class Delayed(pt.Observable):
     def reading(self, instant):
         return instant.attitude.quaternion[0]
 
-    def time_of_body(self, time, units):
+    def time_of_body(self, time, units):  # noqa: ARG002
         delay = np.asarray(self.delay)
         return time - delay[:, None] if delay.ndim else time - delay
 
@@ -55,7 +55,7 @@ def moved(times=TIMES, **options):
 def test_readings_follow_the_motion():
     motion = moved()
     seen = pt.observe(motion, Rate((0.5, 0, 0)))
-    assert np.array_equal(seen.values, motion.omega_body + [0.5, 0, 0])
+    assert np.array_equal(seen.values, motion.omega_body + np.array([0.5, 0, 0]))
     assert np.array_equal(seen.times, motion.times)
     assert seen.attributes["units"] == "rad s-1"
     assert seen.attributes["frame"] == "body"
@@ -112,7 +112,7 @@ def test_members_of_numbers_and_orbits():
     ensemble = pt.propagate(pt.System(BODY), start, TIMES)
 
     class Sight(Elevation):
-        def validity(self, instant):
+        def validity(self, instant):  # noqa: ARG002
             return {}
 
     for motion in (moved(), ensemble):
