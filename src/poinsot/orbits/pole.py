@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, refuse_other_members
-from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.kinematics.attitude import quaternion_from_matrix
+from poinsot.kinematics.euler import quaternion_from_angles
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.euler import quaternion_from_angles
 from poinsot.orbits.theories import PLANETS_TO_ICRF
 from poinsot.printable import quoted
 

@@ -24,10 +24,10 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
-from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.kinematics.attitude import quaternion_from_matrix
+from poinsot.kinematics.euler import quaternion_from_angles
+from poinsot.kinematics.state import State, state_with
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.state import State, state_with
 from poinsot.printable import quoted
 from poinsot.propagation.free_motion.elements import elements_of
 from poinsot.quantities import Times
