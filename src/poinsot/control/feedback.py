@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from typing_extensions import override
 
@@ -17,7 +17,6 @@ from poinsot.mechanics.block import default_name
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.quantities import Rule
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import Gain, Positive
 

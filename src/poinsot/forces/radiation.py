@@ -19,7 +19,15 @@ from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import NotNegative, Parametric, Positive
 
-__all__ = ["ASTRONOMICAL_UNIT", "PRESSURE", "SUN_RADIUS", "Occulter", "RadiationPressure", "Sunlight", "visible_fraction"]
+__all__ = [
+    "ASTRONOMICAL_UNIT",
+    "PRESSURE",
+    "SUN_RADIUS",
+    "Occulter",
+    "RadiationPressure",
+    "Sunlight",
+    "visible_fraction",
+]
 
 PRESSURE = 1361.0 / 299_792_458.0
 """N/m2 at an astronomical unit: the nominal solar irradiance (IAU 2015, Resolution B3) over the speed of light."""
@@ -62,7 +70,7 @@ class Occulter(Parametric):
         warn_below(self, self.orbit, self.radius, "the surface", "inside the sphere nothing is seen")
 
     @of_scalars
-    def covers(self, instant: Instant, target: Orbit) -> Scalar:
+    def covers(self, instant: Instant, target: Orbit) -> Any:
         """Return the condition that this sphere covers the centre of a farther attractor as seen from the body."""
         angle = functions.angle_between(instant.direction(self.orbit), instant.direction(target))
         return functions.less(angle, functions.asin(self.radius * instant.inverse_distance(self.orbit)))

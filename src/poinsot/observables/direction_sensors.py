@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import KW_ONLY
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,17 +21,19 @@ from poinsot.mechanics.environment import Dated, Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.noise import random_turn
 from poinsot.mechanics.observable import Observable
-from poinsot.observables.star_tracker import HalfTurn
 from poinsot.orbits.fixed import FixedPosition
 from poinsot.printable import described
 from poinsot.quantities import OR_NUMBER, Along, Angle, BodyVector, Rule
 from poinsot.records.members import of_scalars
-from poinsot.records.parameters import ArrayLength, BodyDirection, NotNegative, Positive
+from poinsot.records.parameters import ArrayLength, BodyDirection, HalfTurn, NotNegative, Positive
 from poinsot.records.units import DerivedUnits
 
 __all__ = ["CoarseSunSensors", "VectorSensor"]
 
 Array = NDArray[np.float64]
+
+STAR_DISTANCE = 1e30
+"""Distance of a target that is given by its direction, so that the place of the body does not change the direction."""
 
 DARK = 1e-12
 """Visible fraction of the Sun's disc below which the Sun is eclipsed."""
@@ -87,7 +89,8 @@ class VectorSensor(Observable):
         if array_of("target", self.target).dtype.kind in "iuf":
             direction = member_array("target", self.target, (3,), "space axes")
             refuse_zero("target", direction, "It is a direction.")
-            object.__setattr__(self, "target", FixedPosition(1.0, position=-direction))
+            far = STAR_DISTANCE / np.linalg.norm(direction, axis=-1, keepdims=True)
+            object.__setattr__(self, "target", FixedPosition(1.0, position=-direction * far))
         if not isinstance(self.target, Orbit | MagneticField):
             raise TypeError(
                 f"target must be an Orbit, a MagneticField or a direction (3,) in space, got {described(self.target)}."
@@ -102,7 +105,7 @@ class VectorSensor(Observable):
         if isinstance(self.target, MagneticField):
             field = self.target.in_body(instant)
             return field / functions.norm(field)
-        return Vector(instant.attitude.to_body(-instant.direction(self.target)))  # type: ignore[arg-type]
+        return Vector(instant.attitude.to_body(-instant.direction(cast("Orbit", self.target))))
 
     @override
     def reading(self, instant: Instant) -> Vector:
@@ -122,8 +125,8 @@ class VectorSensor(Observable):
         angle = functions.angle_between(Vector(self.boresight), self.direction(instant))
         own = {"outside the field of view": functions.less(self.field_of_view, angle)}
         if self.occulters:
-            covered = (occulter.covers(instant, self.target) for occulter in self.occulters)  # type: ignore[arg-type]
-            own["eclipsed"] = functools.reduce(lambda a, b: functions.where(a, a, b), covered)
+            covers = [occulter.covers(instant, cast("Orbit", self.target)) for occulter in self.occulters]
+            own["eclipsed"] = functools.reduce(lambda some, one: functions.where(some, True, one), covers)
         return {**super().validity(instant), **own}
 
     @override
@@ -187,7 +190,7 @@ class CoarseSunSensors(Observable):
 
     @override
     def reading(self, instant: Instant) -> Vector:
-        towards = instant.attitude.to_body(-instant.direction(self.sun))  # type: ignore[arg-type]
+        towards = instant.attitude.to_body(-instant.direction(self.sun))
         visible = visible_fraction(instant, self.sun, self.occulters, self.sun_radius)
         cosines = (functions.maximum(functions.dot(normal, towards), 0.0) for normal in self.normals)
         return Vector(gain * visible * cosine for gain, cosine in zip(self.gain, cosines, strict=True))

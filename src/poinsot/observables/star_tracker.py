@@ -20,24 +20,14 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.noise import random_turn
 from poinsot.mechanics.observable import Observable
-from poinsot.quantities import Along, Angle, Quantity, Rule
+from poinsot.quantities import Along, Quantity, Rule
 from poinsot.records.members import of_scalars
-from poinsot.records.parameters import NotNegative, Parametric
+from poinsot.records.parameters import HalfTurn, NotNegative, Parametric
 from poinsot.records.units import DerivedUnits
 
-__all__ = ["Exclusion", "HalfTurn", "StarTracker"]
+__all__ = ["Exclusion", "StarTracker"]
 
 Array = NDArray[np.float64]
-
-
-def _refuse_outside_half_turn(name: str, value: Any, hint: str) -> None:
-    wrong = np.ravel(value)[(np.ravel(value) < 0) | (np.ravel(value) > np.pi)]
-    if wrong.size:
-        raise ValueError(f"{name} must be from 0 to pi, got {wrong[0]:.10g}. {hint}")
-
-
-HalfTurn = Annotated[Angle, Rule(_refuse_outside_half_turn, "It is an angle from the boresight, in radians.")]
-"""Annotation of a parameter that is an angle from a direction."""
 
 
 class Exclusion(Parametric):
@@ -116,7 +106,7 @@ class StarTracker(Observable):
 
     @override
     def reading(self, instant: Instant) -> Vector:
-        return Vector(quat.product(Vector(instant.attitude.quaternion), Vector(self.mounting)))  # type: ignore[arg-type]
+        return Vector(quat.product(Vector(instant.attitude.quaternion), Vector(self.mounting)))
 
     @override
     def unit(self, units: DerivedUnits) -> str:
@@ -125,13 +115,19 @@ class StarTracker(Observable):
     @of_scalars
     def boresight(self) -> Vector:
         """Return the third axis of the sensor, body axes."""
-        return Vector(quat.rotate(Vector(self.mounting), Vector((0.0, 0.0, 1.0))))  # type: ignore[arg-type]
+        return Vector(quat.rotate(Vector(self.mounting), Vector((0.0, 0.0, 1.0))))
 
     @override
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:
         margins = [each.margin(instant, self.boresight()) for each in self.exclusions]
         own = {"blinded": functions.less(functools.reduce(functions.minimum, margins), 0.0)} if margins else {}
         return {**super().validity(instant), **own}
+
+    @override
+    def check_values(self, values: Array) -> None:
+        read = values[~np.isnan(values).any(axis=-1)]
+        if read.size:
+            unit_quaternion(read, "values")
 
     # ------------------------------------------------------------------ errors
 

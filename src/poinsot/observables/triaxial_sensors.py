@@ -57,9 +57,9 @@ class TriaxialSensor(Observable):
 
     @override
     def reading(self, instant: Instant) -> Vector:
-        turn = quat.exponential(Vector(self.alignment))  # type: ignore[arg-type]
+        turn = quat.exponential(Vector(self.alignment))
         scaled = self.measured(instant) * Vector(1 + x for x in self.scale)
-        return Vector(quat.rotate(turn, scaled)) + Vector(self.bias)  # type: ignore[arg-type]
+        return Vector(quat.rotate(turn, scaled)) + Vector(self.bias)
 
     @property
     @override
