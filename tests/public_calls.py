@@ -123,6 +123,16 @@ def motion():
     return pt.propagate(TOP, START, TIMES, dense=True, events=[pt.events.SpinFlip((1, 0, 0))])
 
 
+class Speed(pt.Observable):
+    def reading(self, instant):
+        return pt.functions.norm(instant.omega_body)
+
+
+@functools.cache
+def read():
+    return pt.observe(motion(), Speed())
+
+
 @functools.cache
 def ensemble():
     return pt.propagate(TOP, BODY.state([START.quaternion] * 3, omega_body=np.eye(3)), TIMES)
@@ -308,6 +318,13 @@ def field_calls():
             pt.orbits.RotationModel.earth,
             {"calendar": CALENDAR, "ut1_minus_utc": 0.1, "reference_frame": "ICRF"},
         ),
+        "RotationModel.from_pole": (
+            pt.orbits.RotationModel.from_pole,
+            {
+                **{"longitude": 0.1, "latitude": 1.2, "period": 3.0, "angle": 0.3, "epoch": 0.5},
+                **{"axes": "ecliptic", "calendar": CALENDAR},
+            },
+        ),
         "RotationModel.iau": (pt.orbits.RotationModel.iau, {"body": "mars", "calendar": CALENDAR}),
         "RotationModel.omega_space": (axes.omega_space, {"time": 1.0}),
         "RotationModel.quaternion": (axes.quaternion, {"time": 1.0}),
@@ -461,7 +478,7 @@ def public_calls(folder):
     here = {"system": TOP, "state": START, "times": [1.0]}
     dates = {"start": "2000-06-27T19:00:00 UTC", "stop": "2000-06-27T20:00:00 UTC", "max_age": 20.0}
     kernels = list(at["ck"])
-    drawn = {"ax": None, "title": "t"}
+    drawn, seen = {"ax": None, "title": "t"}, {"sun": ELLIPSE, "observer": CIRCLE}
     shown = {**drawn, "time_unit": "s"}
     both = {"axes": None, "title": "t", "time_unit": "s"}
     turning = {"ax": None, "rate_unit": "deg/s", "time_unit": "s"}
@@ -584,6 +601,14 @@ def public_calls(folder):
         "OrbitFrame.omega_space": (ELLIPSE.frame.omega_space, {"time": 1.0}),
         "OrbitFrame.quaternion": (ELLIPSE.frame.quaternion, {"time": 1.0}),
         "FreeRotation": (pt.analysis.FreeRotation, {"body": BODY, "state": START}),
+        "FreeRotation.from_periods": (
+            pt.analysis.FreeRotation.from_periods,
+            {
+                **{"body": pt.Body((0.61, 0.965, 1.0)), "mode": "short-axis", "rotation_period": 9.6},
+                **{"precession_period": 1.0, "longitude": 0.1, "latitude": 0.2, "precession_angle": 0.3},
+                **{"rotation_angle": 0.4, "axes": "space", "time": 0.5},
+            },
+        ),
         "GravityField": (
             pt.GravityField,
             {
@@ -824,6 +849,23 @@ def public_calls(folder):
             pt.plot.roll_pitch_yaw,
             {"motion": along_orbit(), "orbit": CIRCLE, "angle_unit": "deg", **shown},
         ),
+        "plot.phase_plane": (
+            pt.plot.phase_plane,
+            {"readings": read(), "periods": (0.7, 1.1), "model": read(), "epoch": 0.1, "time_unit": "s", **drawn},
+        ),
+        "plot.phased": (
+            pt.plot.phased,
+            {
+                "readings": read(),
+                "period": 0.7,
+                "model": read(),
+                "epoch": 0.1,
+                "points": True,
+                "time_unit": "s",
+                **drawn,
+            },
+        ),
+        "plot.readings": (pt.plot.readings, {"readings": read(), "points": True, **shown}),
         "plot.section": (pt.plot.section, {"section": pt.analysis.section(motion(), where), **drawn}),
         "plot.spectrum": (
             pt.plot.spectrum,
@@ -897,12 +939,13 @@ def public_calls(folder):
             pt.animate,
             {
                 **{"motion": motion(), "path": folder / "out.gif", "seconds": 0.1, "view": (20.0, -60.0)},
+                **seen,
                 "overwrite": True,
             },
         ),
         "view": (
             pt.view,
-            {"motion": motion(), "path": folder / "out.html", "others": motion(), "overwrite": True},
+            {"motion": motion(), "path": folder / "out.html", "others": motion(), **seen, "overwrite": True},
         ),
         "write_aem": (
             pt.files.write_aem,

@@ -36,7 +36,7 @@ SHARED = {
     "radiation.[A-Z][A-Z]* radiation.Sunlight facets.PLATE_DRAG_COEFFICIENT",
     "observables": "",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
-    "theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
+    "pole.* theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
     "fixed.HeldPosition",
     "parts": "*.AttachedMass *.refuse_oblique",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
@@ -49,13 +49,16 @@ SHARED = {
 FOR_AUTHORS = {
     "environment": ("Environment",),
     "force": ("Load", "PairLoad"),
-    "frame": ("Frame",),
     "pair_instant": ("PairInstant",),
-    "parameters": ("Vector",),
     "part": ("Jump",),
-    "state": ("project_to_tangent",),
+    ".kinematics.frame": ("Frame",),
+    ".kinematics.state": ("project_to_tangent",),
+    ".records.parameters": ("Vector",),
 }
-"""Public names of `mechanics` by module. The root has its other public names."""
+"""Public names of `mechanics` by module, relative to it. The root has its other public names."""
+
+FROM_OTHER_PACKAGES = {"observables": ("shapes.scattering",)}
+"""Namespaces with the public names of modules of lower packages."""
 
 SHADOWING = {"map": "A004"}
 """Public names that are also Python's, and the rule of ruff that they break."""
@@ -66,6 +69,10 @@ def face() -> dict[Path, str]:
     spaces = [space for space in SHARED if (SOURCE / space / "__init__.pyi").exists()]
     names = {space: public_names(space) for space in spaces}
     names["mechanics"] = {name: module for module, listed in FOR_AUTHORS.items() for name in listed}
+    for space, modules in FROM_OTHER_PACKAGES.items():
+        for module in modules:
+            listed = importlib.import_module(f"poinsot.{module}").__all__
+            names[space] |= dict.fromkeys(listed, f".{module}")
     stubs = {SOURCE / space / "__init__.pyi": stub(space, found) for space, found in names.items()}
     tables = {
         ROOT / "docs" / "files.md": ("formats", formats_table()),

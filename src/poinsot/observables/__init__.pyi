@@ -1,6 +1,6 @@
 """The public names of poinsot.observables, by the module of each, as `make face` writes them."""
 
-from .scattering import (
+from ..shapes.scattering import (
     AshikhminShirley,
     CookTorrance,
     Hapke,
@@ -13,6 +13,7 @@ from .scattering import (
     Reflection,
     ScatteringLaw,
 )
+from .readings import Readings
 
 __all__ = [
     "AshikhminShirley",
@@ -24,6 +25,7 @@ __all__ = [
     "LunarLambert",
     "Minnaert",
     "Phong",
+    "Readings",
     "Reflection",
     "ScatteringLaw",
 ]

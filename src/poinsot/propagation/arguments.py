@@ -12,13 +12,13 @@ from poinsot.errors import level_of_user
 from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
 from poinsot.integration.problem import Problem
 from poinsot.integration.settings import RunSettings, checked_tolerance
+from poinsot.kinematics.state import AnyState, Bodies, changed
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import AnyState, Bodies, changed
-from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened
 from poinsot.suggestions import nearest
+from poinsot.systems.system import System
 
 __all__ = [
     "broadcast_members",
@@ -63,11 +63,7 @@ def check_bodies(system: System, state: AnyState) -> None:
             f"move alone. Take "
             "motion.system of the pair."
         )
-    needed, given = len(system.of_bodies), len(state.body_names)
-    if given != needed:
-        made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
-        words = {1: "one body", 2: "two bodies"}
-        raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
+    needed = system.dynamics.check_bodies(state)
     sizes = {name: np.shape(values)[-1] for name, values in state.own.items() if name != "orbit" or needed == 1}
     names = [part.name for part in system.parts]
     if unknown := next((name for name in sizes if name not in names), None):

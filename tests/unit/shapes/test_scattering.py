@@ -1,6 +1,5 @@
 """Laws of scattering: reciprocity, energy, exact formulas, kinds of scalars, messages."""
 
-
 import numpy as np
 import pytest
 from hypothesis import given
