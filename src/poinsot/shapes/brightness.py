@@ -80,10 +80,10 @@ def phase_angle(sun: Vector, observer: Vector) -> Scalar:
     def slope(k: int) -> Scalar:
         """Return minus the other vector perpendicular to the own one, divided by the sine."""
         own, sign = (sun, 1) if k < 3 else (observer, -1)
-        return -(sign * difference[k % 3] + 0.5 * apart * apart * own[k % 3]) / sine
+        across: Scalar = sign * difference[k % 3] + 0.5 * apart * apart * own[k % 3]
+        return -across / sine
 
-    angle: Scalar = ruled(phase, (*sun, *observer), slope)
-    return angle
+    return ruled(phase, (*sun, *observer), slope)
 
 
 def _lommel_seeliger_integral(shape: Ellipsoid, sun: Vector, observer: Vector, stretch: Sequence[Scalar]) -> Scalar:

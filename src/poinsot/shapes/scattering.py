@@ -17,8 +17,8 @@ from poinsot import functions
 from poinsot.errors import level_of_user, refuse_negative
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable, cached_property
-from poinsot.records.parameters import NotNegative, Parametric, Positive
 from poinsot.quantities import Real, Rule
+from poinsot.records.parameters import NotNegative, Parametric, Positive
 from poinsot.subclasses import is_own
 
 __all__ = [
