@@ -33,7 +33,7 @@ SHARED = {
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
     "*.attitude_formats *.parsed_scenario *.repetition",
     "forces": "point_masses.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
-    "radiation.[A-Z][A-Z]* radiation.Sunlight facets.PLATE_DRAG_COEFFICIENT",
+    "radiation.[A-Z][A-Z]* radiation.Sunlight radiation.visible_fraction facets.PLATE_DRAG_COEFFICIENT",
     "observables": "",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
     "pole.* theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "

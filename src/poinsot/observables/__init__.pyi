@@ -13,19 +13,28 @@ from ..shapes.scattering import (
     Reflection,
     ScatteringLaw,
 )
+from .direction_sensors import CoarseSunSensors, VectorSensor
 from .readings import Readings
+from .star_tracker import Exclusion, StarTracker
+from .triaxial_sensors import Gyro, Magnetometer
 
 __all__ = [
     "AshikhminShirley",
+    "CoarseSunSensors",
     "CookTorrance",
+    "Exclusion",
+    "Gyro",
     "Hapke",
     "Lambert",
     "LambertLommelSeeliger",
     "LommelSeeliger",
     "LunarLambert",
+    "Magnetometer",
     "Minnaert",
     "Phong",
     "Readings",
     "Reflection",
     "ScatteringLaw",
+    "StarTracker",
+    "VectorSensor",
 ]
