@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.block import default_name
-from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.environment import Orbit, orbits_of
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.light_time import emission_time, speed_of_light
 from poinsot.mechanics.two_bodies import check_name_of_body
@@ -47,7 +48,7 @@ class Observable(Parametric, ABC):
     >>> body = pt.Body((1.25, 1.0, 0.75))
     >>> motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0, 1, 0)), [0.0, 1.0])
     >>> pt.observe(motion, beacon).values.round(6)
-    array([3.162278, 3.878764])
+    array([3.162278, 3.879282])
     """
 
     components: ClassVar[tuple[str, ...]] = ()
@@ -71,9 +72,19 @@ class Observable(Parametric, ABC):
         return ""
 
     @of_scalars
-    def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
-        """Return, by reason, True where the instrument has no reading, such as a blinded sensor; readings are NaN."""
-        return {}
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+        """Return, by reason, True where the instrument has no reading, such as a blinded sensor; readings are NaN.
+
+        By default there is no reading where an observer does not see the body, see `Orbit.hidden_at`.
+        """
+        found: dict[str, Scalar] = {}
+        for orbit in orbits_of(self):
+            for reason, hidden in orbit.hidden_at(instant.time).items():
+                found[reason] = functions.where(found[reason], True, hidden) if reason in found else hidden
+        return found
+
+    def check_values(self, values: Array) -> None:
+        """Raise a ValueError for values that the instrument cannot read; NaN where there is no reading."""
 
     @property
     def light_path(self) -> Orbit | None:
