@@ -307,6 +307,8 @@ class Parametric(Immutable):
                 yield from record.numbers
             if isinstance(value, functions.Vector):
                 yield from value
+            elif kind == () and not isinstance(value, np.ndarray):  # a scalar of another kind
+                yield value
             elif isinstance(kind, tuple):
                 rows = value.reshape(*value.shape[: value.ndim - len(kind)], math.prod(kind))
                 yield from rows if rows.ndim == 1 else np.moveaxis(rows, -1, 0)
