@@ -10,7 +10,7 @@ from benchmarks import flops, peers, problems
 from benchmarks.measure import ALLOWED, Contender, computed_by, in_a_line, interleaved, pin
 from benchmarks.peers import heyoka_by_hand
 from benchmarks.problems import P2, P3, PERIOD
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
 
 LIMIT = 1e-9
 """The error that every member must stay below, rad."""

@@ -10,7 +10,7 @@ import numpy as np
 import poinsot as pt
 from benchmarks.measure import pin
 from benchmarks.problems import WIDE
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
 
 ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=5.0, eccentricity=0.1, inclination=0.4, node=0.3, argument_of_periapsis=0.7)
 END = 200.0

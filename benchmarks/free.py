@@ -10,7 +10,7 @@ from benchmarks import problems
 from benchmarks.ensembles import RIGHT
 from benchmarks.measure import Contender, interleaved
 from benchmarks.problems import P1, WIDE
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
 from poinsot.propagation.free_motion.elements import elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import poinsot as pt
 from benchmarks.problems import P2, P3, PERIOD, WIDE, turned
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
 from poinsot.taylor.kernels import ROUNDING
 
 TOLERANCES = {20: ROUNDING["double"], 19: 2.32e-16, 18: 1.72e-15, 17: 1.3e-14}

@@ -8,7 +8,7 @@ import numpy as np
 import poinsot as pt
 from benchmarks.measure import pin
 from benchmarks.problems import P2, P3, WIDE
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
 
 
 def second_propagate(short, process=0):

@@ -9,7 +9,7 @@ import numpy as np
 
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
 from poinsot.validation import paper
 
 PERIOD = float(paper.ORBIT.period)

@@ -10,7 +10,7 @@ from benchmarks import flops, peers, problems
 from benchmarks.measure import Contender, computed_by, interleaved
 from benchmarks.peers import heyoka_by_hand
 from benchmarks.problems import P2, P3, PERIOD, PROBLEMS, REGULAR
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
 
 POINSOT, BY_HAND = "poinsot_taylor", "heyoka_by_hand"
 CHANGE = 1e-13

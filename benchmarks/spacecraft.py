@@ -23,7 +23,7 @@ from poinsot.forces import (
     Occulter,
     RadiationPressure,
 )
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
 
 FACET_CASES = Path(__file__).parents[1] / "tests" / "oracles" / "surfaces.json"
 TITLES = {"srp_facets": "radiation pressure", "drag_facets_circular": "drag"}

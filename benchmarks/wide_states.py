@@ -7,7 +7,7 @@ import numpy as np
 
 import poinsot as pt
 from poinsot.integration.run import Slab
-from poinsot.mechanics.members import members_of
+from poinsot.records.members import members_of
 
 
 def ends_of(system, state, time, **options):

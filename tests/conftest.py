@@ -9,7 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.integration import equations
-from poinsot.mechanics.collection import results_of
+from poinsot.systems.collection import results_of
 
 pytest_plugins = ["default_share", "kept_code", "margins"]
 

@@ -5,7 +5,7 @@ import sympy as sp
 import poinsot as pt
 from poinsot.functions import Vector
 from poinsot.integration.formulations import FORMULATIONS
-from poinsot.mechanics.dynamics import Turning
+from poinsot.systems.dynamics import Turning
 
 
 def twin(system, numbers):

@@ -123,6 +123,16 @@ def motion():
     return pt.propagate(TOP, START, TIMES, dense=True, events=[pt.events.SpinFlip((1, 0, 0))])
 
 
+class Speed(pt.Observable):
+    def reading(self, instant):
+        return pt.functions.norm(instant.omega_body)
+
+
+@functools.cache
+def read():
+    return pt.observe(motion(), Speed())
+
+
 @functools.cache
 def ensemble():
     return pt.propagate(TOP, BODY.state([START.quaternion] * 3, omega_body=np.eye(3)), TIMES)
@@ -824,6 +834,23 @@ def public_calls(folder):
             pt.plot.roll_pitch_yaw,
             {"motion": along_orbit(), "orbit": CIRCLE, "angle_unit": "deg", **shown},
         ),
+        "plot.phase_plane": (
+            pt.plot.phase_plane,
+            {"readings": read(), "periods": (0.7, 1.1), "model": read(), "epoch": 0.1, "time_unit": "s", **drawn},
+        ),
+        "plot.phased": (
+            pt.plot.phased,
+            {
+                "readings": read(),
+                "period": 0.7,
+                "model": read(),
+                "epoch": 0.1,
+                "points": True,
+                "time_unit": "s",
+                **drawn,
+            },
+        ),
+        "plot.readings": (pt.plot.readings, {"readings": read(), "points": True, **shown}),
         "plot.section": (pt.plot.section, {"section": pt.analysis.section(motion(), where), **drawn}),
         "plot.spectrum": (
             pt.plot.spectrum,

@@ -17,7 +17,7 @@ from tools.lines import SOURCE, modules
 
 __all__ = ["aliases_of_any", "annotations_in", "count"]
 
-DEFAULT = ("taylor", "integration", "mechanics", "propagation")
+DEFAULT = ("taylor", "integration", "systems", "mechanics", "kinematics", "records", "propagation")
 
 TYPE_EXPRESSION = (ast.Name, ast.Attribute, ast.Subscript, ast.BinOp)
 """Kinds of values of aliases."""

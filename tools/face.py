@@ -48,13 +48,13 @@ SHARED = {
 FOR_AUTHORS = {
     "environment": ("Environment",),
     "force": ("Load", "PairLoad"),
-    "frame": ("Frame",),
     "pair_instant": ("PairInstant",),
-    "parameters": ("Vector",),
     "part": ("Jump",),
-    "state": ("project_to_tangent",),
+    ".kinematics.frame": ("Frame",),
+    ".kinematics.state": ("project_to_tangent",),
+    ".records.parameters": ("Vector",),
 }
-"""Public names of `mechanics` by module. The root has its other public names."""
+"""Public names of `mechanics` by module, relative to it. The root has its other public names."""
 
 SHADOWING = {"map": "A004"}
 """Public names that are also Python's, and the rule of ruff that they break."""

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
 import poinsot as pt
-from poinsot.mechanics.euler import quaternion_from_angles
+from poinsot.kinematics.euler import quaternion_from_angles
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 GRAY, BLUE, ORANGE, GREEN = "#5A5A5A", "#0072B2", "#D55E00", "#009E73"

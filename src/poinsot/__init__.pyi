@@ -4,20 +4,18 @@ from . import analysis, control, events, files, forces, functions, mechanics, ob
 from .errors import PropagationError, PropagationInterrupted
 from .files.netcdf import load, save
 from .forces.gravity import GravityGradient, UniformGravity
-from .mechanics.andoyer import Andoyer
-from .mechanics.attitude import Attitude
+from .kinematics.andoyer import Andoyer
+from .kinematics.attitude import Attitude
+from .kinematics.frame import RotatingFrame
+from .kinematics.state import PairState, State
 from .mechanics.body import Body
-from .mechanics.calendar import Calendar
 from .mechanics.environment import Orbit
 from .mechanics.event import Event
 from .mechanics.force import Potential, Torque
-from .mechanics.frame import RotatingFrame
 from .mechanics.gravity_field import GravityField
 from .mechanics.instant import Instant
 from .mechanics.observable import Observable
 from .mechanics.part import Part
-from .mechanics.state import PairState, State
-from .mechanics.system import System
 from .mechanics.two_bodies import TwoBodies
 from .orbits.kepler import KeplerOrbit
 from .plot.animation import animate
@@ -28,6 +26,8 @@ from .propagation.observe import observe
 from .propagation.propagate import propagate
 from .propagation.trajectory import Trajectory
 from .quantities import BodyVector, SpaceVector
+from .records.calendar import Calendar
+from .systems.system import System
 
 __all__ = [
     "Andoyer",

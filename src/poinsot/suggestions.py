@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import re
 import sys
 from collections.abc import Callable, Iterable
 from functools import partial
-from importlib.util import find_spec
+from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
-
-import lazy_loader
 
 from poinsot.habits import HABITS, TOO_MANY
 from poinsot.printable import quoted, shortened
@@ -181,11 +180,16 @@ def attached(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[]
 
     The first use of a name imports its module. A name that does not exist raises an AttributeError with a suggestion.
     """
-    get, names, listed = lazy_loader.attach_stub(package, file)
+    homes = _homes(package, Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
+    listed = sorted(homes)
 
     def get_or_suggest(name: str) -> Any:
-        if name in listed or name.startswith("_") or (name.isidentifier() and find_spec(f"{package}.{name}")):
-            return get(name)  # for a module, `from package import module` asks for the attribute first
+        if name in homes:
+            value = _imported(homes[name], name, package)
+            setattr(sys.modules[package], name, value)
+            return value
+        if name.startswith("_") or (name.isidentifier() and find_spec(f"{package}.{name}")):
+            raise AttributeError(name)  # for a module, `from package import module` asks for the attribute first
         try:
             refuse_name(package, name, listed)
         except AttributeError as error:
@@ -193,7 +197,20 @@ def attached(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[]
                 raise ImportError(str(error), name=package) from None
             raise
 
-    return get_or_suggest, names, listed
+    return get_or_suggest, listed.copy, listed
+
+
+def _homes(package: str, stub: str) -> dict[str, str]:
+    """Return the module from which a stub imports each name; for modules of the package the package itself."""
+    nodes = [node for node in ast.parse(stub).body if isinstance(node, ast.ImportFrom)]
+    modules = [resolve_name("." * node.level + (node.module or ""), package) for node in nodes]
+    return {alias.name: module for node, module in zip(nodes, modules, strict=True) for alias in node.names}
+
+
+def _imported(home: str, name: str, package: str) -> Any:
+    if home == package:
+        return importlib.import_module(f"{package}.{name}")
+    return getattr(importlib.import_module(home), name)
 
 
 def refuse_name(module: str, name: str, known: Iterable[str]) -> NoReturn:

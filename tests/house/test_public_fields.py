@@ -7,8 +7,8 @@ import pytest
 
 import poinsot as pt
 from poinsot.checked import hint_of
-from poinsot.mechanics.parameters import Parametric, kinds_of
 from poinsot.quantities import Along, extras_of, said_of
+from poinsot.records.parameters import Parametric, kinds_of
 from public_calls import PUBLIC
 from typed_calls import forces_of_members, orbits_of_members
 

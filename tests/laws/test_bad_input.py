@@ -9,7 +9,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions
-from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.kinematics.attitude import quaternion_from_matrix
 
 NAN, INF = float("nan"), float("inf")
 ONE = (1, 0, 0, 0)

@@ -6,7 +6,7 @@ import pytest
 import poinsot as pt
 from kinds.forces_in_files import FIRST, OF_ONE, OF_TWO, PAIR, RUN, label
 from kinds.parts import BODY, PARTS
-from poinsot.mechanics.state import state_of
+from poinsot.kinematics.state import state_of
 from poinsot.propagation import column_reader
 from poinsot.propagation.column_reader import MotionRows
 

@@ -17,9 +17,9 @@ from kinds.pairs import PAIR_FORCES
 from poinsot.algebra.quaternion import product
 from poinsot.functions import Vector
 from poinsot.integration.scaling import sample_torque
-from poinsot.mechanics.formula_trials import ATTITUDES
-from poinsot.mechanics.parameters import kinds_of, of_each, records_in
 from poinsot.quantities import Along, said_of
+from poinsot.records.parameters import kinds_of, of_each, records_in
+from poinsot.systems.formula_trials import ATTITUDES
 from poinsot.taylor.graph import Node
 from poinsot.taylor.lowering import Constants
 from torques import compiled, compiled_torque, sympy_numbers, turned_orbit

@@ -20,10 +20,10 @@ from poinsot.display.formulas import equations
 from poinsot.display.notation import LATEX, MATHML, split_name
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import orbits_of
-from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.symbolic_formula import formula_of
 from poinsot.parts import ControlMomentGyro
 from poinsot.quantities import Along, said_of
+from poinsot.records.parameters import Parametric
+from poinsot.systems.symbolic_formula import formula_of
 
 SIGNS = {
     "+": "))+((",

@@ -16,6 +16,7 @@ from kinds.systems import BODY, START, SYSTEMS, Pole, start_of
 from poinsot import functions as fn
 from poinsot.functions import Vector
 from poinsot.integration import equations
+from poinsot.kinematics.state import state_of
 
 EPS = np.finfo(float).eps
 TIMES = np.array([-0.9, -0.55, -0.2, 0.0, 0.3, 0.7, 1.3, 1.9, 2.6])
@@ -90,7 +91,7 @@ def members_of(system, count, factor=1.0):
 
 def alone(system, start, k, **options):
     phase = {name: np.broadcast_to(x, (17, x.shape[-1]))[k] for name, x in start.phase.items()}
-    return pt.propagate(system, pt.mechanics.state.state_of(phase, np.float64(start.time[k])), TIMES, **options)
+    return pt.propagate(system, state_of(phase, np.float64(start.time[k])), TIMES, **options)
 
 
 ENSEMBLES = (
@@ -124,7 +125,7 @@ def test_members(name, monkeypatch):
 
 def first(start, count):
     phase = {name: x[:count] if x.ndim > 1 else x for name, x in start.phase.items()}
-    return pt.mechanics.state.state_of(phase, start.time[:count])
+    return state_of(phase, start.time[:count])
 
 
 @pytest.mark.parametrize("lanes", [1, 2, 4, 8])
@@ -322,7 +323,7 @@ def kicked(name):
         near = members_of(pt.System(*SYSTEMS["table with knots"]), 17)
         own = {quantity: np.broadcast_to(x, (17, x.shape[-1]))[13] for quantity, x in near.phase.items()}
         shaken = {quantity: x * (1 + EPS * rng.integers(-1, 2, (200, x.size))) for quantity, x in own.items()}
-        return pt.mechanics.state.state_of(shaken, near.time[13])
+        return state_of(shaken, near.time[13])
     q = rng.normal(size=(1000, 4))
     return BODY.state(q / np.linalg.norm(q, axis=1)[:, None], omega_body=rng.normal(size=(1000, 3)))
 

@@ -6,7 +6,7 @@ import pytest
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.control import NoisySensors, RateDamping, Sampled
-from poinsot.mechanics.members import members_of
+from poinsot.records.members import members_of
 
 COUNT = 14
 HALVES = (np.arange(5), np.arange(5, COUNT))

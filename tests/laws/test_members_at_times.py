@@ -30,15 +30,15 @@ from kinds.pair_events import EVENTS as PAIR_EVENTS
 from kinds.parts import PARTS
 from poinsot.errors import refuse_other_length
 from poinsot.functions import Vector
+from poinsot.kinematics.frame import Frame
+from poinsot.kinematics.state import State, state_of
 from poinsot.mechanics.environment import OrbitBlock
 from poinsot.mechanics.event import EventOn
 from poinsot.mechanics.force import PotentialOn, TorqueOn
-from poinsot.mechanics.frame import Frame
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Parametric, kinds_of, of_each
-from poinsot.mechanics.state import State, state_of
 from poinsot.propagation.relative_motion import RelativeMotion
 from poinsot.quantities import Rule, said_of
+from poinsot.records.parameters import Parametric, kinds_of, of_each
 
 COUNT = 4
 MEMBERS = np.arange(COUNT)

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
-from poinsot.mechanics import euler
-from poinsot.mechanics.attitude import quaternion_from_matrix, rotation_angle, rotation_matrix, unit_quaternion
+from poinsot.kinematics import euler
+from poinsot.kinematics.attitude import quaternion_from_matrix, rotation_angle, rotation_matrix, unit_quaternion
 
 EPS = np.finfo(float).eps
 SEQUENCES = ["".join(s) for s in itertools.product("123", repeat=3) if s[0] != s[1] and s[1] != s[2]]

@@ -13,7 +13,7 @@ from poinsot.forces import (
     Occulter,
     RadiationPressure,
 )
-from poinsot.mechanics.named_parameters import NamedNumber
+from poinsot.systems.named_parameters import NamedNumber
 
 EARTH = pt.KeplerOrbit(3.986004418e14, semimajor_axis=6.9e6, eccentricity=0.01, inclination=0.5, node=0.2)
 SUN = pt.orbits.FixedPosition(1.32712440018e20, position=(-1.2e11, 0.8e11, -0.3e11))

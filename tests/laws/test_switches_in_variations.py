@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot import functions as fn
 from poinsot.functions import Vector
-from poinsot.mechanics.state import changed, state_of
+from poinsot.kinematics.state import changed, state_of
 
 END = 3.0
 LEVELS = {"time": 1.1, "attitude": 0.3, "rate": 0.45, "clip": 0.2, "sign": 0.1}

@@ -5,7 +5,7 @@ import pytest
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from poinsot.mechanics.parameters import Table
+from poinsot.records.parameters import Table
 
 BODY = pt.Body((1.0, 1.4, 2.1))
 CALENDAR = pt.Calendar("2026-01-01T00:00:00", "TT")

@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ellipj
 
 import poinsot as pt
-from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.kinematics.attitude import rotation_matrix
 
 REFERENCE = json.loads((Path(__file__).parent / "paper_cases.json").read_text())
 CONSTANTS = REFERENCE["torque_free_closed_form_constants"]

@@ -10,8 +10,8 @@ import formulas
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross, dot, norm
-from poinsot.mechanics import attitude, euler
-from poinsot.mechanics.state import State
+from poinsot.kinematics import attitude, euler
+from poinsot.kinematics.state import State
 
 
 def real(names):

@@ -17,8 +17,8 @@ import formulas
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross, dot
-from poinsot.mechanics import attitude, euler
-from poinsot.mechanics.state import State
+from poinsot.kinematics import attitude, euler
+from poinsot.kinematics.state import State
 
 REFERENCE = json.loads((Path(__file__).parent / "paper_cases.json").read_text())
 

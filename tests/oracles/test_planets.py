@@ -7,9 +7,9 @@ from astropy.time import Time
 from scipy.optimize import minimize_scalar
 
 import poinsot as pt
-from poinsot.mechanics.calendar import Calendar
 from poinsot.orbits.planets import BODIES, PLANETS, _between
 from poinsot.orbits.theories import JULIAN_CENTURY, planet_position
+from poinsot.records.calendar import Calendar
 
 AU = 149597870.7
 YEAR = "2021-12-31 TDB", "2022-12-31 TDB"

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import poinsot as pt
-from poinsot.mechanics.parameters import Vector
+from poinsot.records.parameters import Vector
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 MEMBERS = ("member", "axis")

@@ -7,7 +7,7 @@ import pytest
 
 import poinsot as pt
 from kinds import concrete_subclasses
-from poinsot.mechanics.parameters import Parametric
+from poinsot.records.parameters import Parametric
 
 
 class Mixin:

@@ -11,8 +11,8 @@ from tools.site.names import NAMESPACES, public
 from poinsot.display.formulas import letters_of
 from poinsot.display.notation import LATEX, MATHML, typeset_stated
 from poinsot.mechanics.force import Force, PairLoad
-from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.symbolic_formula import stated_formula
+from poinsot.records.parameters import Parametric
+from poinsot.systems.symbolic_formula import stated_formula
 
 __all__ = ["pages"]
 

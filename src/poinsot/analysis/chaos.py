@@ -23,19 +23,19 @@ from poinsot.errors import PropagationInterrupted
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
 from poinsot.integration.scaling import fastest_rates
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import AnyState, changed
-from poinsot.mechanics.system import System
-from poinsot.mechanics.times import checked_times
-from poinsot.mechanics.units import DerivedUnits
+from poinsot.kinematics.state import AnyState, changed
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_settings
 from poinsot.propagation.dataset import dataset_of_result
 from poinsot.propagation.ensemble_of_results import Analysis, analysed_in_chunks
 from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, UserUnits, VariationalRun
 from poinsot.quantities import Array, Times
+from poinsot.records.members import members_of
+from poinsot.records.units import DerivedUnits
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.run_record import RunRecord
+from poinsot.systems.system import System
+from poinsot.systems.times import checked_times
 
 if TYPE_CHECKING:
     import xarray

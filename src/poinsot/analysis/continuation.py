@@ -22,11 +22,11 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, rounded
 from poinsot.display.progress import ReportProgress, bar
 from poinsot.errors import PropagationInterrupted, real_array
-from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.named_parameters import NamedNumber
-from poinsot.mechanics.state import AnyState
-from poinsot.mechanics.system import System, is_of_two_bodies
+from poinsot.kinematics.frame import Frame
+from poinsot.kinematics.state import AnyState
 from poinsot.quantities import Array
+from poinsot.systems.named_parameters import NamedNumber
+from poinsot.systems.system import System, is_of_two_bodies
 
 __all__ = ["Bifurcation", "Branch", "continue_motion"]
 

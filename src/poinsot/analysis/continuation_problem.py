@@ -17,12 +17,12 @@ from poinsot.analysis.period_map import FAMILY_TOLERANCE, MAX_LAST_STEP, PeriodM
 from poinsot.analysis.periodic import PeriodicMotion, motion_at
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.immutable import Immutable, cached_property
-from poinsot.mechanics.attitude import rotation
-from poinsot.mechanics.frame import Frame, checked_frame
-from poinsot.mechanics.named_parameters import NamedNumber, named_numbers
-from poinsot.mechanics.system import System
+from poinsot.kinematics.attitude import rotation
+from poinsot.kinematics.frame import Frame, checked_frame
 from poinsot.printable import described, quoted
 from poinsot.quantities import Array
+from poinsot.systems.named_parameters import NamedNumber, named_numbers
+from poinsot.systems.system import System
 
 __all__ = ["ContinuationProblem", "CurvePoint", "NamedFunction", "NotConvergedError"]
 

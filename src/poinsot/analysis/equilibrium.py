@@ -22,21 +22,21 @@ from poinsot.display.html_text import Summarized, formatted
 from poinsot.functions import Vector
 from poinsot.immutable import cached_property
 from poinsot.integration.scaling import momentum_scale
-from poinsot.mechanics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
+from poinsot.kinematics.attitude import Attitude, rotation, rotation_angle, unit_quaternion
+from poinsot.kinematics.frame import Frame, RotatingFrame, checked_frame
+from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.body_dynamics import BodyDynamics
-from poinsot.mechanics.dynamics import Turning
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
-from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.probing import time_scale
-from poinsot.mechanics.state import State
-from poinsot.mechanics.system import OfOneBody, System
-from poinsot.mechanics.times import checked_time
-from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
 from poinsot.quantities import Array, Time
+from poinsot.records.units import PER_TIME
+from poinsot.systems.body_dynamics import BodyDynamics
+from poinsot.systems.dynamics import Turning
+from poinsot.systems.probing import time_scale
+from poinsot.systems.system import OfOneBody, System
+from poinsot.systems.times import checked_time
 from poinsot.taylor.graph import Graph, Node, gradient
 
 if TYPE_CHECKING:

@@ -12,16 +12,16 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.double_double import DoubleDouble
 from poinsot.immutable import cached_property
-from poinsot.mechanics.andoyer import Andoyer
-from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.kinematics.andoyer import Andoyer
+from poinsot.kinematics.attitude import quaternion_from_matrix
+from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import State
-from poinsot.mechanics.system import System
-from poinsot.mechanics.times import common_members
 from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
+from poinsot.records.members import members_of
+from poinsot.systems.system import System
+from poinsot.systems.times import common_members
 
 __all__ = ["FreeRotation"]
 

@@ -11,13 +11,13 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
-from poinsot.mechanics.euler import angles_from_quaternion
-from poinsot.mechanics.members import expanded
+from poinsot.kinematics.euler import angles_from_quaternion
 from poinsot.mechanics.two_bodies import BODIES, upright
 from poinsot.printable import quoted
 from poinsot.propagation.trajectory import OfTwoBodies
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.quantities import Array
+from poinsot.records.members import expanded
 
 __all__ = ["Librations", "librations"]
 

@@ -26,9 +26,9 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import array_of, level_of_user, real_array, refuse_nonpositive
-from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import kind_of
 from poinsot.quantities import Times
+from poinsot.records.units import PER_TIME
 
 __all__ = ["LineSpectrum", "diffusion", "frequencies"]
 

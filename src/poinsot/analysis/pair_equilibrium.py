@@ -24,14 +24,14 @@ from poinsot.display.html_text import Summarized, formatted
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Vector, cross
 from poinsot.immutable import cached_property
-from poinsot.mechanics.attitude import Attitude, rotation_matrix
+from poinsot.kinematics.attitude import Attitude, rotation_matrix
+from poinsot.kinematics.state import PairState
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.pair_instant import PairInstant
-from poinsot.mechanics.state import PairState
-from poinsot.mechanics.system import OfTwoBodies, System
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
+from poinsot.records.units import DerivedUnits
+from poinsot.systems.system import OfTwoBodies, System
 from poinsot.taylor.graph import Graph, Node, gradient
 
 __all__ = ["PairEquilibrium", "pair_equilibria"]

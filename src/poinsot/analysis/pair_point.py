@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from poinsot.algebra import quaternion as quat
-from poinsot.mechanics.attitude import rotation, rotation_matrix
-from poinsot.mechanics.state import PairState, Phase, named, state_of
-from poinsot.mechanics.system import System
+from poinsot.kinematics.attitude import rotation, rotation_matrix
+from poinsot.kinematics.state import PairState, Phase, named, state_of
 from poinsot.mechanics.two_bodies import TwoBodies, upright
 from poinsot.quantities import Array
+from poinsot.systems.system import System
 
 __all__ = ["PairPoint", "cross_matrix", "refuse_open", "symmetry_axis", "units_of_pair"]
 

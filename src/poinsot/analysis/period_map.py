@@ -21,14 +21,14 @@ from poinsot.analysis.transition_matrix import state_transition
 from poinsot.errors import PropagationError
 from poinsot.integration.scaling import orbital_rate
 from poinsot.integration.state_vector import factors_of_parts
-from poinsot.mechanics.attitude import rotation
-from poinsot.mechanics.frame import Frame
+from poinsot.kinematics.attitude import rotation
+from poinsot.kinematics.frame import Frame
+from poinsot.kinematics.state import AnyState, PairState, State, changed, state_with
 from poinsot.mechanics.part import jumps_at
-from poinsot.mechanics.state import AnyState, PairState, State, changed, state_with
-from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import quoted
 from poinsot.quantities import Array
+from poinsot.systems.system import System
 
 __all__ = ["FAMILY_TOLERANCE", "MAX_LAST_STEP", "PairPeriodMap", "PeriodMap", "Point", "largest_component"]
 

@@ -22,18 +22,18 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.forces.gravity import GravityGradient
+from poinsot.kinematics.frame import Frame, RotatingFrame, checked_frame
+from poinsot.kinematics.state import AnyState, PairState, State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.frame import Frame, RotatingFrame, checked_frame
-from poinsot.mechanics.state import AnyState, PairState, State
-from poinsot.mechanics.system import System, is_of_two_bodies
-from poinsot.mechanics.times import common_members
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.printable import described, kind_of
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array, Inclination
+from poinsot.records.units import DerivedUnits
+from poinsot.systems.system import System, is_of_two_bodies
+from poinsot.systems.times import common_members
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

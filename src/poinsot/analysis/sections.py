@@ -18,12 +18,9 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import member_array, refuse_nonpositive, refuse_other_members
 from poinsot.events.standard_events import AndoyerCrossing, AtTime
-from poinsot.mechanics.andoyer import Andoyer
-from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.parameters import same
-from poinsot.mechanics.state import State, changed, state_of
-from poinsot.mechanics.system import OfOneBody, System
-from poinsot.mechanics.times import checked_time
+from poinsot.kinematics.andoyer import Andoyer
+from poinsot.kinematics.euler import quaternion_from_angles
+from poinsot.kinematics.state import State, changed, state_of
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import described, quoted
 from poinsot.propagation.dataset import dataset_of_result
@@ -32,6 +29,9 @@ from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Angle, Angles, AngularVelocities, Time
+from poinsot.records.parameters import same
+from poinsot.systems.system import OfOneBody, System
+from poinsot.systems.times import checked_time
 
 if TYPE_CHECKING:
     import xarray

@@ -22,10 +22,7 @@ from poinsot.errors import real_numbers
 from poinsot.immutable import cached_property
 from poinsot.integration.report import Report
 from poinsot.integration.rows import Memory, Rows
-from poinsot.mechanics.named_parameters import binary_size, resolve
-from poinsot.mechanics.state import AnyState, changed
-from poinsot.mechanics.system import System
-from poinsot.mechanics.times import checked_times
+from poinsot.kinematics.state import AnyState, changed
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import checked_settings
 from poinsot.propagation.column_reader import MotionRows
@@ -35,6 +32,9 @@ from poinsot.propagation.trajectory import Trajectory
 from poinsot.propagation.variational_run import MAX_COORDINATES_TOGETHER, Derivatives, VariationalRun
 from poinsot.quantities import Array, Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
+from poinsot.systems.named_parameters import binary_size, resolve
+from poinsot.systems.system import System
+from poinsot.systems.times import checked_times
 
 if TYPE_CHECKING:
     import xarray

@@ -36,10 +36,10 @@ if TYPE_CHECKING:
 
     from poinsot.files.attitudes.attitude_table import AttitudeTable
     from poinsot.files.scenario import Scenario
-    from poinsot.mechanics.state import AnyState
-    from poinsot.mechanics.system import System
+    from poinsot.kinematics.state import AnyState
     from poinsot.propagation.recorded import RecordedSystem
     from poinsot.propagation.trajectory import Trajectory
+    from poinsot.systems.system import System
 
 __all__ = ["convert", "info"]
 
@@ -338,7 +338,7 @@ def _system(system: System | RecordedSystem) -> Lines:
     """Return the lines about body and forces; if the forces cannot be constructed, the lines of the file."""
     if hasattr(system, "not_rerunnable"):
         return [f"  system: {system!r}"]
-    from poinsot.mechanics.units import DerivedUnits, in_units
+    from poinsot.records.units import DerivedUnits, in_units
 
     known = DerivedUnits(system.units)
     forces = [f"  force: {in_units(force, known)}" for force in system.forces]
@@ -348,9 +348,9 @@ def _system(system: System | RecordedSystem) -> Lines:
 def _start(when: str, state: AnyState, units: Mapping[str, str]) -> Lines:
     if state.shape:
         return [f"  members: {len(next(iter(state.phase.values())))}"]
-    from poinsot.mechanics.state import PairState
-    from poinsot.mechanics.units import DerivedUnits
+    from poinsot.kinematics.state import PairState
     from poinsot.plot.labels import bracketed, momentum_label
+    from poinsot.records.units import DerivedUnits
 
     known, lines = DerivedUnits(units), Lines()
     for name, one in state.of_bodies.items():

@@ -39,7 +39,8 @@ if TYPE_CHECKING:
 __all__ = ["KINDS", "animate", "drawn", "plot", "usual_kind", "view", "viewed"]
 
 OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty", "yorp"}
-KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES)
+OF_READINGS = {"phase_plane", "phased", "readings"}
+KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES | OF_READINGS)
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
 Window = Annotated[

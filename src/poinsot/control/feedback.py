@@ -12,14 +12,14 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import unit_quaternion
+from poinsot.kinematics.attitude import unit_quaternion
 from poinsot.mechanics.block import default_name
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Gain, Positive
 from poinsot.quantities import Rule
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Gain, Positive
 
 __all__ = ["OrbitPointing", "QuaternionFeedback", "RateDamping"]
 

@@ -11,11 +11,12 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import refuse_negative
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
+from poinsot.kinematics.attitude import Attitude
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Parametric
+from poinsot.mechanics.noise import random_turn
 from poinsot.quantities import Angle, AngularVelocity, Real, Rule
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Parametric
 
 __all__ = ["NoisySensors", "Sensors"]
 
@@ -102,9 +103,7 @@ class NoisySensors(Sensors):
     @override
     def measured(self, instant: Instant, draws: Vector) -> Instant:
         omega = instant.omega_body + self.rate_noise * Vector(draws[:3])
-        turn = 0.5 * self.attitude_noise * Vector(draws[3:])
-        size = functions.sqrt(1 + functions.dot(turn, turn))
-        attitude = instant.attitude.turned(Vector((1 / size, *(x / size for x in turn))))
+        attitude = instant.attitude.turned(random_turn(self.attitude_noise * Vector(draws[3:])))
         q = _rounded(attitude.quaternion, 0.5 * self.attitude_quantum)
         seen = Attitude.from_quaternion(q * (1 / functions.norm(q)))
         return Instant(instant.body, seen, instant.environment, _rounded(omega, self.rate_quantum))

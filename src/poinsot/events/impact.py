@@ -8,7 +8,7 @@ from typing import Any
 from typing_extensions import override
 
 from poinsot.events.standard_events import AtTime
-from poinsot.mechanics.state import State
+from poinsot.kinematics.state import State
 from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.printable import quoted
 from poinsot.quantities import SpaceVector

@@ -13,10 +13,10 @@ from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.two_bodies import TwoBodies, check_name_of_body, gap_between, refuse_overlap
 from poinsot.printable import quoted
 from poinsot.quantities import BodyVector, Rule
+from poinsot.records.parameters import Positive
 
 __all__ = ["Contact", "DistanceCrossing", "LibrationExtreme", "PairApsis"]
 

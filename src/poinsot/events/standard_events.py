@@ -13,8 +13,8 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import BodyDirection, SpaceDirection
 from poinsot.quantities import Angle, AngularVelocity, Rule, Time
+from poinsot.records.parameters import BodyDirection, SpaceDirection
 
 __all__ = ["AndoyerCrossing", "Apsis", "AtTime", "AttractorCrossing", "AxisCrossing", "RateCrossing", "SpinFlip"]
 

@@ -16,8 +16,8 @@ from poinsot.atomic_write import write_text
 from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import local_name, parsed_xml
-from poinsot.mechanics.calendar import SCALES, Calendar
 from poinsot.printable import quoted, shortened
+from poinsot.records.calendar import SCALES, Calendar
 
 INERTIAL = {
     "ICRF": ("ICRF", "ICRF1", "ICRF2", "ICRF3", "ICRS", "GCRF", "GCRF1", "GCRF2", "GCRF3", "GCRS", "EME2000", "J2000"),

@@ -9,9 +9,9 @@ from poinsot.files.attitudes.attitude_format import AttitudeFormat, attitude_for
 from poinsot.files.attitudes.attitude_table import table_of
 from poinsot.files.netcdf import SUFFIXES, load, save
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.calendar import Calendar
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import of_one_body
+from poinsot.records.calendar import Calendar
 from poinsot.scenarios.builder import Parts
 from poinsot.scenarios.folder import Folder
 

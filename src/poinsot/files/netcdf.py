@@ -16,12 +16,8 @@ from numpy.typing import NDArray
 from poinsot.atomic_write import exists, new_file, new_folder, unwritable
 from poinsot.checked import checked
 from poinsot.files.reader_process import ReaderProcess
+from poinsot.kinematics.state import AnyState, Phase, named, state_of
 from poinsot.mechanics.body import Body, ObliqueBody
-from poinsot.mechanics.body_dynamics import BodyDynamics
-from poinsot.mechanics.calendar import Calendar
-from poinsot.mechanics.pair_dynamics import PairDynamics
-from poinsot.mechanics.state import AnyState, Phase, named, state_of
-from poinsot.mechanics.system import System, is_of_two_bodies
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.printable import described, quoted, shortened
 from poinsot.propagation.column_reader import MotionRows
@@ -43,6 +39,7 @@ from poinsot.propagation.stored_motion import (
     times_in,
 )
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.records.calendar import Calendar
 from poinsot.scenarios.system_text import rebuilt_system
 from poinsot.storage.ensemble_store import EnsembleStore, save_in_chunks
 from poinsot.storage.memory import available_memory
@@ -50,6 +47,9 @@ from poinsot.storage.netcdf_writer import write_netcdf
 from poinsot.storage.run_record import Method, RunRecord
 from poinsot.storage.selection import Chosen
 from poinsot.storage.zarr_group import GROUP, StoreError, plain
+from poinsot.systems.body_dynamics import BodyDynamics
+from poinsot.systems.pair_dynamics import PairDynamics
+from poinsot.systems.system import System, is_of_two_bodies
 
 if TYPE_CHECKING:
     import xarray

@@ -16,8 +16,7 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, formatted_times, rounded
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.state import AnyState
-from poinsot.mechanics.system import System
+from poinsot.kinematics.state import AnyState
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
@@ -25,6 +24,7 @@ from poinsot.propagation.scenario_of_motion import WHOLE, WITH_FILES, scenario_o
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.scenarios.toml_text import MAX_CHARACTERS
 from poinsot.storage.chunk_plan import Chunking
+from poinsot.systems.system import System
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "repetition"]
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from poinsot.errors import optional
 from poinsot.files.reader_process import Answer, ReaderProcess
 from poinsot.files.untrusted import read_bytes
-from poinsot.mechanics.calendar import Calendar
 from poinsot.printable import quoted, shortened
+from poinsot.records.calendar import Calendar
 
 __all__ = ["ET", "Kernels", "loaded"]
 

@@ -12,9 +12,9 @@ from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Dated, Orbit
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import NotNegative, Positive
 from poinsot.quantities import Along, Quantity
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import NotNegative, Positive
 
 __all__ = ["Atmosphere", "ExponentialAtmosphere"]
 

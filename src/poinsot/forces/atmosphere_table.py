@@ -13,11 +13,11 @@ from poinsot.checked import checked
 from poinsot.errors import optional, real_array, real_numbers, refuse_nonpositive
 from poinsot.forces.atmosphere import Atmosphere
 from poinsot.functions import Scalar
-from poinsot.mechanics.calendar import Calendar, leap_second_gone
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Table
 from poinsot.quantities import AngularVelocities, Real, Times
+from poinsot.records.calendar import Calendar, leap_second_gone
+from poinsot.records.parameters import Table
 from poinsot.taylor.graph import number
 
 __all__ = ["TabulatedAtmosphere"]

@@ -7,7 +7,7 @@ from typing_extensions import override
 from poinsot.functions import Vector
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import NotNegative
+from poinsot.records.parameters import NotNegative
 
 __all__ = ["LinearDamping"]
 

@@ -13,8 +13,8 @@ from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.gravity_field import norms, whole_degree
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import NotNegative, Parametric
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import NotNegative, Parametric
 from poinsot.shapes.illumination import Lighting
 from poinsot.shapes.mesh import Mesh
 

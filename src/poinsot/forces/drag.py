@@ -13,7 +13,7 @@ from poinsot.forces.facets import PLATE_DRAG_COEFFICIENT, Facets
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import NotNegative
+from poinsot.records.parameters import NotNegative
 
 __all__ = ["AtmosphericDrag", "MeshDrag"]
 

@@ -16,9 +16,9 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.quantities import BodyVector, Rule
+from poinsot.records.parameters import Positive
 from poinsot.taylor.graph import number
 
 __all__ = ["EllipsoidGravity"]

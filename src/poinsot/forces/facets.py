@@ -11,9 +11,9 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_negative, refuse_nonpositive, refuse_other_length
 from poinsot.functions import Vector
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import ArrayLength, Parametric
 from poinsot.quantities import OR_NUMBER, Along, Rule
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import ArrayLength, Parametric
 from poinsot.shapes.mesh import Mesh
 
 __all__ = ["PLATE_DRAG_COEFFICIENT", "Facets"]

@@ -18,9 +18,9 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import Positive, SpaceDirection
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.quantities import BodyVector, Real, Rule
+from poinsot.records.parameters import Positive, SpaceDirection
 
 __all__ = ["GravityGradient", "HarmonicGravity", "Oblateness", "UniformGravity"]
 

@@ -16,15 +16,15 @@ from poinsot import functions
 from poinsot.algebra.solid_harmonics import SolidHarmonics, exterior_field
 from poinsot.errors import optional, real_numbers
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Dated, Orbit
 from poinsot.mechanics.gravity_field import norms
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Positive, Table, listed
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.quantities import Real, Time
+from poinsot.records.calendar import Calendar
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Positive, Table, listed
 from poinsot.taylor.graph import Graph, number, tangents
 
 __all__ = ["IGRF", "MagneticField", "MagneticHarmonics", "SecularHarmonics", "TiltedDipole"]

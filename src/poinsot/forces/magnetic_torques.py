@@ -15,9 +15,9 @@ from poinsot.forces.magnetic_fields import MagneticField
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.force import Potential, Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Gain, Positive
 from poinsot.quantities import OR_NUMBER, Along, BodyVector, Rule
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Gain, Positive
 
 __all__ = ["BDot", "EddyCurrents", "MagneticMoment"]
 

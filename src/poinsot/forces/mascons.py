@@ -14,8 +14,8 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import ArrayLength
 from poinsot.quantities import Along
+from poinsot.records.parameters import ArrayLength
 from poinsot.taylor.graph import ruled
 
 __all__ = ["MasconGravity"]

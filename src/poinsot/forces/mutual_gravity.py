@@ -28,8 +28,8 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
-from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.records.members import of_scalars
 
 __all__ = ["MutualGravity", "MutualHarmonics"]
 

@@ -19,12 +19,12 @@ from poinsot.forces.same_body import (
     refuse_other_mass,
 )
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
+from poinsot.kinematics.attitude import Attitude
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Potential
-from poinsot.mechanics.parameters import ArrayLength
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.quantities import Along
+from poinsot.records.parameters import ArrayLength
 from poinsot.taylor.graph import number, ruled
 
 __all__ = ["MutualMascons"]

@@ -14,9 +14,9 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import NotNegative, Parametric, Positive
 from poinsot.mechanics.periapsis_warning import warn_below
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import NotNegative, Parametric, Positive
 
 __all__ = ["ASTRONOMICAL_UNIT", "PRESSURE", "SUN_RADIUS", "Occulter", "RadiationPressure", "Sunlight"]
 

@@ -12,7 +12,7 @@ from poinsot.forces.directional_torque import DirectionalTorque
 from poinsot.forces.radiation import ASTRONOMICAL_UNIT, PRESSURE, SUN_RADIUS, Occulter, Sunlight
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.parameters import NotNegative, Positive
+from poinsot.records.parameters import NotNegative, Positive
 from poinsot.shapes.mesh import Mesh
 
 __all__ = ["MeshRadiation", "Yorp"]

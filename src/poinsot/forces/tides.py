@@ -15,8 +15,8 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Load, PairLoad, Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import NotNegative, Positive
 from poinsot.mechanics.two_bodies import BODIES, GRAVITATIONAL_CONSTANT, check_name_of_body
+from poinsot.records.parameters import NotNegative, Positive
 
 __all__ = ["LibrationDamping", "TidalFriction", "TidalTorque", "pseudo_synchronous_rate"]
 

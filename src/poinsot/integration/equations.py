@@ -21,12 +21,12 @@ from poinsot.integration.saltation import Saltation
 from poinsot.integration.scaling import momentum_ratios, momentum_scales, power_of_two, torque_scale
 from poinsot.integration.state_vector import StateVector, factors_of_parts
 from poinsot.integration.variational import TurningBody, VariationalEquations, Variations
+from poinsot.kinematics.state import AnyState
 from poinsot.mechanics.environment import Environment, shared_blocks, viewed
-from poinsot.mechanics.formula_errors import FormulaError, use_functions
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import AnyState
+from poinsot.records.formula_errors import FormulaError, use_functions
 from poinsot.taylor.graph import Graph, GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, conditions_of

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from poinsot.integration.kernel_parameters import KernelParameters
 from poinsot.integration.report import REASONS, HeldInterrupts, Recorded
 from poinsot.integration.rows import Action
+from poinsot.kinematics.state import AnyState, State, changed, state_of
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import AnyState, State, changed, state_of
 from poinsot.printable import described, message_of, quoted
+from poinsot.records.members import members_of
 from poinsot.taylor.queue import Queue
 from poinsot.taylor.tasks import Status
 

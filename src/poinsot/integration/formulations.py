@@ -18,13 +18,13 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics import euler
-from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.body_dynamics import BodyDynamics
-from poinsot.mechanics.dynamics import AnyDynamics, stacked
-from poinsot.mechanics.probing import time_scale
-from poinsot.mechanics.state import AnyState, Phase, State
+from poinsot.kinematics import euler
+from poinsot.kinematics.attitude import Attitude
+from poinsot.kinematics.state import AnyState, Phase, State
 from poinsot.subclasses import concrete, is_own
+from poinsot.systems.body_dynamics import BodyDynamics
+from poinsot.systems.dynamics import AnyDynamics, stacked
+from poinsot.systems.probing import time_scale
 
 __all__ = [
     "DEFAULT_FORMULATION",

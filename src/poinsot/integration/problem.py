@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 from typing_extensions import override
 
 from poinsot.immutable import cached_property
-from poinsot.mechanics.collection import Collection, knots_of, results_of
-from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.formula_trials import try_event
-from poinsot.mechanics.members import common_axis
-from poinsot.mechanics.system import System
+from poinsot.records.members import common_axis
+from poinsot.systems.collection import Collection, knots_of, results_of
+from poinsot.systems.dynamics import AnyDynamics
+from poinsot.systems.formula_trials import try_event
+from poinsot.systems.system import System
 
 __all__ = ["Problem"]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from poinsot.immutable import cached_property
 from poinsot.integration.state_vector import StateVector, blocks_of
-from poinsot.mechanics.state import Phase
+from poinsot.kinematics.state import Phase
 from poinsot.taylor.dense_output import StoredSteps
 
 __all__ = ["Action", "DenseOutput", "Memory", "OneMotion", "Rows", "Sink"]

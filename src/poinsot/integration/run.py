@@ -25,9 +25,9 @@ from poinsot.integration.settings import RunSettings
 from poinsot.integration.starts import low_parts, unit_of_time
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.variational import STEPS_AT_A_TIME
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import AnyState
+from poinsot.kinematics.state import AnyState
 from poinsot.printable import quoted
+from poinsot.records.members import members_of
 from poinsot.taylor import kernels
 from poinsot.taylor.dense_output import StoredSteps
 from poinsot.taylor.kernels import ROUNDING, KernelProgram

@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.body_dynamics import BodyDynamics
-from poinsot.mechanics.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
-from poinsot.mechanics.dynamics import AnyDynamics, Dynamics
+from poinsot.kinematics.attitude import Attitude
+from poinsot.kinematics.state import AnyState, State, changed
 from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
-from poinsot.mechanics.formula_trials import ATTITUDES, RATES
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.pair_dynamics import ORBIT
-from poinsot.mechanics.probing import sample_times, samples, time_scales
-from poinsot.mechanics.state import AnyState, State, changed
-from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies, mean_motion
+from poinsot.systems.body_dynamics import BodyDynamics
+from poinsot.systems.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
+from poinsot.systems.dynamics import AnyDynamics, Dynamics
+from poinsot.systems.formula_trials import ATTITUDES, RATES
+from poinsot.systems.pair_dynamics import ORBIT
+from poinsot.systems.probing import sample_times, samples, time_scales
+from poinsot.systems.system import System
 from poinsot.taylor.graph import Evaluator, Graph, GraphScalar
 
 __all__ = [

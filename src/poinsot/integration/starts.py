@@ -13,8 +13,8 @@ from poinsot.double_double import DoubleDouble
 from poinsot.functions import Vector
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.state_vector import StateVector
-from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.state import AnyState, State
+from poinsot.kinematics.attitude import Attitude
+from poinsot.kinematics.state import AnyState, State
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, tangents
 

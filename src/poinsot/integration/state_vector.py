@@ -18,10 +18,10 @@ from poinsot.integration.problem import Problem
 from poinsot.integration.scaling import Number, power_of_two, sizes_of_blocks
 from poinsot.integration.turned_rows import turn_rows
 from poinsot.integration.variational import Variations
-from poinsot.mechanics.dynamics import AnyDynamics
+from poinsot.kinematics.state import AnyState, Phase, named
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
-from poinsot.mechanics.members import expanded
-from poinsot.mechanics.state import AnyState, Phase, named
+from poinsot.records.members import expanded
+from poinsot.systems.dynamics import AnyDynamics
 from poinsot.taylor.rescaling import MOMENTUM_SCALE
 
 __all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]

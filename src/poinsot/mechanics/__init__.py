@@ -1,4 +1,4 @@
-"""Description without an integrator: body, state, attitude, frames, forces, events, the system and its environment.
+"""Bodies and base classes of forces, parts, orbits, events and observables, with the instant that formulas read.
 
 The names for authors of own forces, parts and frames are in `__init__.pyi`; each is imported when it is used first.
 """

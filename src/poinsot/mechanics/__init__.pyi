@@ -1,12 +1,12 @@
 """The public names of poinsot.mechanics, by the module of each, as `make face` writes them."""
 
+from ..kinematics.frame import Frame
+from ..kinematics.state import project_to_tangent
+from ..records.parameters import Vector
 from .environment import Environment
 from .force import Load, PairLoad
-from .frame import Frame
 from .pair_instant import PairInstant
-from .parameters import Vector
 from .part import Jump
-from .state import project_to_tangent
 
 __all__ = [
     "Environment",

@@ -11,8 +11,8 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from poinsot.mechanics.parameters import Parametric, kinds_of, listed
 from poinsot.printable import quoted
+from poinsot.records.parameters import Parametric, kinds_of, listed
 
 __all__ = ["Block", "default_name"]
 

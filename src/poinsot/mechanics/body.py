@@ -18,19 +18,19 @@ from poinsot.algebra.quaternion import assemble
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array, real_array, real_numbers, refuse_nonpositive, scalar
 from poinsot.functions import Scalar
-from poinsot.mechanics.attitude import quaternion_from_matrix, rotation, unit_quaternion
+from poinsot.kinematics.attitude import quaternion_from_matrix, rotation, unit_quaternion
 from poinsot.mechanics.kinetics import Kinetics, ObliqueKinetics, turned
-from poinsot.mechanics.members import Method, of_arrays
-from poinsot.mechanics.parameters import Matrix, Parametric, Points, Vector
 from poinsot.printable import described, quoted
 from poinsot.quantities import AngularVelocities, Real, Times
+from poinsot.records.members import Method, of_arrays
+from poinsot.records.parameters import Matrix, Parametric, Points, Vector
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
+    from poinsot.kinematics.frame import Frame
+    from poinsot.kinematics.state import State
     from poinsot.mechanics.block import Block
-    from poinsot.mechanics.frame import Frame
-    from poinsot.mechanics.state import State
 
 __all__ = ["Body", "ObliqueBody", "inertia_of_spread"]
 
@@ -355,7 +355,7 @@ class Body(Parametric):
         frame : Frame, optional
             Moving axes, such as `orbit.frame`.
         """
-        from poinsot.mechanics.state import state_with
+        from poinsot.kinematics.state import state_with
 
         given = {
             "omega_body": omega_body,
@@ -404,7 +404,7 @@ def started(
     attitude: Rotation | ArrayLike, given: dict[str, Any], time: ArrayLike, frame: Frame | str | None
 ) -> tuple[NDArray[np.float64], str, NDArray[np.float64]]:
     """Return the quaternion of a start, and the name and the body components of the one vector that is given."""
-    from poinsot.mechanics.frame import axes_at, checked_frame
+    from poinsot.kinematics.frame import axes_at, checked_frame
 
     time = member_array("time", time, ())
     q = unit_quaternion(attitude)

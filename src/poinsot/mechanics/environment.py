@@ -16,11 +16,11 @@ from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_numbers, scalar
 from poinsot.functions import ComovingVector, Scalar, Vector
 from poinsot.immutable import Immutable, cached_property
+from poinsot.kinematics.frame import Frame, RelativeOrbitFrame
 from poinsot.mechanics.block import Block
-from poinsot.mechanics.frame import Frame, RelativeOrbitFrame
-from poinsot.mechanics.members import at_times, with_times
-from poinsot.mechanics.parameters import Parametric, same
 from poinsot.quantities import Times
+from poinsot.records.members import at_times, with_times
+from poinsot.records.parameters import Parametric, same
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = [

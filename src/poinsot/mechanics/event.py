@@ -13,12 +13,12 @@ from typing import Any
 from typing_extensions import override
 
 from poinsot.functions import Scalar
+from poinsot.kinematics.state import PairState, State
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Parametric, kinds_of, listed
-from poinsot.mechanics.state import PairState, State
 from poinsot.mechanics.two_bodies import TwoBodies, check_name_of_body
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Parametric, kinds_of, listed
 
 __all__ = ["Event"]
 

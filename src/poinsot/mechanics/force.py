@@ -17,13 +17,13 @@ from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import cached_property
-from poinsot.mechanics.attitude import Attitude, matrix_of, rotation_matrix
+from poinsot.kinematics.attitude import Attitude, matrix_of, rotation_matrix
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.pair_instant import PairInstant
-from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.printable import quoted
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Parametric
 from poinsot.taylor.graph import Graph, Node, gradient
 
 __all__ = ["Load", "PairLoad", "Potential", "Torque"]

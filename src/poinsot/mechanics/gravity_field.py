@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers, refuse_negative
 from poinsot.functions import Scalar
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Matrix, Parametric, Positive
 from poinsot.printable import kind_of, quoted
 from poinsot.quantities import Real, Rule
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Matrix, Parametric, Positive
 
 __all__ = ["GravityField", "norms", "whole_degree"]
 

@@ -12,7 +12,7 @@ from typing_extensions import override
 from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import Immutable, cached_property
-from poinsot.mechanics.attitude import Attitude, matrix_of
+from poinsot.kinematics.attitude import Attitude, matrix_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
 

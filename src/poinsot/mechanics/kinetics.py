@@ -12,8 +12,8 @@ from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.quaternion import Array, assemble, components
 from poinsot.functions import Scalar
-from poinsot.mechanics.members import of_arrays
-from poinsot.mechanics.parameters import Parametric, Vector
+from poinsot.records.members import of_arrays
+from poinsot.records.parameters import Parametric, Vector
 
 __all__ = ["CompositeKinetics", "Kinetics", "Matrix", "ObliqueKinetics", "mixed_spread", "outer", "product", "spread"]
 

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Parametric
-from poinsot.mechanics.units import DerivedUnits
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Parametric
+from poinsot.records.units import DerivedUnits
 
 __all__ = ["Observable"]
 

@@ -11,8 +11,8 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import cached_property
-from poinsot.mechanics.attitude import Attitude
-from poinsot.mechanics.each_body import OfTwoBodies
+from poinsot.kinematics.attitude import Attitude
+from poinsot.kinematics.each_body import OfTwoBodies
 from poinsot.mechanics.environment import Environment, Orbit
 from poinsot.mechanics.instant import Instant, InstantOfBodies, RateUnknownError, shape_of
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies

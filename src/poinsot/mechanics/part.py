@@ -22,9 +22,9 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import CompositeKinetics, Matrix, product
-from poinsot.mechanics.members import Members, members_of, of_scalars
-from poinsot.mechanics.parameters import same
 from poinsot.printable import quoted
+from poinsot.records.members import Members, members_of, of_scalars
+from poinsot.records.parameters import same
 
 MAX_JUMP_NUMBER = 2.0**52
 """Largest number of a jump; larger numbers are not exact."""

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.functions import Scalar, Vector
+from poinsot.kinematics.frame import Frame
 from poinsot.mechanics.environment import Dated
-from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.members import of_scalars, of_times
 from poinsot.quantities import Times
+from poinsot.records.members import of_scalars, of_times
 
 __all__ = ["PlanetAxes"]
 

@@ -14,14 +14,14 @@ from poinsot.algebra.ellipsoids import gap
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array, real_numbers, refuse_nonpositive, refuse_other_members
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.attitude import Attitude, quaternion_from_matrix, unit_quaternion
+from poinsot.kinematics.attitude import Attitude, quaternion_from_matrix, unit_quaternion
+from poinsot.kinematics.frame import Frame, RelativeOrbitFrame, axes_at, checked_frame
+from poinsot.kinematics.state import PairState
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, axes_at, checked_frame
-from poinsot.mechanics.parameters import Parametric, Positive
-from poinsot.mechanics.state import PairState
 from poinsot.printable import described, quoted
 from poinsot.quantities import AngularVelocity, Duration, Real, Times
+from poinsot.records.parameters import Parametric, Positive
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -1,5 +1,3 @@
 """The public names of poinsot.observables, by the module of each, as `make face` writes them."""
 
-
-__all__ = [
-]
+__all__ = []

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.errors import real_array
-from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.printable import described
 from poinsot.quantities import Date
+from poinsot.records.calendar import Calendar
 
 __all__ = ["composite_orbit"]
 

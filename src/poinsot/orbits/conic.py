@@ -16,13 +16,13 @@ from poinsot.algebra.quaternion import assemble
 from poinsot.checked import checked
 from poinsot.errors import exactly_one, member_array, refuse_negative, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.mechanics import euler
+from poinsot.kinematics import euler
 from poinsot.mechanics.environment import Orbit, OrbitBlock
-from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.orbits.frame import OrbitFrame
 from poinsot.orbits.from_cartesian import OrbitPoint, orbit_point
 from poinsot.quantities import Angle, Inclination, Real, Rule, Time
+from poinsot.records.members import of_scalars
 
 __all__ = ["ConicBlock", "ConicOrbit", "Named", "Radius", "check_surface", "in_plane", "plane_of", "shown"]
 

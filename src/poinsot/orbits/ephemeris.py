@@ -19,13 +19,13 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.errors import level_of_user, real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar
-from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import FrameOfOrbit, Orbit
-from poinsot.mechanics.parameters import Points, Positive, Table, listed
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import Radius, check_surface, shown
 from poinsot.printable import described, message_of, quoted, shortened
 from poinsot.quantities import Real, Time, Times
+from poinsot.records.calendar import Calendar
+from poinsot.records.parameters import Points, Positive, Table, listed
 from poinsot.taylor.graph import Graph, number, tangents
 
 __all__ = ["Ephemeris", "EphemerisFrame", "kilometres_to_metres"]

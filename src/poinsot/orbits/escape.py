@@ -12,13 +12,13 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import elapsed
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Named, Radius
 from poinsot.orbits.from_cartesian import OrbitPoint
 from poinsot.orbits.universal import refuse_symbols, universal_place, universal_time
 from poinsot.quantities import Angle, Duration, Inclination, Real, Rule, Time
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Positive
 
 __all__ = ["EscapeBlock", "EscapeOrbit"]
 

@@ -12,10 +12,10 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.errors import refuse_zero
 from poinsot.functions import Scalar
+from poinsot.kinematics.frame import Frame
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.parameters import Positive
 from poinsot.quantities import Rule, SpaceVector
+from poinsot.records.parameters import Positive
 
 __all__ = ["FixedPosition", "HeldPosition", "components"]
 

@@ -10,9 +10,9 @@ from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import real_numbers
+from poinsot.kinematics.frame import Frame
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.members import with_times
+from poinsot.records.members import with_times
 
 __all__ = ["OrbitFrame"]
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from poinsot.mechanics.calendar import SECONDS, Calendar, leap_second_gone
+from poinsot.records.calendar import SECONDS, Calendar, leap_second_gone
 
 __all__ = ["MODELS", "at_zero", "earth_at_zero"]
 

@@ -13,12 +13,12 @@ from typing_extensions import override
 from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Positive
 from poinsot.orbits.angle_reduction import NearbyAngle, angle_at, mean_motion_of
 from poinsot.orbits.conic import ConicBlock, ConicOrbit, Named, Radius
 from poinsot.orbits.from_cartesian import OrbitPoint
 from poinsot.quantities import Angle, Inclination, Real, Rule, Time
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Positive
 
 __all__ = ["EccentricBlock", "EllipticBlock", "KeplerBlock", "KeplerOrbit", "LongEllipticBlock"]
 

@@ -13,7 +13,7 @@ from poinsot import functions
 from poinsot.errors import member_array, real_array
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
-from poinsot.mechanics.frame import RotatingFrame
+from poinsot.kinematics.frame import RotatingFrame
 from poinsot.orbits.fixed import HeldPosition, components
 from poinsot.orbits.restricted_three_body import CirclingPair, ThreeBodyPath
 from poinsot.printable import quoted

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.checked import checked
-from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import MU, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.theories import JULIAN_CENTURY, moon_position, planet_position
 from poinsot.printable import quoted
 from poinsot.quantities import Date
+from poinsot.records.calendar import Calendar, span_of
 
 __all__ = ["planet_orbit"]
 

@@ -16,14 +16,14 @@ from poinsot.algebra.quaternion import assemble
 from poinsot.errors import refuse_nonpositive, scalar
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable, cached_property
+from poinsot.kinematics.frame import RotatingFrame
 from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
-from poinsot.mechanics.frame import RotatingFrame
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import Parametric
 from poinsot.orbits.conic import shown
 from poinsot.orbits.fixed import components
 from poinsot.orbits.universal import refuse_symbols
 from poinsot.quantities import Along, Real, Time
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import Parametric
 from poinsot.taylor.graph import number
 from poinsot.taylor.paths import Path
 

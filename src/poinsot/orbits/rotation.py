@@ -14,16 +14,16 @@ from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.calendar import Calendar
+from poinsot.kinematics.euler import quaternion_from_angles
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.members import of_scalars
 from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.orbits import iau_rotations
 from poinsot.orbits.angle_reduction import angle_at
 from poinsot.orbits.planets import J2000
 from poinsot.printable import quoted
 from poinsot.quantities import Angle, AngularVelocity, Real, Time, Times
+from poinsot.records.calendar import Calendar
+from poinsot.records.members import of_scalars
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["NutatingRotation", "RotationModel"]

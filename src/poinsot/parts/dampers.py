@@ -11,9 +11,9 @@ from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix
-from poinsot.mechanics.members import Components, of_arrays
-from poinsot.mechanics.parameters import NotNegative, Positive
 from poinsot.mechanics.part import Part
+from poinsot.records.members import Components, of_arrays
+from poinsot.records.parameters import NotNegative, Positive
 
 __all__ = ["KaneDamper"]
 

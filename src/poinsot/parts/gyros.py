@@ -13,10 +13,10 @@ from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
-from poinsot.mechanics.members import Components, of_arrays, of_scalars
-from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
 from poinsot.quantities import AngularVelocity, Real
+from poinsot.records.members import Components, of_arrays, of_scalars
+from poinsot.records.parameters import BodyUnitVector, NotNegative, Positive
 
 __all__ = ["ControlMomentGyro", "GimballedRotor", "refuse_oblique"]
 

@@ -12,12 +12,12 @@ from poinsot.algebra.quaternion import components
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer, spread
-from poinsot.mechanics.members import Components, of_arrays, of_scalars
-from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import NOTHING
 from poinsot.parts.gyros import refuse_oblique
 from poinsot.parts.springs import AttachedMass
 from poinsot.quantities import BodyVector
+from poinsot.records.members import Components, of_arrays, of_scalars
+from poinsot.records.parameters import BodyUnitVector, NotNegative, Positive
 
 __all__ = ["SloshPendulum"]
 

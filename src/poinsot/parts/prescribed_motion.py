@@ -13,10 +13,10 @@ from poinsot import functions
 from poinsot.errors import refuse_nonpositive
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.kinetics import Matrix, mixed_spread, spread
-from poinsot.mechanics.members import of_scalars
-from poinsot.mechanics.parameters import ArrayLength, Positive
 from poinsot.mechanics.part import NOTHING, Part, tensor_array
 from poinsot.quantities import Along, Duration, Rule, Time
+from poinsot.records.members import of_scalars
+from poinsot.records.parameters import ArrayLength, Positive
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["MovingMasses", "VaryingInertia"]

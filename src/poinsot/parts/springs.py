@@ -14,10 +14,10 @@ from poinsot.algebra.quaternion import components
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, mixed_spread, outer, spread
-from poinsot.mechanics.members import Components, of_arrays
-from poinsot.mechanics.parameters import BodyUnitVector, NotNegative, Positive
 from poinsot.mechanics.part import Part
 from poinsot.quantities import BodyVector, Real
+from poinsot.records.members import Components, of_arrays
+from poinsot.records.parameters import BodyUnitVector, NotNegative, Positive
 
 __all__ = ["AttachedMass", "SpringMass"]
 

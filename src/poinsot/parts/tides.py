@@ -11,10 +11,10 @@ from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
-from poinsot.mechanics.members import Components, of_arrays
-from poinsot.mechanics.parameters import Positive
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import GRAVITATIONAL_CONSTANT
+from poinsot.records.members import Components, of_arrays
+from poinsot.records.parameters import Positive
 
 __all__ = ["CreepingTide"]
 

@@ -14,10 +14,10 @@ from poinsot.functions import Scalar
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.kinetics import Matrix, outer
-from poinsot.mechanics.members import Components, of_arrays, of_scalars
-from poinsot.mechanics.parameters import ArrayLength
 from poinsot.mechanics.part import NOTHING, Part
 from poinsot.quantities import OR_NUMBER, Along, Rule
+from poinsot.records.members import Components, of_arrays, of_scalars
+from poinsot.records.parameters import ArrayLength
 
 __all__ = ["ReactionWheels"]
 

@@ -4,6 +4,7 @@ from .angles import euler_angles, librations, roll_pitch_yaw
 from .comparison import attitude_error, difference, uncertainty
 from .ensembles import chaos, histogram, map  # noqa: A004
 from .geometry import herpolhode, poinsot_construction, polhode
+from .measurements import phase_plane, phased, readings
 from .pair_orbit import mutual_orbit
 from .results import branch, section, spectrum, yorp
 from .sphere import momentum_sphere
@@ -26,9 +27,12 @@ __all__ = [
     "momentum_sphere",
     "mutual_orbit",
     "part_variables",
+    "phase_plane",
+    "phased",
     "poinsot_construction",
     "polhode",
     "quaternions",
+    "readings",
     "roll_pitch_yaw",
     "section",
     "spectrum",

@@ -11,10 +11,10 @@ from typing_extensions import Unpack
 
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.libration import librations as librations_of
-from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.kinematics.attitude import rotation_matrix
+from poinsot.kinematics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of, outer_cosine_and_sine
+from poinsot.kinematics.frame import LEVEL, Frame
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.euler import SINGULAR_SINE, angles_from_quaternion, axes_of, outer_cosine_and_sine
-from poinsot.mechanics.frame import LEVEL, Frame
 from poinsot.plot.curves import SeparateCurveOptions, in_one_panel, jumps, reached
 from poinsot.plot.labels import angle_unit_of, different_orbits, one_rotation
 from poinsot.plot.panels import Axes, count_degrees, plot

@@ -11,17 +11,17 @@ from typing_extensions import Unpack
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.transition_matrix import StateTransition
 from poinsot.errors import real_array
-from poinsot.mechanics.attitude import rotation_angle, unit_quaternion
-from poinsot.mechanics.calendar import SECONDS
-from poinsot.mechanics.frame import Frame
-from poinsot.mechanics.state import State
+from poinsot.kinematics.attitude import rotation_angle, unit_quaternion
+from poinsot.kinematics.frame import Frame
+from poinsot.kinematics.state import State
 from poinsot.mechanics.two_bodies import BODIES
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.plot.curves import CurveOptions, PairOptions, SeparatePairOptions, against_time, in_one_panel, reached
 from poinsot.plot.labels import angle_unit_of, bracketed, momentum_label, one_member, one_rotation
 from poinsot.plot.panels import Axes, plot
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array
+from poinsot.records.calendar import SECONDS
+from poinsot.records.units import DerivedUnits
 
 __all__ = ["attitude_error", "difference", "median_attitude", "uncertainty"]
 

@@ -14,16 +14,23 @@ from poinsot.plot.panels import PLAIN, Axes, Pair, dress, panels
 from poinsot.plot.time_axis import TimeAxis, time_axis
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array
+from poinsot.records.calendar import Calendar
 
 __all__ = [
+    "STYLES",
     "CurveOptions",
     "PairOptions",
     "SeparateCurveOptions",
     "SeparatePairOptions",
     "against_time",
+    "bands_in_words",
+    "covered",
+    "draw_curve",
     "in_one_panel",
     "jumps",
     "reached",
+    "scale",
+    "within_window",
 ]
 
 Booleans = NDArray[np.bool_]
@@ -123,23 +130,23 @@ def against_time(
 
     `breaks` maps names of curves to the samples at which a piece begins. `shaded` maps labels to the times to shade.
     """
-    shown = _within(motion, window)
+    shown = within_window(motion.times, motion.calendar, window)
     axis = time_axis(motion, time_unit, motion.times[shown])
     times = axis.places(motion.times[shown])
     places = panels(axes, len(drawn), SIZES[len(drawn)], title)
     for panel, (quantity, curves) in zip(places, drawn.items(), strict=True):
         parts = _divided(panel, len(curves)) if separate and len(curves) > 1 else [panel] * len(curves)
         before = len(panel.get_legend_handles_labels()[1])
-        covers = [0] * len(curves) if separate else _covered(list(curves.values()), shown, log)
+        covers = [0] * len(curves) if separate else covered(list(curves.values()), shown, log)
         for number, (part, (name, values), below) in enumerate(zip(parts, curves.items(), covers, strict=True), before):
             look = STYLES[(number // len(COLOURS) + below) % len(STYLES)]
             style = {"color": COLOURS[number % len(COLOURS)], "linestyle": look}
             begin = breaks[name][shown] if name in breaks and values.ndim == 1 else np.zeros(times.size, dtype=bool)
-            _draw(part, times, values[..., shown], begin, label=name if part is panel else None, **style)
+            draw_curve(part, times, values[..., shown], begin, label=name if part is panel else None, **style)
             if part is not panel:
                 part.set_ylabel(name, rotation=0, ha="left", va="center")
         for part in dict.fromkeys(parts):
-            _scale(part, times, log)
+            scale(part, times, log)
             for name, where in shaded.items():
                 _shade(part, times, where[shown], name)
             _mark_events(part, motion, motion.times[shown], axis)
@@ -149,27 +156,26 @@ def against_time(
         _move_label_away(panel)
     members = [values for curves in drawn.values() for values in curves.values() if values.ndim > 1]
     if members:
-        places[0].figure.supxlabel(_bands_in_words(members[0]), fontsize="small", color="#404040")
+        places[0].figure.supxlabel(bands_in_words(members[0]), fontsize="small", color="#404040")
     return places
 
 
-def _within(motion: Trajectory, window: ArrayLike | None) -> Booleans:
-    """Return a mask of the times of a motion in a window; raise an error if the window contains none."""
+def within_window(times: Array, calendar: Calendar | None, window: ArrayLike | None, name: str = "motion") -> Booleans:
+    """Return a mask of the times in a window of times or dates; raise an error if the window contains none."""
     if window is None:
-        return np.ones(motion.times.shape, dtype=bool)
-    calendar = motion.calendar
+        return np.ones(times.shape, dtype=bool)
     start, stop = real_array("window", window if calendar is None else calendar.time(window), (2,))
-    shown = (motion.times >= start) & (motion.times <= stop)
+    shown = (times >= start) & (times <= stop)
     if not np.any(shown):
-        first, last = motion.times[[0, -1]]
+        first, last = times[[0, -1]]
         raise ValueError(
-            f"window must hold a time of the motion, which are from {first:.6g} to {last:.6g}, got ({start:.6g}, "
+            f"window must hold a time of the {name}, which are from {first:.6g} to {last:.6g}, got ({start:.6g}, "
             f"{stop:.6g})."
         )
     return np.asarray(shown)
 
 
-def _covered(curves: Sequence[Array], shown: Booleans, log: bool) -> list[int]:
+def covered(curves: Sequence[Array], shown: Booleans | slice, log: bool) -> list[int]:
     """Return the number of earlier curves that each curve of a panel covers where it is drawn."""
     middles = np.array([values if values.ndim == 1 else np.median(_complete(values), axis=0) for values in curves])
     drawn = middles[:, shown]
@@ -207,7 +213,8 @@ def _move_label_away(panel: Axes) -> None:
     panel.yaxis.labelpad += (panel.bbox.x0 - outermost) * 72 / figure.dpi
 
 
-def _scale(panel: Axes, times: Array, log: bool) -> None:
+def scale(panel: Axes, times: Array, log: bool) -> None:
+    """Set the margins of a panel, and the notation of its numbers."""
     panel.margins(x=0 if times.size > 1 else None, y=0.08)
     if log:
         panel.set_yscale("log")
@@ -264,7 +271,8 @@ def _mark_events(panel: Axes, motion: Trajectory, times: Array, axis: TimeAxis) 
         panel.vlines(axis.places(own), 0 if few else 0.95, 1, transform=panel.get_xaxis_transform(), **look)
 
 
-def _draw(panel: Axes, times: Array, values: Array, begin: Booleans, **style: Any) -> None:
+def draw_curve(panel: Axes, times: Array, values: Array, begin: Booleans, **style: Any) -> None:
+    """Draw a curve, shape (n,), or the median and bands of members, (members, n), in pieces that begin where stated."""
     style |= {"linewidth": 1.1, "marker": "o" if times.size == 1 else None}
     if values.ndim > 1:
         values = _complete(values)
@@ -314,7 +322,8 @@ def _complete(values: Array) -> Array:
     return values[complete] if np.any(complete) else values
 
 
-def _bands_in_words(values: Array) -> str:
+def bands_in_words(values: Array) -> str:
+    """Return the caption of the bands of members."""
     drawn, all_of_them = len(_complete(values)), len(values)
     members = f"{drawn} members" if drawn == all_of_them else f"the {drawn} of {all_of_them} members that did not stop"
     bands = " and ".join(f"{low} to {high} %" for low, high, _ in reversed(BANDS))

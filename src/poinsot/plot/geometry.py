@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, herpolhode_radii, principal, separatrices
-from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.kinematics.attitude import rotation_matrix
 from poinsot.plot.labels import BLACK, BLUE, GREEN, GREY, VERMILION, Unit, one_body, rate_unit_of
 from poinsot.plot.panels import Axes, Axes3D, dress, one_panel, plot
 from poinsot.plot.solids import (

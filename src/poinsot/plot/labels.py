@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.parameters import same
-from poinsot.mechanics.system import System
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.propagation.columns import unit_of_column
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
+from poinsot.records.calendar import SECONDS
+from poinsot.records.parameters import same
+from poinsot.records.units import DerivedUnits
+from poinsot.systems.system import System
 
 __all__ = [
     "BLACK",

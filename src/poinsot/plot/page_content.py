@@ -10,10 +10,10 @@ import numpy as np
 
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis.polhodes import principal
-from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.kinematics.attitude import quaternion_from_matrix
+from poinsot.kinematics.euler import sine_of_attitudes
+from poinsot.kinematics.frame import LEVEL, roll_pitch_yaw
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.euler import sine_of_attitudes
-from poinsot.mechanics.frame import LEVEL, roll_pitch_yaw
 from poinsot.plot.geometry import is_constant
 from poinsot.plot.labels import (
     BLACK,

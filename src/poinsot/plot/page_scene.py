@@ -13,12 +13,10 @@ from poinsot.forces.facets import Facets
 from poinsot.forces.magnetic_fields import MagneticField
 from poinsot.forces.radiation import Occulter, Sunlight
 from poinsot.functions import Vector
-from poinsot.mechanics.calendar import SECONDS
+from poinsot.kinematics.state import state_of
 from poinsot.mechanics.environment import Orbit, within
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.parameters import same
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import state_of
 from poinsot.orbits.attractors import MU, RADIUS
 from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
@@ -26,6 +24,8 @@ from poinsot.plot.labels import different_orbits, in_words, momentum_label, torq
 from poinsot.plot.page_arrays import packed
 from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.quantities import Array
+from poinsot.records.calendar import SECONDS
+from poinsot.records.parameters import same
 
 __all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]
 

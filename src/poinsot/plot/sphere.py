@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from poinsot.analysis.polhodes import energy_curve, energy_curves, principal, separatrices, spherical
+from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.state import State
 from poinsot.plot.labels import BLACK, BLUE, GREEN, VERMILION, one_body
 from poinsot.plot.panels import Axes3D, plot
 from poinsot.plot.solids import DrawnEllipsoid, DrawnSolid, finish, solid_axes, view_direction

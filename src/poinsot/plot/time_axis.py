@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -10,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from poinsot.mechanics.calendar import Calendar
 from poinsot.plot.labels import Unit, time_unit_of
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array
+from poinsot.records.calendar import Calendar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["TimeAxis", "instant", "time_axis"]
+__all__ = ["TimeAxis", "axis_of", "instant", "time_axis"]
 
 DATES = ["%Y", "%Y-%m", "%m-%d", "%H:%M", "%H:%M", "%H:%M:%S.%f"]
 FIRST_DATES = ["%Y", "%Y", "%Y-%m-%d", "%m-%d", "%H:%M", "%H:%M:%S"]
@@ -74,12 +75,16 @@ class TimeAxis:
 
 def time_axis(motion: Trajectory, chosen: str | None, times: ArrayLike | None = None) -> TimeAxis:
     """Return the axis of some or all times of a motion: dates for a calendar, unless a unit is chosen."""
-    times = np.asarray(motion.times if times is None else times, dtype=float)
-    calendar, units = motion.calendar, motion.system.units
+    return axis_of(motion.times if times is None else times, motion.system.units, motion.calendar, chosen)
+
+
+def axis_of(times: ArrayLike, units: Mapping[str, str], calendar: Calendar | None, chosen: str | None) -> TimeAxis:
+    """Return the axis of times in the unit of time of `units`: dates for a calendar, unless a unit is chosen."""
+    times = np.asarray(times, dtype=float)
     if chosen == "date" and calendar is None:
         raise ValueError(
-            "time_unit must not be 'date' where the motion has no calendar, got 'date'. An orbit or a scenario with "
-            "a calendar has one."
+            "time_unit must not be 'date' without a calendar of the times, got 'date'. An orbit or a scenario with a "
+            "calendar has one."
         )
     if calendar is not None and (chosen == "date" or (chosen is None and find_spec("astropy") is not None)):
         return TimeAxis(Unit(1.0, "date"), f"date, from {_dated(calendar, float(times[0]))}", calendar)

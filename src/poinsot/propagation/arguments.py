@@ -12,13 +12,13 @@ from poinsot.errors import level_of_user
 from poinsot.integration.formulations import DEFAULT_FORMULATION, FORMULATIONS, Formulation, formulations
 from poinsot.integration.problem import Problem
 from poinsot.integration.settings import RunSettings, checked_tolerance
+from poinsot.kinematics.state import AnyState, Bodies, changed
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import AnyState, Bodies, changed
-from poinsot.mechanics.system import System
 from poinsot.printable import quoted, shortened
 from poinsot.suggestions import nearest
+from poinsot.systems.system import System
 
 __all__ = [
     "broadcast_members",

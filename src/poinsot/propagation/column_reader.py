@@ -14,18 +14,18 @@ from poinsot.integration import equations
 from poinsot.integration.formulations import formulation_of
 from poinsot.integration.problem import Problem
 from poinsot.integration.state_vector import StateVector
+from poinsot.kinematics.state import RIGID, AnyState, Phase, changed, state_of
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.body_dynamics import BodyDynamics
 from poinsot.mechanics.environment import Dated, Environment, within
-from poinsot.mechanics.integrals import Integral
-from poinsot.mechanics.pair_dynamics import PairDynamics
-from poinsot.mechanics.state import RIGID, AnyState, Phase, changed, state_of
-from poinsot.mechanics.system import System
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.storage.run_record import RunRecord
 from poinsot.storage.selection import Chosen, rows_of
+from poinsot.systems.body_dynamics import BodyDynamics
+from poinsot.systems.integrals import Integral
+from poinsot.systems.pair_dynamics import PairDynamics
+from poinsot.systems.system import System
 
 if TYPE_CHECKING:
     from poinsot.storage.ensemble_store import EnsembleStore

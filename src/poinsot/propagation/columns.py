@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.immutable import cached_property
-from poinsot.mechanics.each_body import no_attribute
+from poinsot.kinematics.each_body import no_attribute
+from poinsot.kinematics.state import AnyState, PairState, named
 from poinsot.mechanics.environment import Environment
-from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.part import Part
-from poinsot.mechanics.state import AnyState, PairState, named
-from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
+from poinsot.records.units import DerivedUnits
+from poinsot.systems.integrals import Integral
+from poinsot.systems.system import System
 
 __all__ = [
     "COLUMNS",

@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.mechanics.calendar import SCALES, Calendar
+from poinsot.kinematics.state import RIGID, AnyState, Phase, named
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.part import Jump, Part
-from poinsot.mechanics.state import RIGID, AnyState, Phase, named
-from poinsot.mechanics.system import System
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import quoted
 from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.columns import RENAMED, Column
 from poinsot.propagation.recorded import RecordedPart
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.records.calendar import SCALES, Calendar
+from poinsot.records.units import DerivedUnits
 from poinsot.storage.run_record import RunRecord
+from poinsot.systems.system import System
 
 if TYPE_CHECKING:
     import xarray

@@ -14,18 +14,18 @@ from numpy.typing import NDArray
 
 from poinsot.display.progress import Progress
 from poinsot.errors import PropagationInterrupted
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import AnyState
-from poinsot.mechanics.system import System
-from poinsot.mechanics.times import common_members
+from poinsot.kinematics.state import AnyState
 from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.stored_motion import result_in
+from poinsot.records.members import members_of
 from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
 from poinsot.storage.ensemble import ChunkResult, Ensemble
 from poinsot.storage.ensemble_store import plain_variables
 from poinsot.storage.fingerprint import digests
 from poinsot.storage.zarr_group import Attributes, Described
+from poinsot.systems.system import System
+from poinsot.systems.times import common_members
 
 if TYPE_CHECKING:
     import xarray

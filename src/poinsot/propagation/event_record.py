@@ -14,11 +14,11 @@ from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.immutable import cached_property
 from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
+from poinsot.kinematics.state import AnyState, Phase, changed, state_of
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import AnyState, Phase, changed, state_of
-from poinsot.mechanics.system import System
+from poinsot.records.members import members_of
 from poinsot.storage.selection import Chosen
+from poinsot.systems.system import System
 
 __all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 

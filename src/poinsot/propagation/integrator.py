@@ -18,15 +18,15 @@ from poinsot.integration.rows import Memory, OneMotion, Sink
 from poinsot.integration.run import Run
 from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import AnyState
-from poinsot.mechanics.system import System
+from poinsot.kinematics.state import AnyState
 from poinsot.propagation.column_reader import NO_COLUMNS, MotionRows
 from poinsot.propagation.columns import ORBIT_VARIABLES
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords, crossings
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.records.members import members_of
 from poinsot.storage.memory import refuse_larger_than_memory
 from poinsot.storage.run_record import Method, RunRecord
+from poinsot.systems.system import System
 
 __all__ = ["Integrator"]
 

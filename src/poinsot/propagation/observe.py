@@ -9,9 +9,9 @@ import numpy as np
 from poinsot.checked import checked
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.observable import Observable
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.propagation.readings import Readings
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.records.units import DerivedUnits
 
 __all__ = ["observe"]
 

@@ -14,10 +14,8 @@ from poinsot.integration import equations
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
 from poinsot.integration.settings import RunSettings, checked_tolerance
+from poinsot.kinematics.state import AnyState
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.state import AnyState
-from poinsot.mechanics.system import System
-from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.propagation.arguments import (
     broadcast_members,
     check_bodies,
@@ -32,6 +30,8 @@ from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
+from poinsot.systems.system import System
+from poinsot.systems.times import check_span, checked_times, common_members
 
 __all__ = ["propagate"]
 

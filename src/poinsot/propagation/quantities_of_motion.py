@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized
-from poinsot.mechanics.attitude import rotation
+from poinsot.kinematics.attitude import rotation
+from poinsot.kinematics.frame import Frame, RelativeOrbitFrame, checked_frame
+from poinsot.kinematics.state import AnyState, Phase, State
 from poinsot.mechanics.environment import Environment
-from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, checked_frame
-from poinsot.mechanics.pair_dynamics import PairDynamics, acceleration
-from poinsot.mechanics.state import AnyState, Phase, State
-from poinsot.mechanics.system import System
 from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation import two_body_motion as pairs
 from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.relative_motion import RelativeMotion, euler_angles, relative_motion
 from poinsot.quantities import Times
+from poinsot.systems.pair_dynamics import PairDynamics, acceleration
+from poinsot.systems.system import System
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

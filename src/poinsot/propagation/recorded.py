@@ -11,17 +11,17 @@ from typing_extensions import override
 
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable
+from poinsot.kinematics.state import AnyState
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.dynamics import AnyDynamics
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
-from poinsot.mechanics.integrals import Integral
 from poinsot.mechanics.part import Jump
-from poinsot.mechanics.state import AnyState
-from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import printable
+from poinsot.systems.dynamics import AnyDynamics
+from poinsot.systems.integrals import Integral
+from poinsot.systems.system import System
 
 __all__ = ["RecordedEvent", "RecordedPart", "RecordedSystem", "recorded_integral"]
 

@@ -13,10 +13,10 @@ from typing_extensions import override
 from poinsot.algebra import quaternion as quat
 from poinsot.display.html_text import Summarized, formatted, formatted_times
 from poinsot.errors import level_of_user
-from poinsot.mechanics import euler
-from poinsot.mechanics.attitude import rotation
-from poinsot.mechanics.frame import Frame, roll_pitch_yaw
-from poinsot.mechanics.state import AnyState
+from poinsot.kinematics import euler
+from poinsot.kinematics.attitude import rotation
+from poinsot.kinematics.frame import Frame, roll_pitch_yaw
+from poinsot.kinematics.state import AnyState
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

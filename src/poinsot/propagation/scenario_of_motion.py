@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from poinsot.integration.formulations import formulations
-from poinsot.mechanics.state import named
-from poinsot.mechanics.system import System
+from poinsot.kinematics.state import named
 from poinsot.printable import quoted
 from poinsot.scenarios.system_text import Text, shape_of, text_of
 from poinsot.storage.run_record import Method, RunRecord
+from poinsot.systems.system import System
 
 if TYPE_CHECKING:
     import xarray

@@ -14,10 +14,8 @@ from poinsot.display.progress import Progress
 from poinsot.integration.report import Report
 from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
+from poinsot.kinematics.state import RIGID, Phase, state_of
 from poinsot.mechanics.event import Event
-from poinsot.mechanics.state import RIGID, Phase, state_of
-from poinsot.mechanics.system import System
-from poinsot.mechanics.units import DerivedUnits
 from poinsot.printable import described
 from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.columns import ORBIT_VARIABLES, RENAMED, Column, Requirement
@@ -26,10 +24,12 @@ from poinsot.propagation.event_record import EventRecord, EventRecords
 from poinsot.propagation.recorded import RecordedEvent
 from poinsot.propagation.scenario_of_motion import with_texts
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.records.units import DerivedUnits
 from poinsot.storage.ensemble import ChunkResult, Ensemble
 from poinsot.storage.ensemble_store import EnsembleStore
 from poinsot.storage.run_record import RunRecord
 from poinsot.storage.zarr_group import Attributes, Described, JoinedArrays, Numbers, StoredArray, Variables
+from poinsot.systems.system import System
 
 if TYPE_CHECKING:
     import xarray

@@ -14,12 +14,9 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import real_numbers
 from poinsot.immutable import ReadOnlyDict, cached_property, owned
-from poinsot.mechanics.calendar import Calendar
+from poinsot.kinematics.state import AnyState, Phase, State, changed, state_of
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
-from poinsot.mechanics.members import members_of
 from poinsot.mechanics.part import jumps_at
-from poinsot.mechanics.state import AnyState, Phase, State, changed, state_of
-from poinsot.mechanics.system import System
 from poinsot.printable import described
 from poinsot.propagation import motion_report
 from poinsot.propagation.column_reader import ColumnReader, MotionRows, body_systems
@@ -28,8 +25,11 @@ from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.quantities_of_motion import QuantitiesOfMotion
 from poinsot.propagation.two_body_motion import refuse_one_body
 from poinsot.quantities import Times
+from poinsot.records.calendar import Calendar
+from poinsot.records.members import members_of
 from poinsot.storage.run_record import Method, RunRecord
 from poinsot.storage.selection import Chosen, Index, checked_index, refuse_other_names, rows_of
+from poinsot.systems.system import System
 
 if TYPE_CHECKING:
     import xarray

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import cast
 
-from poinsot.mechanics.each_body import no_attribute
-from poinsot.mechanics.system import System
+from poinsot.kinematics.each_body import no_attribute
 from poinsot.mechanics.two_bodies import TwoBodies
+from poinsot.systems.system import System
 
 __all__ = [
     "OF_ONE_BODY",

@@ -20,14 +20,14 @@ from poinsot.integration.run import BOTH_WAYS, Run
 from poinsot.integration.settings import RunSettings
 from poinsot.integration.state_vector import StateVector
 from poinsot.integration.variational import Variations
+from poinsot.kinematics.state import AnyState
 from poinsot.mechanics.environment import shared_blocks
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import AnyState
-from poinsot.mechanics.system import System
-from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.printable import quoted
 from poinsot.propagation.arguments import broadcast_members, check_bodies
+from poinsot.records.members import members_of
 from poinsot.storage.run_record import Method, RunRecord
+from poinsot.systems.system import System
+from poinsot.systems.times import check_span, checked_times, common_members
 
 __all__ = ["MAX_COORDINATES_TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
 

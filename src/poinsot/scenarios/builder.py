@@ -16,23 +16,23 @@ from scipy.spatial.transform import Rotation
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import member_array, real_numbers, refuse_other_members
 from poinsot.integration.settings import checked_tolerance
-from poinsot.mechanics.attitude import quaternion_from_matrix, unit_quaternion
+from poinsot.kinematics.attitude import quaternion_from_matrix, unit_quaternion
+from poinsot.kinematics.euler import quaternion_from_angles
+from poinsot.kinematics.frame import Frame, RelativeOrbitFrame, from_roll_pitch_yaw
+from poinsot.kinematics.state import AnyState, PairState, State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.calendar import SECONDS, Calendar, holds_dates
-from poinsot.mechanics.euler import quaternion_from_angles
-from poinsot.mechanics.frame import Frame, RelativeOrbitFrame, from_roll_pitch_yaw
-from poinsot.mechanics.state import AnyState, PairState, State
-from poinsot.mechanics.system import System, is_of_two_bodies
-from poinsot.mechanics.times import check_span, checked_times, common_members
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import quoted
+from poinsot.records.calendar import SECONDS, Calendar, holds_dates
 from poinsot.scenarios.errors import MISSING, Errors, has, maker_at
 from poinsot.scenarios.folder import Folder
 from poinsot.scenarios.registry import RENAMED, RENAMED_TYPES, Group, Key, default_of, makers
 from poinsot.scenarios.schema import MAX_TIMES, STARTS, STATE, converted, scenario_model, short
 from poinsot.scenarios.toml_text import Path, parsed_toml
 from poinsot.suggestions import nearest
+from poinsot.systems.system import System, is_of_two_bodies
+from poinsot.systems.times import check_span, checked_times, common_members
 
 __all__ = ["Parts"]
 

@@ -25,19 +25,19 @@ import poinsot
 from poinsot.checked import hint_of, names_beside
 from poinsot.docstrings import parameter_entries
 from poinsot.errors import real_array
-from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.kinematics.attitude import quaternion_from_matrix
+from poinsot.kinematics.frame import RotatingFrame
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.calendar import Calendar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Force
-from poinsot.mechanics.frame import RotatingFrame
 from poinsot.mechanics.gravity_field import GravityField
-from poinsot.mechanics.parameters import Parametric
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.orbits.rotation import RotationModel
 from poinsot.quantities import OR_NUMBER, Along, extras_of, quantity_of
+from poinsot.records.calendar import Calendar
+from poinsot.records.parameters import Parametric
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses

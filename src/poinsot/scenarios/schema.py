@@ -27,12 +27,12 @@ from pydantic import (
 from poinsot.errors import real_numbers
 from poinsot.integration.formulations import formulations
 from poinsot.integration.settings import PRECISIONS
-from poinsot.mechanics.calendar import SECONDS
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import quoted
 from poinsot.quantities import ANGLE_UNITS, NAMED_RATES
+from poinsot.records.calendar import SECONDS
 from poinsot.scenarios.registry import Group, Key, Maker, default_of, keys_of, known_classes, makers
 
 __all__ = ["MAX_TIMES", "STARTS", "STATE", "converted", "quantity", "scenario_model", "schema", "short"]

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
-from poinsot.mechanics.parameters import Parametric, records_in
-from poinsot.mechanics.system import System
 from poinsot.orbits.restricted_three_body import CirclingPair
+from poinsot.records.parameters import Parametric, records_in
 from poinsot.scenarios.toml_text import MAX_CHARACTERS, MAX_KEYS, MAX_NUMBERS
 from poinsot.shapes.assembly import Assembly
+from poinsot.systems.system import System
 
 __all__ = ["Text", "rebuilt_system", "shape_of", "text_of"]
 

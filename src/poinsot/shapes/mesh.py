@@ -11,7 +11,7 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
 from poinsot.mechanics.body import inertia_of_spread
-from poinsot.mechanics.parameters import Points
+from poinsot.records.parameters import Points
 from poinsot.shapes import polyhedron
 from poinsot.shapes.shape import Shape, ShapePoints, mass_of
 from poinsot.shapes.winding import FLAT_TOLERANCE, check_closed, check_outwards, repaired

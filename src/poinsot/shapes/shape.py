@@ -13,7 +13,7 @@ from poinsot.checked import checked
 from poinsot.display.html_text import formatted, text_table
 from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
 from poinsot.immutable import Immutable
-from poinsot.mechanics.attitude import rotation_matrix, unit_quaternion
+from poinsot.kinematics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.gravity_field import GravityField, norms, whole_degree
 from poinsot.quantities import Along

@@ -31,9 +31,8 @@ from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.forces.mutual_gravity import MutualGravity
 from poinsot.integration import equations
+from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.state import State
-from poinsot.mechanics.system import System
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.escape import EscapeOrbit
@@ -45,6 +44,7 @@ from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.storage.run_record import versions
+from poinsot.systems.system import System
 from poinsot.validation import paper
 
 __all__ = ["CASES", "Case", "Comparison", "comparisons_of", "installation"]

@@ -18,14 +18,14 @@ from poinsot.errors import PropagationError
 from poinsot.files.netcdf import save
 from poinsot.forces.gravity import GravityGradient, UniformGravity
 from poinsot.integration.formulations import DEFAULT_FORMULATION, GENERAL
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
+from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.state import State
-from poinsot.mechanics.system import System
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.plot.time_series import quaternions
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.systems.system import System
 
 __all__ = ["HEADINGS", "PERIGEE", "PROBLEMS", "ErrorRow", "PaperProblem", "markdown_table", "solve", "write"]
 

@@ -12,7 +12,7 @@ import poinsot as pt
 from poinsot.analysis import continuation
 from poinsot.analysis.continuation import continue_motion
 from poinsot.analysis.continuation_problem import ContinuationProblem, NotConvergedError
-from poinsot.mechanics.named_parameters import NamedNumber
+from poinsot.systems.named_parameters import NamedNumber
 
 mpl.use("Agg")
 

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 import poinsot as pt
 from poinsot.integration.scaling import momentum_scale
-from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.kinematics.attitude import rotation_matrix
 from poinsot.orbits.escape import EscapeOrbit
 from poinsot.taylor.graph import Graph, tangents
 

@@ -10,7 +10,7 @@ from in_order import in_order
 from poinsot.integration import equations
 from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
-from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.kinematics.attitude import rotation_matrix
 from poinsot.orbits.precessing import PrecessingOrbit
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Graph, tangents

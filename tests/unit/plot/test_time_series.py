@@ -13,8 +13,8 @@ from matplotlib.dates import num2date
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from poinsot.mechanics.euler import SEQUENCES
-from poinsot.mechanics.frame import from_roll_pitch_yaw, roll_pitch_yaw
+from poinsot.kinematics.euler import SEQUENCES
+from poinsot.kinematics.frame import from_roll_pitch_yaw, roll_pitch_yaw
 from poinsot.propagation.column_reader import MotionRows
 
 ORBIT = pt.KeplerOrbit(
@@ -363,7 +363,7 @@ def test_dates_of_a_scenario_or_a_table_are_on_the_axis(motion):
     panel.figure.canvas.draw()
     ticks = [tick.get_text() for tick in panel.get_xticklabels()]
     assert ticks[:3] == ["00:00", "00:30", "01:00"]
-    with pytest.raises(ValueError, match=r"^time_unit must not be 'date' where the motion has no calendar"):
+    with pytest.raises(ValueError, match=r"^time_unit must not be 'date' without a calendar of the times"):
         pt.plot.angular_velocity(motion, time_unit="date")
 
 

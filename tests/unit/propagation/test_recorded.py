@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.mechanics.members import members_of
 from poinsot.mechanics.part import Jump
 from poinsot.propagation.recorded import RecordedEvent, RecordedPart, RecordedSystem, recorded_integral
+from poinsot.records.members import members_of
 
 BODY = pt.Body([(1.0, 1.5, 2.0), (1.1, 1.5, 2.0), (1.2, 1.5, 2.0)])
 START = BODY.state((1, 0, 0, 0), omega_body=np.eye(3))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.mechanics.members import members_of
 from poinsot.propagation.arguments import checked_settings
 from poinsot.propagation.variational_run import Derivatives, UserUnits, VariationalRun
+from poinsot.records.members import members_of
 
 BODY = pt.Body((1.25, 1.0, 0.75))
 TOP = pt.System(BODY, pt.UniformGravity(0.5, (1, 0, 0)))

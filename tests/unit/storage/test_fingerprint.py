@@ -11,7 +11,7 @@ import pytest
 import forked
 import poinsot as pt
 from kinds.forces import FORCES
-from poinsot.mechanics.parameters import Parametric
+from poinsot.records.parameters import Parametric
 from poinsot.storage.fingerprint import digests, fingerprint
 
 BODY = pt.Body((1.25, 1.0, 0.75))

@@ -15,7 +15,7 @@ import pytest
 
 import poinsot as pt
 from poinsot import functions as fn
-from poinsot.mechanics.members import members_of
+from poinsot.records.members import members_of
 
 dask = pytest.importorskip("dask")
 distributed = pytest.importorskip("distributed")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import poinsot as pt
 from poinsot import functions
 from poinsot.algebra.solid_harmonics import SolidHarmonics
-from poinsot.mechanics.attitude import rotation_matrix
+from poinsot.kinematics.attitude import rotation_matrix
 from poinsot.taylor.graph import PARTIALS, Graph, Node, gradient, number, ordered, ruled, tangents
 
 X, Y = 0.3, 0.7

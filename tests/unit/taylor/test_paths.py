@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from poinsot.functions import Vector
-from poinsot.mechanics.parameters import Parametric
+from poinsot.records.parameters import Parametric
 from poinsot.taylor.paths import Path
 
 EPS = np.finfo(float).eps

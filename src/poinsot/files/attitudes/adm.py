@@ -19,10 +19,10 @@ from poinsot.errors import level_of_user
 from poinsot.files import ccsds
 from poinsot.files.attitudes.attitude_table import AttitudeTable
 from poinsot.files.rows import TextRows
-from poinsot.mechanics import euler
-from poinsot.mechanics.attitude import omega_body
-from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.kinematics import euler
+from poinsot.kinematics.attitude import omega_body
 from poinsot.printable import quoted
+from poinsot.records.calendar import SECONDS, Calendar
 
 Array = NDArray[np.float64]
 

@@ -19,10 +19,10 @@ from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, r
 from poinsot.files.keys import Keys
 from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.attitude import rotation_angle
-from poinsot.mechanics.calendar import Calendar
+from poinsot.kinematics.attitude import rotation_angle
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.records.calendar import Calendar
 
 __all__ = ["read_aem", "write_aem"]
 

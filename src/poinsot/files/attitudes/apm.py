@@ -21,11 +21,11 @@ from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, r
 from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import TextRows, number
 from poinsot.files.untrusted import local_name, read_text
-from poinsot.mechanics.attitude import rotation_angle
+from poinsot.kinematics.attitude import rotation_angle
+from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.calendar import SECONDS, Calendar
-from poinsot.mechanics.state import State
 from poinsot.printable import quoted, shortened
+from poinsot.records.calendar import SECONDS, Calendar
 
 __all__ = ["read_apm", "write_apm"]
 

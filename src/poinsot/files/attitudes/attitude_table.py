@@ -15,17 +15,17 @@ from poinsot.checked import checked, checked_fields
 from poinsot.display.html_text import Summarized, formatted, formatted_times
 from poinsot.errors import real_array
 from poinsot.files.ccsds import FRAMES
-from poinsot.mechanics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
+from poinsot.kinematics.attitude import omega_body, rotation, rotation_angle, unit_quaternion
+from poinsot.kinematics.state import State, changed, state_of
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
-from poinsot.mechanics.state import State, changed, state_of
-from poinsot.mechanics.system import System
-from poinsot.mechanics.units import PER_TIME
 from poinsot.printable import quoted
 from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.records.calendar import SECONDS, Calendar
+from poinsot.records.units import PER_TIME
 from poinsot.storage.run_record import Method, RunRecord, versions
+from poinsot.systems.system import System
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -22,11 +22,11 @@ from poinsot.files.attitudes.attitude_format import AttitudeFormat
 from poinsot.files.attitudes.attitude_table import AttitudeTable, calendar_of, rates_per_second, table_of
 from poinsot.files.ccsds import FRAMES, body_and_reference
 from poinsot.files.spice import ET, Kernels, loaded
-from poinsot.mechanics.attitude import quaternion_from_matrix
-from poinsot.mechanics.calendar import SECONDS, Calendar
+from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
+from poinsot.records.calendar import SECONDS, Calendar
 
 __all__ = ["read_ck", "spice_attitude", "write_ck"]
 

@@ -17,10 +17,10 @@ from poinsot.files.attitudes.attitude_table import AttitudeTable, stated_calenda
 from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.calendar import SECONDS, Calendar
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.records.calendar import SECONDS, Calendar
 
 __all__ = ["read_quaternion_csv", "write_quaternion_csv"]
 

@@ -23,9 +23,9 @@ from poinsot.files.attitudes.attitude_table import (
 from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.calendar import Calendar
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.records.calendar import Calendar
 
 __all__ = ["read_stk_attitude", "write_stk_attitude"]
 

@@ -16,10 +16,10 @@ from poinsot.files import ccsds
 from poinsot.files.keys import Keys
 from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.calendar import Calendar, checked_calendar
 from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.printable import quoted, shortened
+from poinsot.records.calendar import Calendar, checked_calendar
 
 __all__ = ["read_oem"]
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.files.spice import ET, Kernels, loaded
-from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import attractor_mu, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.printable import quoted
 from poinsot.quantities import Date
+from poinsot.records.calendar import Calendar, span_of
 
 __all__ = ["spice_orbit"]
 

@@ -20,11 +20,11 @@ from poinsot.errors import DATES, level_of_user, optional, real_array
 from poinsot.files import ccsds
 from poinsot.files.keys import Entry, Keys
 from poinsot.files.untrusted import local_name, parsed_xml
-from poinsot.mechanics.calendar import Calendar, span_of
 from poinsot.orbits.attractors import attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.printable import described, quoted
 from poinsot.quantities import Date
+from poinsot.records.calendar import Calendar, span_of
 
 __all__ = ["omm_orbit", "tle_orbit"]
 

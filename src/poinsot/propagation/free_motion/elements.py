@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 from poinsot.algebra import quaternion as quat
 from poinsot.double_double import DoubleDouble, pick
 from poinsot.functions import Vector
+from poinsot.kinematics.state import State
 from poinsot.mechanics.kinetics import turned
-from poinsot.mechanics.state import State
 
 __all__ = ["Elements", "elements_of"]
 

@@ -20,12 +20,9 @@ from poinsot.integration.formulations import FORMULATIONS
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
 from poinsot.integration.settings import RunSettings
-from poinsot.mechanics.attitude import quaternion_from_matrix
+from poinsot.kinematics.attitude import quaternion_from_matrix
+from poinsot.kinematics.state import AnyState, Phase, State
 from poinsot.mechanics.body import Body
-from poinsot.mechanics.members import members_of
-from poinsot.mechanics.state import AnyState, Phase, State
-from poinsot.mechanics.system import System
-from poinsot.mechanics.times import checked_times, common_members
 from poinsot.propagation.arguments import broadcast_members, check_bodies
 from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.free_motion.elements import Elements, elements_of
@@ -34,10 +31,13 @@ from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
+from poinsot.records.members import members_of
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
 from poinsot.storage.memory import refuse_larger_than_memory
 from poinsot.storage.run_record import Method, RunRecord, versions
+from poinsot.systems.system import System
+from poinsot.systems.times import checked_times, common_members
 
 __all__ = ["free_motion"]
 

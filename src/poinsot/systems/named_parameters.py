@@ -1,0 +1,138 @@
+"""The real numbers of a system by name, `body.moments[0]`, `forces[0].orbit.eccentricity`, and other values of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import Any
+
+import numpy as np
+
+from poinsot.printable import quoted
+from poinsot.quantities import Quantity, said_of
+from poinsot.records.parameters import Parametric, of_each
+from poinsot.systems.dynamics import AnyDynamics
+from poinsot.systems.system import System
+
+__all__ = ["NamedNumber", "binary_size", "named_numbers", "resolve"]
+
+
+def named_numbers(system: System) -> dict[str, tuple[int, ...]]:
+    """Return which of the numbers each name stands for: several where forces share one orbit.
+
+    They are counted between two knots, and the numbers of tables have no names.
+    """
+    count = {name: i for i, (name, _) in enumerate(_names(system.dynamics.between_knots()))}
+    groups: dict[tuple[int, str], list[str]] = {}
+    for name, own in _names(system.dynamics):
+        groups.setdefault(own, []).append(name)
+    return {names[0]: tuple(count[name] for name in names) for names in groups.values() if names[0] in count}
+
+
+def _names(system: AnyDynamics) -> list[tuple[str, tuple[int, str]]]:
+    records = [("body", system.body), *((f"forces[{i}]", force) for i, force in enumerate(system.forces))]
+    return [(f"{start}.{name}", own) for start, record in records for name, own in record.number_names()]
+
+
+def resolve(system: System, name: str) -> tuple[int, ...]:
+    """Return which of the numbers a name stands for; its last parts will do where they say which.
+
+    Raises
+    ------
+    ValueError
+        With the nearest names if there is none or more than one; or if an orbit is integrated from it.
+    """
+    known = named_numbers(system)
+    full = [each for each in known if each == name or each.endswith(f".{name}")]
+    if len(full) != 1:
+        tails = {each.rpartition(".")[2]: each for each in known}
+        last = str(name).rpartition(".")[2]
+        import difflib
+
+        near = full or [tails[tail] for tail in difflib.get_close_matches(last, tails, 3, 0.0)]
+        raise ValueError(
+            f"parameters must name single numbers of the system, got {quoted(name)}. Near: {', '.join(near)}."
+        )
+    integrated = {own for orbit in system.orbits if not orbit.closed_form for own in _owners(orbit)}
+    if dict(_names(system.dynamics))[full[0]][0] in integrated:
+        raise ValueError(
+            f"parameters must not belong to an orbit that is integrated with the motion, got {quoted(name)}. "
+            f"Take differences "
+            "of two runs."
+        )
+    return known[full[0]]
+
+
+def _owners(record: Parametric) -> set[int]:
+    return {id(record), *(own for part in record.records for own in _owners(part))}
+
+
+def _full_name(system: System, name: str) -> str:
+    indices = resolve(system, name)
+    return next(full for full, numbers in named_numbers(system).items() if numbers == indices)
+
+
+def _found(system: System, name: str) -> tuple[Any, str, tuple[int, ...]]:
+    """Return the record that has a number, by its full name, the field, and the place in an array."""
+    part, *inner, last = name.split(".")
+    record: Any = system.body if part == "body" else system.forces[int(part[len("forces[") : -1])]
+    for field in inner:
+        name, _, number = field.rstrip("]").partition("[")
+        record = getattr(record, name)[int(number)] if number else getattr(record, name)
+    return record, last.partition("[")[0], tuple(int(i) for i in re.findall(r"\[(\d+)\]", last))
+
+
+def binary_size(system: System, name: str) -> Any:
+    """Return the binary exponent of about what a number changes by: of its size above one, 0 of angles and times.
+
+    Of an ensemble whose members have numbers of their own an array (members,).
+
+    Times and angles are counted from anywhere; so may be numbers below one, such as eccentricities.
+    """
+    record, field, index = _found(system, _full_name(system, name))
+    if field in said_of(type(record), Quantity):
+        return 0
+    place: Any = (..., *index)
+    return np.maximum(np.frexp(np.abs(getattr(record, field)[place]))[1], 0)
+
+
+class NamedNumber:
+    """One real number of a system, by name; of an orbit that several forces share, one for all of them.
+
+    Parameters
+    ----------
+    system : System
+    name : str
+        As for `state_transition`.
+
+    Attributes
+    ----------
+    name : str
+        In full.
+    value : float
+        In the system.
+    """
+
+    def __init__(self, system: System, name: str) -> None:
+        self._system, self.name = system, _full_name(system, name)
+        self._owner, self._field, self._index = _found(system, self.name)
+        self.value = float(np.asarray(getattr(self._owner, self._field))[self._index])
+
+    def system(self, value: float) -> System:
+        """Return the system with another value, checked as if it were written so."""
+        made: dict[int, Any] = {}
+        body, *forces = (self._replaced(record, value, made) for record in (self._system.body, *self._system.forces))
+        return System(body, *forces, units=self._system.units)
+
+    def _replaced(self, record: Parametric, value: float, made: dict[int, Any]) -> Any:
+        if id(record) not in made:
+            fields: Any = dataclasses.fields(record)  # type: ignore[arg-type]
+            own = {field.name: getattr(record, field.name) for field in fields}
+            new = {n: of_each(x, lambda inner: self._replaced(inner, value, made)) for n, x in own.items()}
+            if record is self._owner:
+                array = np.array(own[self._field], dtype=float)
+                array[self._index] = value
+                new[self._field] = array
+            changed = any(new[n] is not x for n, x in own.items())
+            made[id(record)] = type(record)(**new) if changed else record
+        return made[id(record)]
