@@ -19,7 +19,7 @@ from poinsot.files.observations.julian_rows import JulianRows, calendar_before, 
 from poinsot.files.observations.readings_csv import present_values
 from poinsot.files.rows import number
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.calendar import Calendar, julian_dates
+from poinsot.records.calendar import Calendar, julian_dates
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import quoted, shortened

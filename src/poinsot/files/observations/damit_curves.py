@@ -15,7 +15,7 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.files.observations.julian_rows import JulianRows, calendar_before
 from poinsot.files.observations.readings_csv import present_values
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.calendar import SECONDS, Calendar, julian_dates
+from poinsot.records.calendar import SECONDS, Calendar, julian_dates
 from poinsot.mechanics.environment import Orbit
 from poinsot.observables.light_curve import LightCurve
 from poinsot.observables.readings import Readings

@@ -16,7 +16,7 @@ from poinsot.files.observations.julian_rows import calendar_before, julian_date
 from poinsot.files.rows import number
 from poinsot.files.untrusted import read_text
 from poinsot.immutable import Immutable
-from poinsot.mechanics.calendar import SECONDS, Calendar, julian_dates, times_of_julian_dates
+from poinsot.records.calendar import SECONDS, Calendar, julian_dates, times_of_julian_dates
 from poinsot.orbits.rotation import RotationModel
 from poinsot.printable import quoted, shortened
 from poinsot.shapes.scattering import LambertLommelSeeliger

@@ -16,7 +16,7 @@ from poinsot.files.keys import Entry, Keys
 from poinsot.files.observations.julian_rows import check_not_falling
 from poinsot.files.rows import TextRows, number
 from poinsot.files.untrusted import read_text
-from poinsot.mechanics.calendar import Calendar
+from poinsot.records.calendar import Calendar
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import quoted, shortened
