@@ -10,7 +10,6 @@ isotropic angular momentum and uniform phases. Sources and published results are
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.integrate import simpson, solve_ivp
-from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -24,23 +23,11 @@ flyby = pt.orbits.EscapeOrbit(
 system = pt.System(apophis, pt.GravityGradient(flyby), units={"time": "s"})
 
 # Before: the two periods leave one nutation, and one energy, to a body with these moments.
-precession, rotation = 27.38 * hour, 263.0 * hour
-
-
-def tumbling(nutation, size=1.0):
-    """The state with the momentum in the plane of long and short axes, at its smallest angle to the short one."""
-    momentum = size * np.array([np.sin(nutation), 0.0, np.cos(nutation)])
-    return apophis.state((1, 0, 0, 0), angular_momentum_body=momentum)
-
-
-def off(nutation):
-    free = pt.analysis.FreeRotation(apophis, tumbling(nutation))
-    return free.rotation_period / free.precession_period - rotation / precession
-
-
-nutation = brentq(off, np.radians(1.0), np.radians(13.7))
-size = pt.analysis.FreeRotation(apophis, tumbling(nutation)).precession_period / precession
-before = pt.analysis.FreeRotation(apophis, tumbling(nutation, size))
+rotation = 263.0 * hour
+before = pt.analysis.FreeRotation.from_periods(
+    apophis, "short-axis", rotation_period=rotation, precession_period=27.38 * hour, rotation_angle=np.pi / 2
+)
+tumbling = apophis.state((1, 0, 0, 0), angular_momentum_body=before.state.angular_momentum_body)
 spin = 2 * before.energy / before.angular_momentum  # the effective rate
 low, high = np.degrees(before.nutation_range)
 print(f"before: {before.mode}, nutation {low:.1f} to {high:.1f} deg, energy ratio {before.energy_ratio:.4f}")
@@ -53,7 +40,7 @@ assert abs(before.long_axis_precession_period / hour - 30.56) < 0.01  # the peri
 # Members: phases of the free rotation, turned into any orientation.
 members, far = 4000, 5 * day
 random = np.random.default_rng(2029)
-phases = pt.free_motion(apophis, tumbling(nutation, size), np.sort(random.uniform(0, 1000, members)) * rotation)
+phases = pt.free_motion(apophis, tumbling, np.sort(random.uniform(0, 1000, members)) * rotation)
 turned = Rotation.random(members, rng=random) * phases.attitude
 
 

@@ -318,6 +318,13 @@ def field_calls():
             pt.orbits.RotationModel.earth,
             {"calendar": CALENDAR, "ut1_minus_utc": 0.1, "reference_frame": "ICRF"},
         ),
+        "RotationModel.from_pole": (
+            pt.orbits.RotationModel.from_pole,
+            {
+                **{"longitude": 0.1, "latitude": 1.2, "period": 3.0, "angle": 0.3, "epoch": 0.5},
+                **{"axes": "ecliptic", "calendar": CALENDAR},
+            },
+        ),
         "RotationModel.iau": (pt.orbits.RotationModel.iau, {"body": "mars", "calendar": CALENDAR}),
         "RotationModel.omega_space": (axes.omega_space, {"time": 1.0}),
         "RotationModel.quaternion": (axes.quaternion, {"time": 1.0}),
@@ -594,6 +601,14 @@ def public_calls(folder):
         "OrbitFrame.omega_space": (ELLIPSE.frame.omega_space, {"time": 1.0}),
         "OrbitFrame.quaternion": (ELLIPSE.frame.quaternion, {"time": 1.0}),
         "FreeRotation": (pt.analysis.FreeRotation, {"body": BODY, "state": START}),
+        "FreeRotation.from_periods": (
+            pt.analysis.FreeRotation.from_periods,
+            {
+                **{"body": pt.Body((0.61, 0.965, 1.0)), "mode": "short-axis", "rotation_period": 9.6},
+                **{"precession_period": 1.0, "longitude": 0.1, "latitude": 0.2, "precession_angle": 0.3},
+                **{"rotation_angle": 0.4, "axes": "space", "time": 0.5},
+            },
+        ),
         "GravityField": (
             pt.GravityField,
             {

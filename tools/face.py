@@ -36,7 +36,7 @@ SHARED = {
     "radiation.[A-Z][A-Z]* radiation.Sunlight facets.PLATE_DRAG_COEFFICIENT",
     "observables": "",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
-    "theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
+    "pole.* theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
     "fixed.HeldPosition",
     "parts": "*.AttachedMass *.refuse_oblique",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "

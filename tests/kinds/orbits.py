@@ -35,6 +35,15 @@ ORBITS = {
     "piece of a table": PolynomialArc(
         2.0, terms=3, middle=1.0, half_length=2.0, coefficients=[(1.0, 0.3, -0.1), (0.2, 0.5, 0.2), (0.4, -0.2, 0.3)]
     ),
+    "from a ground station": pt.orbits.GroundStation(
+        ELLIPSE,
+        pt.orbits.RotationModel(0.3, 1.1, 0.7, rate=0.9, right_ascension_rate=0.02),
+        latitude=0.6,
+        longitude=-1.1,
+        height=0.01,
+        equatorial_radius=0.2,
+        flattening=0.1,
+    ),
     "beside two attractors, from the larger": PATH.from_primary,
     "beside two attractors, from the smaller": PATH.from_secondary,
 }

@@ -12,7 +12,7 @@ from poinsot import orbits
 for module in pkgutil.iter_modules(orbits.__path__, "poinsot.orbits."):
     import_module(module.name)
 
-FIRST = {"PrecessingOrbit": ["orbit"], "ThreeBodyView": ["path"]}
+FIRST = {"PrecessingOrbit": ["orbit"], "GroundStation": ["orbit", "rotation"], "ThreeBodyView": ["path"]}
 """Those that are made from another orbit."""
 
 PAIRS = ("LagrangePointPath", "ThreeBodyPath")

@@ -19,12 +19,14 @@ __all__ = [
     "component_product",
     "conjugate",
     "dot",
+    "exponential",
     "hamilton",
     "imaginary",
     "norm",
     "product",
     "pure",
     "rotate",
+    "rotation_vector",
 ]
 
 Array = NDArray[np.float64]
@@ -108,3 +110,32 @@ def rotate(q: ArrayLike, vector: ArrayLike) -> Array:
     The inverse, x_space -> x_body, is `rotate(conjugate(q), x)`. A q off the unit sphere scales by |q|^2.
     """
     return imaginary(product(product(q, pure(vector)), conjugate(q)))
+
+
+NEAR_IDENTITY = 1e-6
+"""Squared angle below which a turn and its rotation vector follow from series, whose remainder is below 1e-20."""
+
+
+def exponential(vector: ArrayLike) -> Array:
+    """Return the unit quaternion exp(v/2) of a rotation vector v; shape (..., 3) -> (..., 4)."""
+    v = components(vector)
+    square = functions.dot(v, v)
+    near = functions.less(square, NEAR_IDENTITY)
+    half = 0.5 * functions.sqrt(functions.where(near, 1.0, square))
+    x = 0.25 * square
+    real = functions.where(near, 1 - x * (0.5 - x / 24), functions.cos(half))
+    ratio = 0.5 * functions.where(near, 1 - x * (1 / 6 - x / 120), functions.sin(half) / half)
+    return assemble((real, *(ratio * each for each in v)), vector)
+
+
+def rotation_vector(q: ArrayLike) -> Array:
+    """Return the rotation vector 2 log(q) of the shorter turn, of length at most pi; shape (..., 4) -> (..., 3)."""
+    q0, *v = components(q)
+    square = functions.dot(v, v)
+    near = functions.less(4 * square, NEAR_IDENTITY)
+    sign = functions.where(functions.less(q0, 0), -1.0, 1.0)
+    real, size = sign * q0, functions.sqrt(functions.where(near, 1.0, square))
+    x = square / functions.where(near, q0 * q0, 1.0)
+    series = (1 - x * (1 / 3 - x / 5)) / functions.where(near, real, 1.0)
+    ratio = 2 * sign * functions.where(near, series, functions.atan2(size, real) / size)
+    return assemble([ratio * each for each in v], q)

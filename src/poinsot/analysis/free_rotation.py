@@ -11,14 +11,18 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.double_double import DoubleDouble
+from poinsot.errors import exactly_one
 from poinsot.immutable import cached_property
 from poinsot.kinematics.andoyer import Andoyer
 from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
+from poinsot.orbits.pole import pole_attitude
 from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.free_motion.elements import Elements, elements_of
+from poinsot.propagation.free_motion.periods import state_with_periods
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
+from poinsot.quantities import Angle, Duration, Time
 from poinsot.records.members import members_of
 from poinsot.systems.system import System
 from poinsot.systems.times import common_members
@@ -35,7 +39,7 @@ class FreeRotation(Summarized):
 
     `precession_period` and `rotation_period` are P_phi and P_psi of the light-curve literature (Kaasalainen 2001, A&A
     376, 302; Pravec et al. 2014, Icarus 233, 48). Samarasinha and A'Hearn (1991, Icarus 93, 194) follow the long axis
-    in both modes: their precession period is `long_axis_precession_period`.
+    in both modes: their precession period is `long_axis_precession_period`. `from_periods` is the inverse.
 
     Parameters
     ----------
@@ -63,6 +67,53 @@ class FreeRotation(Summarized):
         self.body = body
         self.state = broadcast_members(state, members) if members else state
         self._elements = elements_of(body.moments, body.principal_matrix, self.state)
+
+    @classmethod
+    @checked
+    def from_periods(
+        cls,
+        body: Body,
+        mode: str,
+        *,
+        rotation_period: Duration,
+        precession_period: Duration | None = None,
+        long_axis_precession_period: Duration | None = None,
+        longitude: Angle = 0.0,
+        latitude: Angle = np.pi / 2,
+        precession_angle: Angle = 0.0,
+        rotation_angle: Angle = 0.0,
+        axes: str = "space",
+        time: Time = 0.0,
+    ) -> FreeRotation:
+        """Return the rotation with two published periods; its `state` is an initial state.
+
+        x_space = R3(longitude) R2(90 deg - latitude) R3(phi) R1(theta) R3(psi) x_axes, with active rotations R and the
+        principal axes in cyclic order with the axis third. theta, at most 90 deg, follows from the periods and psi. phi
+        increases; psi decreases in the short-axis mode and increases in the long-axis mode.
+
+        Parameters
+        ----------
+        mode : {"short-axis", "long-axis"}
+            Mode of the rotation.
+        rotation_period, precession_period, long_axis_precession_period : float
+            P_psi and one of the precession periods, as in the properties of the same names.
+        longitude, latitude : float
+            Direction of the angular momentum, radians.
+        precession_angle, rotation_angle : float
+            phi and psi at `time`, radians.
+        axes : {"space", "equatorial", "ecliptic"}
+            Axes of longitude and latitude: space axes, equator or ecliptic of J2000. The latter two give states in the
+            ICRF.
+
+        Raises
+        ------
+        ValueError
+            If no rotation of the body in this mode has these periods; the message contains the possible ratios.
+        """
+        given = {"precession_period": precession_period, "long_axis_precession_period": long_axis_precession_period}
+        precession = exactly_one("the rotation", given)
+        nodes = pole_attitude(longitude, latitude, precession_angle, axes)
+        return cls(body, state_with_periods(body, mode, rotation_period, precession, nodes, rotation_angle, time))
 
     # ------------------------------------------------------------------ what kind of rotation
 

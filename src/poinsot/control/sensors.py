@@ -103,7 +103,7 @@ class NoisySensors(Sensors):
     @override
     def measured(self, instant: Instant, draws: Vector) -> Instant:
         omega = instant.omega_body + self.rate_noise * Vector(draws[:3])
-        attitude = instant.attitude.turned(random_turn(self.attitude_noise * Vector(draws[3:])))
+        attitude = instant.attitude.turned(random_turn(Vector(draws[3:]) * self.attitude_noise))
         q = _rounded(attitude.quaternion, 0.5 * self.attitude_quantum)
         seen = Attitude.from_quaternion(q * (1 / functions.norm(q)))
         return Instant(instant.body, seen, instant.environment, _rounded(omega, self.rate_quantum))

@@ -114,6 +114,10 @@ class Orbit(Dated, ABC):
         """Return the inverse 1 / r of the distance from the attractor."""
         return 1 / functions.norm(self.position_at(time))
 
+    def hidden_at(self, time: Scalar) -> Mapping[str, Scalar]:  # noqa: ARG002
+        """Return, by reason, True where an observer at the attractor does not see the body."""
+        return {}
+
     @property
     def closed_form(self) -> bool:
         """True if the formulas accept symbols."""

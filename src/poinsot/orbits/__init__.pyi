@@ -5,6 +5,7 @@ from .elements import OsculatingElements, osculating_elements
 from .ephemeris import Ephemeris, kilometres_to_metres
 from .escape import EscapeOrbit
 from .fixed import FixedPosition
+from .ground_station import GroundStation
 from .kepler import KeplerOrbit
 from .lagrange import LagrangePointPath, RotatingPosition
 from .planets import planet_orbit
@@ -17,6 +18,7 @@ __all__ = [
     "Ephemeris",
     "EscapeOrbit",
     "FixedPosition",
+    "GroundStation",
     "KeplerOrbit",
     "LagrangePointPath",
     "NutatingRotation",

@@ -12,16 +12,18 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import real_array, real_numbers
+from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar, Vector
+from poinsot.kinematics.attitude import rotation_matrix
 from poinsot.kinematics.euler import quaternion_from_angles
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.planet_axes import PlanetAxes
 from poinsot.orbits import iau_rotations
 from poinsot.orbits.angle_reduction import angle_at
 from poinsot.orbits.planets import J2000
+from poinsot.orbits.pole import REFERENCE_FRAMES, pole_attitude
 from poinsot.printable import quoted
-from poinsot.quantities import Angle, AngularVelocity, Real, Time, Times
+from poinsot.quantities import Angle, AngularVelocity, Duration, Real, Time, Times
 from poinsot.records.calendar import Calendar
 from poinsot.records.members import of_scalars
 from poinsot.taylor.graph import Graph, tangents
@@ -113,6 +115,52 @@ class RotationModel(PlanetAxes):
         numbers, periodic = iau_rotations.at_zero(name, calendar, J2000)
         fields: dict[str, Any] = {**numbers, "reference_frame": "ICRF", "calendar": calendar}
         return NutatingRotation(**fields, terms=len(periodic), periodic=periodic) if periodic else cls(**fields)
+
+    @classmethod
+    @checked
+    def from_pole(
+        cls,
+        longitude: Angle,
+        latitude: Angle,
+        period: Duration,
+        angle: Angle = 0.0,
+        *,
+        epoch: Time = 0.0,
+        axes: str = "space",
+        calendar: Calendar | None = None,
+    ) -> RotationModel:
+        """Return the rotation of a body about the fixed pole of a catalogue, such as DAMIT.
+
+        x_space = R3(longitude) R2(90 deg - latitude) R3(angle + 2 pi (t - epoch)/period) x_body, with active rotations
+        R (Durech, Sidorin and Kaasalainen 2010, A&A 513, A46). Longitude and latitude are right ascension and
+        declination for `axes="equatorial"`. At rest in these axes a body has the state
+        `body.state((1, 0, 0, 0), omega_body=(0, 0, 0), frame=model, time=t)`.
+
+        Parameters
+        ----------
+        longitude, latitude : float
+            Direction of the third body axis, radians.
+        period : float
+            Sidereal period; positive, as the body rotates in the positive sense about the pole.
+        angle : float
+            Rotation angle at the epoch, radians.
+        axes : {"space", "equatorial", "ecliptic"}
+            Axes of longitude and latitude: space axes, equator or ecliptic of J2000. The latter two give a model in
+            the ICRF.
+
+        Raises
+        ------
+        ValueError
+            If the period is not positive or the axes are unknown.
+        """
+        refuse_nonpositive("period", period, "The pole of a retrograde rotation has a negative latitude.")
+        rising, _, pole = np.moveaxis(rotation_matrix(pole_attitude(longitude, latitude, angle, axes)), -1, 0)
+        ascension, declination = np.arctan2(pole[..., 1], pole[..., 0]), np.arctan2(pole[..., 2], np.hypot(*pole.T[:2]))
+        node = np.stack([-np.sin(ascension), np.cos(ascension), np.zeros_like(ascension)], axis=-1)
+        meridian = np.arctan2(np.vecdot(np.cross(pole, node), rising), np.vecdot(node, rising))
+        rate = 2 * np.pi / np.asarray(period, dtype=float)
+        fields: dict[str, Any] = {"epoch": epoch, "reference_frame": REFERENCE_FRAMES[axes], "calendar": calendar}
+        return cls(ascension[()], declination[()], meridian[()], rate=rate[()], **fields)
 
     @classmethod
     @checked

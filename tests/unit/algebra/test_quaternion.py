@@ -5,9 +5,12 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
+from scipy.spatial.transform import Rotation
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
+from poinsot.functions import Vector
+from poinsot.taylor.graph import Graph, tangents
 
 ONE, IX, JY, KZ = np.eye(4)
 P, Q = np.array([0.3, -1.2, 0.7, 2.0]), np.array([-0.4, 0.9, 1.1, -0.6])
@@ -133,3 +136,39 @@ def test_a_vector_in_gives_a_vector_out():
     q = functions.Vector(Q)
     for value in (quat.product(P, q), quat.conjugate(q), quat.pure(functions.Vector((1, 2, 3))), quat.imaginary(q)):
         assert isinstance(value, functions.Vector)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-12, 9.99e-4, 1.001e-3, 0.7, np.pi - 1e-9, np.pi])
+def test_exponential_and_rotation_vector_agree_with_scipy(size):
+    vectors = size * np.array([(0.6, 0.0, -0.8), (-1.0, 0.0, 0.0), (2 / 3, 2 / 3, 1 / 3)])
+    expected = Rotation.from_rotvec(vectors).as_quat(scalar_first=True)
+    turns = quat.exponential(vectors)
+    assert np.allclose(turns, expected, rtol=0, atol=4e-16)
+    assert np.allclose(quat.rotation_vector(turns), vectors, rtol=1e-15, atol=1e-15 * size)
+    assert size > 3 or np.array_equal(quat.rotation_vector(-turns), quat.rotation_vector(turns))
+
+
+def test_the_rotation_vector_is_that_of_the_shorter_turn():
+    assert quat.rotation_vector([np.cos(2.0), 0.0, np.sin(2.0), 0.0]) == pytest.approx(
+        [0, 4 - 2 * np.pi, 0], rel=1e-15, abs=0
+    )
+
+
+@pytest.mark.parametrize("vector", [(0.0, 0.0, 0.0), (2e-4, -3e-4, 1e-4), (0.5, -0.2, 0.9)])
+def test_derivatives_of_the_exponential_agree_with_digits(vector):
+    graph = Graph()
+    nodes = Vector(map(graph.variable, vector))
+    turn = quat.exponential(nodes)
+    with mpmath.workdps(40):
+        for i, node in enumerate(nodes):
+            found = graph.evaluated(tangents([*turn, *quat.rotation_vector(turn)], {node: 1.0}))
+
+            def moved(h, i=i):
+                v = [mpmath.mpf(x) + (h if j == i else 0) for j, x in enumerate(vector)]
+                a = mpmath.sqrt(sum(x * x for x in v)) + mpmath.mpf(10) ** -30
+                return [mpmath.cos(a / 2), *(x * mpmath.sin(a / 2) / a for x in v)]
+
+            h = mpmath.mpf(10) ** -12
+            expected = [float((b - a) / (2 * h)) for a, b in zip(moved(-h), moved(h), strict=True)]
+            assert np.allclose(found[:4], expected, rtol=0, atol=1e-15)
+            assert np.allclose(found[4:], np.eye(3)[i], rtol=0, atol=2e-15)
