@@ -54,7 +54,7 @@ from poinsot.systems.system import System, is_of_two_bodies
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["READINGS", "load", "read_dataset", "save", "write_dataset"]
+__all__ = ["READINGS", "HasReadings", "load", "read_dataset", "save", "write_dataset"]
 
 Array = NDArray[np.float64]
 
@@ -206,10 +206,14 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
         return _in_store(path)
     data = _opened(path)
     if READINGS in data.attrs:
-        raise ValueError(f"{shortened(path)} must have a motion, got readings. Use pt.files.read_readings.")
+        raise HasReadings(f"{shortened(path)} must have a motion, got readings. Use pt.files.read_readings.")
     reading = _Reading(data, shortened(path))
     _check_digest(data, path)
     return reading.trajectory()
+
+
+class HasReadings(ValueError):
+    """Error of a file that contains readings in place of a motion."""
 
 
 def write_dataset(data: xarray.Dataset, path: Path, overwrite: bool) -> None:
