@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from poinsot.functions import Scalar
 from poinsot.integration.kernel_parameters import KernelParameters
 from poinsot.mechanics.part import Jump, Part
-from poinsot.taylor.sampling import key_of
+from poinsot.random_numbers import key_of
 from poinsot.taylor.tasks import Status
 
 __all__ = ["Clock", "Segments"]

@@ -26,12 +26,13 @@ from poinsot.mechanics.environment import Environment, shared_blocks, viewed
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.part import Part
+from poinsot.random_numbers import normals
 from poinsot.records.formula_errors import FormulaError, use_functions
 from poinsot.taylor.graph import Graph, GraphScalar, Node, ordered
 from poinsot.taylor.llvm_ir import host_features
 from poinsot.taylor.lowering import TIME, conditions_of
 from poinsot.taylor.rescaling import MOMENTUM_SCALE
-from poinsot.taylor.sampling import Update, normals
+from poinsot.taylor.sampling import Update
 
 LANES = 8 if host_features().get("avx512f") else 4 if host_features().get("avx") else 2
 """Members in a vector. On processors that run 512-bit code 8 are faster than 4 at every order: 1.1 to 1.5 times on an

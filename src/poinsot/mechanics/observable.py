@@ -12,14 +12,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
 
 from poinsot.functions import Scalar
 from poinsot.mechanics.instant import Instant
-from poinsot.records.members import of_scalars
-from poinsot.records.parameters import Parametric
+from poinsot.mechanics.two_bodies import check_name_of_body
+from poinsot.records.members import expanded, of_scalars
+from poinsot.records.parameters import Parametric, kinds_of
 from poinsot.records.units import DerivedUnits
 
 __all__ = ["Observable"]
+
+Array = NDArray[np.float64]
 
 
 class Observable(Parametric, ABC):
@@ -46,6 +50,9 @@ class Observable(Parametric, ABC):
     components: ClassVar[tuple[str, ...]] = ()
     """Names of the numbers of a reading; empty for one scalar."""
 
+    not_finite: ClassVar[str] = "value is not finite"
+    """Reason why a reading that is infinite or not a number is absent, such as "zero flux" for a magnitude."""
+
     @of_scalars
     @abstractmethod
     def reading(self, instant: Instant) -> Any:
@@ -65,6 +72,108 @@ class Observable(Parametric, ABC):
         """Return, by reason, True where the instrument has no reading, such as a blinded sensor; readings are NaN."""
         return {}
 
-    def time_of_body(self, time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the times at which the body was as it is read at the given times: earlier by the light time."""
+    def time_of_body(self, time: Array, units: DerivedUnits) -> Array:  # noqa: ARG002
+        """Return the times at which the body was as it is read at the given times: earlier by the light time.
+
+        Times have the shape (n,). If the light time depends on the member, the result has the shape (members, n).
+        """
         return time
+
+    # ------------------------------------------------------------------ errors of readings
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviation of the errors where data state none: the field `noise` of a class, or 0.
+
+        It broadcasts against errors, members and times first.
+        """
+        noise = np.asarray(getattr(self, "noise", 0.0), dtype=float)
+        own = len(kinds_of(type(self)).get("noise", ()))
+        return expanded(noise, 2, own) if noise.ndim > own else noise
+
+    @property
+    def errors(self) -> tuple[str, ...]:
+        """Names of the numbers of an error of a reading; empty for one scalar. By default the components."""
+        return self.components
+
+    def difference(self, read: Array, predicted: Array) -> Array:
+        """Return the errors of readings with respect to predictions; with `errors`, arrays have them as last axis."""
+        return read - predicted
+
+    def disturbed(self, readings: Array, errors: Array) -> Array:
+        """Return readings with errors, whose `difference` from the readings is the errors."""
+        return readings + errors
+
+    def on(self, body: str) -> Observable:
+        """Return the same observable of one of two bodies, "primary" or "secondary"."""
+        return ObservableOn(self, body)
+
+
+class ObservableOn(Observable):
+    """Observable of one body, read of one of two bodies; made by `observable.on("secondary")`."""
+
+    observable: Observable
+    body: str
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_name_of_body(self.body)
+
+    @override
+    def __repr__(self) -> str:
+        return f"{self.observable!r}.on({self.body!r})"
+
+    @property
+    @override
+    def definition(self) -> tuple[str, dict[str, Any]]:
+        name, fields = self.observable.definition
+        return name, fields | {"on": self.body}
+
+    @property
+    def components(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Names of the numbers of a reading."""
+        return self.observable.components
+
+    @property
+    def not_finite(self) -> str:  # type: ignore[override]
+        """Reason why a reading that is not finite is absent."""
+        return self.observable.not_finite
+
+    @override
+    def reading(self, instant: Any) -> Any:
+        return self.observable.reading(getattr(instant, self.body))
+
+    @override
+    def unit(self, units: DerivedUnits) -> str:
+        return self.observable.unit(units)
+
+    @property
+    @override
+    def frame(self) -> str:
+        return self.observable.frame
+
+    @override
+    def validity(self, instant: Any) -> Mapping[str, Scalar]:
+        return self.observable.validity(getattr(instant, self.body))
+
+    @override
+    def time_of_body(self, time: Array, units: DerivedUnits) -> Array:
+        return self.observable.time_of_body(time, units)
+
+    @property
+    @override
+    def sigma(self) -> Array:
+        return self.observable.sigma
+
+    @property
+    @override
+    def errors(self) -> tuple[str, ...]:
+        return self.observable.errors
+
+    @override
+    def difference(self, read: Array, predicted: Array) -> Array:
+        return self.observable.difference(read, predicted)
+
+    @override
+    def disturbed(self, readings: Array, errors: Array) -> Array:
+        return self.observable.disturbed(readings, errors)

@@ -1,3 +1,7 @@
 """The public names of poinsot.observables, by the module of each, as `make face` writes them."""
 
-__all__ = []
+from .readings import Readings
+
+__all__ = [
+    "Readings",
+]

@@ -12,12 +12,12 @@ from typing_extensions import Unpack
 
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.mechanics.environment import Dated, within
+from poinsot.observables.readings import Readings
 from poinsot.plot.curves import STYLES, bands_in_words, covered, draw_curve, scale, within_window
 from poinsot.plot.labels import COLOURS, GREY, Unit, bracketed, in_words, time_unit_of
 from poinsot.plot.panels import Axes, PanelOptions, dress, one_panel, plot
 from poinsot.plot.time_axis import axis_of
 from poinsot.printable import quoted
-from poinsot.propagation.readings import Readings
 from poinsot.quantities import Array
 from poinsot.records.calendar import Calendar
 

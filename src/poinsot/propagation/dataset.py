@@ -17,7 +17,7 @@ from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.columns import RENAMED, Column
 from poinsot.propagation.recorded import RecordedPart
 from poinsot.propagation.two_body_motion import two_bodies
-from poinsot.records.calendar import SCALES, Calendar
+from poinsot.records.calendar import Calendar, attributes_of_time
 from poinsot.records.units import DerivedUnits
 from poinsot.storage.run_record import RunRecord
 from poinsot.systems.system import System
@@ -70,7 +70,7 @@ def dataset_of_motion(
     return xarray.Dataset(
         along | dict(_initial(motion.initial, table, units)) | dict(_bodies(motion.initial, system, units)),
         coords={
-            "time": ("time", motion.times, {"units": system.units["time"], **_attributes_of_time(calendar)}),
+            "time": ("time", motion.times, {"units": system.units["time"], **attributes_of_time(calendar)}),
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
             **{f"component_{part.name}": components(part) for part in system.parts if part.size},
@@ -146,7 +146,7 @@ def dataset_of_result(
         array = np.asarray(values)
         return ("member",) * (array.ndim - len(dims)) + dims, array, _named(unit, meaning)
 
-    time = ("time", times, {"units": system.units["time"], **_attributes_of_time(system.calendar)})
+    time = ("time", times, {"units": system.units["time"], **attributes_of_time(system.calendar)})
     return xarray.Dataset(
         {name: put(*described) for name, described in variables.items()},
         coords={"time": time, **coordinates},
@@ -198,19 +198,6 @@ def components(part: Part | RecordedPart) -> list[str]:
     """Return the names of the scalars of a part."""
     counts = part.variables.items()
     return [name if count == 1 else f"{name}_{i + 1}" for name, count in counts for i in range(count)]
-
-
-def _attributes_of_time(calendar: Calendar | None) -> dict[str, str]:
-    """Return the attributes of the times. The unit names no date, because a decoded date has fewer digits."""
-    if calendar is None:
-        return {"long_name": "time"}
-    counted = {"tai": "TAI", "tt": "TT", "tdb": "TDB", "tcb": "TCB", "tcg": "TCG"}[SCALES[calendar.scale]]
-    return {
-        "long_name": f"time since {calendar.zero} {calendar.scale}, counted in {counted}",
-        "epoch": calendar.zero,
-        "scale": calendar.scale,
-        "counted_in": counted,
-    }
 
 
 Variable = tuple[tuple[str, ...], Array, dict[str, str]]

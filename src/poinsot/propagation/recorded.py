@@ -16,6 +16,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.mechanics.part import Jump
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import printable
@@ -114,6 +115,11 @@ class RecordedSystem(Immutable):
         """Return the body without forces, with the given numbers."""
         self._refuse_parts("omega_body")
         return self._free.dynamics.with_numbers(numbers)
+
+    def at(self, state: AnyState, environment: Environment | None = None) -> AnyInstant:
+        """Return the instant of a state, the argument of formulas."""
+        self._refuse_parts("an instant")
+        return self._free.at(state, environment)
 
     def omega_body(self, state: AnyState) -> Array:
         """Return the inertial angular velocity along the body axes; shape (..., 3)."""

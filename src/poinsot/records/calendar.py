@@ -24,6 +24,7 @@ from poinsot.quantities import MAX_AXES
 __all__ = [
     "SCALES",
     "Calendar",
+    "attributes_of_time",
     "checked_calendar",
     "holds_dates",
     "julian_dates",
@@ -199,6 +200,19 @@ def checked_calendar(calendar: Any) -> Calendar:
     if calendar.unit != "s":
         raise ValueError(f"calendar must count seconds for an orbit in km and km/s, got {calendar}.")
     return calendar
+
+
+def attributes_of_time(calendar: Calendar | None) -> dict[str, str]:
+    """Return the attributes of the times. The unit names no date, because a decoded date has fewer digits."""
+    if calendar is None:
+        return {"long_name": "time"}
+    counted = {"tai": "TAI", "tt": "TT", "tdb": "TDB", "tcb": "TCB", "tcg": "TCG"}[SCALES[calendar.scale]]
+    return {
+        "long_name": f"time since {calendar.zero} {calendar.scale}, counted in {counted}",
+        "epoch": calendar.zero,
+        "scale": calendar.scale,
+        "counted_in": counted,
+    }
 
 
 def leap_second_gone(instants: Any) -> Any:

@@ -14,6 +14,7 @@ from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.force import Force, Load, Potential, derived_torque
 from poinsot.mechanics.instant import Instant, RateUnknownError
+from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.pair_instant import AnyInstant, PairInstant
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies, mean_motion
@@ -25,7 +26,7 @@ from poinsot.systems.body_dynamics import BodyDynamics
 from poinsot.systems.dynamics import AnyDynamics
 from poinsot.systems.pair_dynamics import PairDynamics
 
-__all__ = ["ATTITUDES", "RATES", "try_event", "try_formulas"]
+__all__ = ["ATTITUDES", "RATES", "try_event", "try_formulas", "try_observable"]
 
 PAIR = np.array([1.0, 1.0])
 RATES = np.array([[0.0, 0.2], [0.0, 0.4], [0.0, 0.6]])
@@ -52,12 +53,21 @@ def try_formulas(dynamics: AnyDynamics) -> None:
 
 def try_event(dynamics: AnyDynamics, event: Event) -> None:
     """Run the formulas of an event on arrays of two values, or raise a TypeError."""
+    _try_record(dynamics, event, _of_event)
+
+
+def try_observable(dynamics: AnyDynamics, observable: Observable) -> None:
+    """Run the formula of an observable on arrays of two values, or raise a TypeError."""
+    _try_record(dynamics, observable, _of_observable)
+
+
+def _try_record(dynamics: AnyDynamics, record: Parametric, formula: Callable[[Any, Any], Any]) -> None:
     if isinstance(dynamics, PairDynamics):
-        _try(type(event).__name__, _of_event, event, _trial_of_pair(dynamics, event))
+        _try(type(record).__name__, formula, record, _trial_of_pair(dynamics, record))
     elif isinstance(dynamics, BodyDynamics):
         if "body on pairs" not in dynamics.results:
             dynamics.results["body on pairs"] = _on_pairs(dynamics)
-        _try(type(event).__name__, _of_event, event, _trial(event, dynamics.results["body on pairs"]))
+        _try(type(record).__name__, formula, record, _trial(record, dynamics.results["body on pairs"]))
 
 
 def _try_forces(dynamics: BodyDynamics) -> None:
@@ -182,6 +192,14 @@ def _of_part(part: Part, instant: Instant) -> None:
 def _of_event(event: Event, instant: Instant) -> None:
     _one("value", event, event.value(instant))
     _one("condition", event, event.condition(instant))
+
+
+def _of_observable(observable: Observable, instant: Instant) -> None:
+    reading = observable.reading(instant)
+    if names := observable.components:
+        _several(f"the reading of {type(observable).__name__} must be {len(names)} scalars", reading, len(names))
+    else:
+        _one("reading", observable, reading)
 
 
 def _one(what: str, record: Any, value: Any) -> None:

@@ -1,26 +1,20 @@
-"""Sampling in a kernel: a step ends at the next sample, where variables jump to new values.
-
-Numbers drawn at random depend on a key and a count alone: their generator has no state.
-"""
+"""Sampling in a kernel: a step ends at the next sample, where variables jump to new values."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
-from poinsot import functions
+from poinsot.random_numbers import UNUSED_BITS, uniform, words
 from poinsot.taylor.evaluation import written
 from poinsot.taylor.graph import GraphScalar, Node
 from poinsot.taylor.llvm_ir import DOUBLE, INTEGER, Structure, Value, Wide
 from poinsot.taylor.memory import Body, Context, KernelPart, Work
 
-__all__ = ["SAMPLE", "UNUSED_BITS", "Jumps", "Sampling", "Update", "key_of", "normals", "uniform", "words"]
+__all__ = ["SAMPLE", "Jumps", "Sampling", "Update"]
 
 SAMPLE = "sample"
 """The field of a lane with the time of its next sample."""
@@ -141,53 +135,3 @@ class Sampling(KernelPart):
         key, number = work.array("keys", INTEGER)[place], work.array("numbers")[place].to_integer()
         found = words(key, number, count) if count else []
         return [uniform((word >> UNUSED_BITS).to_double()) for word in found]
-
-
-# ---------------------------------------------------------------------- numbers drawn at random
-
-STRIDE = 0x9E3779B97F4A7C15
-"""2^64 over the golden ratio, odd: the step from one word to the next."""
-
-FACTORS = 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
-
-UNUSED_BITS = 12
-"""Bits of a word that are left: a number and a half have room for the others."""
-
-
-Word = TypeVar("Word", NDArray[np.integer], Value)
-"""Integers of 64 bits, whose sums and products are modulo 2^64."""
-
-Real = TypeVar("Real", float, NDArray[np.float64], Value)
-
-
-def mixed(word: Word) -> Word:
-    """Return a word whose bits each depend on all bits of another word (Steele, Lea, Flood 2014: SplitMix)."""
-    word = (word ^ (word >> 30)) * FACTORS[0]
-    word = (word ^ (word >> 27)) * FACTORS[1]
-    return word ^ (word >> 31)
-
-
-def key_of(seed: ArrayLike, member: ArrayLike) -> NDArray[np.integer]:
-    """Return the keys of seeds and members, whole numbers below 2^53; shape (...)."""
-    seeds, members = (np.atleast_1d(x).astype(np.uint64) for x in (seed, member))
-    return mixed(mixed(seeds * np.uint64(STRIDE)) + (members + np.uint64(1)) * np.uint64(STRIDE))
-
-
-def words(key: Word, number: Word, count: int) -> list[Word]:
-    """Return independent words of 64 bits for a key and the number of a sample."""
-    first = mixed(key + number * STRIDE)
-    return [mixed(first + (i + 1) * STRIDE % 2**64) for i in range(count)]
-
-
-def uniform(whole: Real) -> Real:
-    """Return the number between 0 and 1, both excluded, that a whole number below 2^52 stands for."""
-    return whole * 2.0**-52 + 2.0**-53
-
-
-def normals(between: Sequence[GraphScalar]) -> list[GraphScalar]:
-    """Return numbers of the standard normal distribution from an even count of uniform ones (Box and Muller)."""
-    found = list[GraphScalar]()
-    for size, angle in zip(between[::2], between[1::2], strict=True):
-        radius, turn = functions.sqrt(-2.0 * functions.log(size)), 2.0 * functions.pi * angle
-        found += [radius * functions.cos(turn), radius * functions.sin(turn)]
-    return found

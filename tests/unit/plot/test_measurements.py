@@ -9,7 +9,7 @@ import pytest
 from matplotlib.container import ErrorbarContainer
 
 import poinsot as pt
-from poinsot.propagation.readings import Readings
+from poinsot.observables.readings import Readings
 
 MAGNITUDES = {"units": "mag", "time_units": "h"}
 TIMES = np.array([0.0, 1.0, 2.0, 3.0, 30.0, 31.0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from poinsot.taylor.sampling import UNUSED_BITS, key_of, normals, uniform, words
+from poinsot.random_numbers import UNUSED_BITS, key_of, normals, uniform, words
 
 MASK = 2**64 - 1
 
