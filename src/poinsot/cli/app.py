@@ -91,7 +91,9 @@ OWN = {
         DIFFERS: "the repeated result differs from the original",
         STOPPED: "the propagation, or the propagation of an ensemble member, stopped before its last output time",
     },
-    observe: {STOPPED: "the propagation, or the propagation of an ensemble member, stopped before its last output time"},
+    observe: {
+        STOPPED: "the propagation, or the propagation of an ensemble member, stopped before its last output time"
+    },
     verify: {DIFFERS: "a difference exceeds its tolerance"},
 }
 for panel, commands in {

@@ -7,11 +7,12 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from poinsot import files
+from poinsot.cli.formats import facts_of_readings
 from poinsot.cli.runs import job_in
 from poinsot.cli.terminal import (
     INTERRUPTED,
@@ -92,21 +93,15 @@ def observe(
     if not job.plans:
         raise ValueError(f"{file} must have a table [[observe]], got none. `poinsot new --schema` describes it.")
     paths = list(_paths(job, file, out, kind))
-    for path in paths:
-        check_new(path, overwrite, " or --out PATH")
-        if not os.access(path.parent, os.W_OK | os.X_OK):
-            raise PermissionError(f"{path.parent} must be a folder that can be written, but it is not.")
+    _check_outputs(paths, overwrite)
     motion = _propagated(job, threads) if original is None else original
     with busy(f"Observing {file}"):
         readings = job.observe(motion, noise=noise)
-    with results_written_first():
-        for path, content in zip(paths, _divided(readings, kind), strict=True):
-            with busy(f"Writing {path}"):
-                getattr(files, WRITERS[kind])(content, path, overwrite=overwrite)
-            if not as_json:
-                report_path(path)
+    _write(readings, kind, paths, overwrite, quiet=as_json)
     if as_json:
-        hand_over_json({"files": [str(path) for path in paths], "readings": [_facts(each) for each in readings]})
+        hand_over_json(
+            {"files": [str(path) for path in paths], "readings": [facts_of_readings(each) for each in readings]}
+        )
     advise((opened("info", paths[0]), "summarises the readings"), (opened("plot", paths[0]), "plots the readings"))
     if motion.failures:
         say(f"{len(motion.failures)} of {len(motion)} members stopped before the last time. Their readings are NaN.")
@@ -133,9 +128,23 @@ def _paths(job: Scenario, file: Path, out: Path | None, kind: str) -> Iterator[P
         yield folder / f"{name.removesuffix(end)}.{own}{end}"
 
 
-def _divided(readings: tuple[Readings, ...], kind: str) -> list[Any]:
-    """Return the contents of the files: all readings, or for CSV the readings of each observable."""
-    return list(readings) if kind == "csv" else [readings]
+def _check_outputs(paths: list[Path], overwrite: bool) -> None:
+    """Check the output files before the run."""
+    for path in paths:
+        check_new(path, overwrite, " or --out PATH")
+        if not os.access(path.parent, os.W_OK | os.X_OK):
+            raise PermissionError(f"{path.parent} must be a folder that can be written, but it is not.")
+
+
+def _write(readings: tuple[Readings, ...], kind: str, paths: list[Path], overwrite: bool, quiet: bool) -> None:
+    """Write a file of all readings, or for CSV a file of each."""
+    contents = readings if kind == "csv" else [readings]
+    with results_written_first():
+        for path, content in zip(paths, contents, strict=True):
+            with busy(f"Writing {path}"):
+                getattr(files, WRITERS[kind])(content, path, overwrite=overwrite)
+            if not quiet:
+                report_path(path)
 
 
 def _propagated(job: Scenario, threads: int | None) -> Trajectory:
@@ -148,21 +157,6 @@ def _propagated(job: Scenario, threads: int | None) -> Trajectory:
         code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
         say(f"poinsot: {stopped} No readings were written.")
         raise typer.Exit(code) from None
-
-
-def _facts(readings: Readings) -> dict[str, Any]:
-    """Return facts about readings for programs."""
-    import numpy as np
-
-    values = readings.values
-    return {
-        "name": readings.name,
-        "observable": repr(readings.observable),
-        "times": readings.times.size,
-        "members": len(values) if readings.is_ensemble and values is not None else None,
-        "absent": None if values is None else int(np.isnan(values).sum()),
-        "units": readings.attributes.get("units"),
-    }
 
 
 WRITERS = {

@@ -54,7 +54,7 @@ from poinsot.systems.system import System, is_of_two_bodies
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["READINGS", "HasReadings", "load", "read_dataset", "save", "write_dataset"]
+__all__ = ["READINGS", "ReadingsFoundError", "load", "read_dataset", "save", "write_dataset"]
 
 Array = NDArray[np.float64]
 
@@ -206,13 +206,13 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
         return _in_store(path)
     data = _opened(path)
     if READINGS in data.attrs:
-        raise HasReadings(f"{shortened(path)} must have a motion, got readings. Use pt.files.read_readings.")
+        raise ReadingsFoundError(f"{shortened(path)} must have a motion, got readings. Use pt.files.read_readings.")
     reading = _Reading(data, shortened(path))
     _check_digest(data, path)
     return reading.trajectory()
 
 
-class HasReadings(ValueError):
+class ReadingsFoundError(ValueError):
     """Error of a file that contains readings in place of a motion."""
 
 

@@ -113,7 +113,6 @@ class Scenario(Summarized):
             motion._complete(provenance=self.provenance)
         return motion
 
-
     @checked
     def observe(self, motion: Trajectory | None = None, *, noise: int | None = None) -> tuple[Readings, ...]:
         """Return the readings of the tables `[[observe]]` along a motion, with the arguments of `pt.observe`.
@@ -198,9 +197,7 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
         **({} if system.calendar or parts.calendar is None else {"calendar": parts.calendar}),
     }
     times = parts.times(system, state)
-    return Scenario(
-        name, system, state, times, parts.run(system), parts.outputs(), provenance, parts.plans(times)
-    )
+    return Scenario(name, system, state, times, parts.run(system), parts.outputs(), provenance, parts.plans(times))
 
 
 def repetition(motion: Trajectory, name: str) -> Scenario:

@@ -57,6 +57,9 @@ JULIAN_DATE_OF_YEAR_1 = Decimal("1721424.5")
 JULIAN_DIGITS = 50
 """Decimal digits of the arithmetic of Julian dates."""
 
+JULIAN_DECIMALS_OF_SECOND = 26
+"""Decimals to which seconds since a zero within a day are rounded, as no decimal number is a third of a day."""
+
 MIN_DECIMALS, MAX_DECIMALS, MAX_DECIMALS_CONVERTED = 6, 32, 16
 """Numbers of decimals of a written Julian date. Conversions between scales are exact to 16 decimals."""
 
@@ -251,8 +254,9 @@ def times_of_julian_dates(dates: Sequence[Decimal], scale: str, calendar: Calend
     with decimal.localcontext() as context:
         context.prec = JULIAN_DIGITS
         if _counts_in(calendar, scale):
-            zero, day = _julian_zero(calendar), Decimal(SECONDS["d"]) / SECONDS[calendar.unit]
-            return np.array([float((date - zero) * day) for date in dates])
+            zero, day = _julian_zero(calendar), Decimal(SECONDS["d"])
+            seconds = [round((date - zero) * day, JULIAN_DECIMALS_OF_SECOND) for date in dates]
+            return np.array([float(passed / SECONDS[calendar.unit]) for passed in seconds])
         if scale == "UTC" and dates and min(dates) < FIRST_JULIAN_DATE_OF_UTC:
             raise ValueError(f"Julian dates must be in {FIRST_YEAR_OF_UTC} or later in UTC, got {min(dates)}.")
         whole = [float(date // 1) for date in dates]

@@ -43,7 +43,18 @@ from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses
 
-__all__ = ["RENAMED", "RENAMED_TYPES", "Group", "Key", "Maker", "Planned", "default_of", "keys_of", "known_classes", "makers"]
+__all__ = [
+    "RENAMED",
+    "RENAMED_TYPES",
+    "Group",
+    "Key",
+    "Maker",
+    "Planned",
+    "default_of",
+    "keys_of",
+    "known_classes",
+    "makers",
+]
 
 Group = str | type
 """Kind of a table: one of `BASES`, or the class of a record that is a field of another record."""

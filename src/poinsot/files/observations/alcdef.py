@@ -19,12 +19,12 @@ from poinsot.files.observations.julian_rows import JulianRows, calendar_before, 
 from poinsot.files.observations.readings_csv import present_values
 from poinsot.files.rows import number
 from poinsot.files.untrusted import read_text
-from poinsot.records.calendar import Calendar, julian_dates
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import quoted, shortened
+from poinsot.records.calendar import Calendar, julian_dates
 
-__all__ = ["read_alcdef", "write_alcdef"]
+__all__ = ["blocks_in", "read_alcdef", "write_alcdef"]
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,10 @@ def read_alcdef(path: str | Path, observable: Observable, *, calendar: Calendar 
 
     Examples
     --------
-    >>> curves = pt.files.read_alcdef("ceres.txt", curve, calendar=pt.Calendar("2011-09-13", "TDB", "d"))
+    >>> class Magnitude(pt.Observable):
+    ...     def reading(self, instant):
+    ...         return 7.3 + instant.omega_body[0]
+    >>> curves = pt.files.read_alcdef("alcdef.txt", Magnitude(), calendar=pt.Calendar("2011-09-13", "TDB", "d"))
     >>> curves[0].attributes["OBJECTNAME"]
     'Ceres'
     """
@@ -93,7 +96,7 @@ def read_alcdef(path: str | Path, observable: Observable, *, calendar: Calendar 
             f"observable must read one number, got the components {', '.join(observable.components)}. ALCDEF contains "
             "magnitudes."
         )
-    blocks = list(_blocks(read_text(path), shortened(path)))
+    blocks = blocks_in(path)
     counted = calendar or calendar_before(min(block.rows.dates[0] for block in blocks), "TDB", "d")
     return [_readings(block, observable, counted, i) for i, block in enumerate(blocks, start=1)]
 
@@ -117,15 +120,25 @@ def _readings(block: Block, observable: Observable, calendar: Calendar, count: i
     name = " ".join(filter(None, (rows.metadata.get("OBJECTNAME"), rows.metadata.get("SESSIONDATE")))) or str(count)
     attributes = {**rows.metadata, "units": "mag"}
     return Readings(
-        observable, rows.times("UTC", calendar), values[:, 0], sigma, name=name, calendar=calendar, attributes=attributes
+        observable,
+        rows.times("UTC", calendar),
+        values[:, 0],
+        sigma,
+        name=name,
+        calendar=calendar,
+        attributes=attributes,
     )
 
 
 # ------------------------------------------------------------------ blocks
 
 
+def blocks_in(path: str | Path) -> list[Block]:
+    """Return the light curves in a file, each with at least one datum."""
+    return list(_blocks(read_text(path), shortened(path)))
+
+
 def _blocks(text: str, name: str) -> Iterator[Block]:
-    """Yield the light curves of a text, each with at least one datum."""
     reader = _Reader(name)
     for count, line in enumerate(text.splitlines(), start=1):
         if line.strip() and not line.startswith("#"):
@@ -191,7 +204,9 @@ class _Reader:
         if not block.rows.dates:
             raise ValueError(f"{block.place} must have lines {DATA}=JD|magnitude, got none.")
         if self._ends and self._ends[0] != ended:
-            raise ValueError(f"{block.place} must end with {END_OF_DATA} as others do, got none. Is the file truncated?")
+            raise ValueError(
+                f"{block.place} must end with {END_OF_DATA} as others do, got none. Is the file truncated?"
+            )
         self._ends.append(ended)
         yield block
 
@@ -255,7 +270,10 @@ def write_alcdef(
 
     Examples
     --------
-    >>> curves = pt.files.read_alcdef("ceres.txt", curve)
+    >>> class Magnitude(pt.Observable):
+    ...     def reading(self, instant):
+    ...         return 7.3 + instant.omega_body[0]
+    >>> curves = pt.files.read_alcdef("alcdef.txt", Magnitude())
     >>> path = pt.files.write_alcdef(curves, "again.txt")
     >>> path.read_text().splitlines()[0]
     'STARTMETADATA'

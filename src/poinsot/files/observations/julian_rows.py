@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.files.rows import TextRows
-from poinsot.records.calendar import SECONDS, Calendar, times_of_julian_dates
 from poinsot.printable import quoted
+from poinsot.records.calendar import SECONDS, Calendar, times_of_julian_dates
 
 __all__ = ["JulianRows", "calendar_before", "check_not_falling", "iso_text", "julian_date"]
 

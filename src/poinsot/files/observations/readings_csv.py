@@ -16,10 +16,10 @@ from poinsot.files.keys import Entry, Keys
 from poinsot.files.observations.julian_rows import check_not_falling
 from poinsot.files.rows import TextRows, number
 from poinsot.files.untrusted import read_text
-from poinsot.records.calendar import Calendar
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import quoted, shortened
+from poinsot.records.calendar import Calendar
 from poinsot.suggestions import nearest
 
 __all__ = ["read_readings_csv", "write_readings_csv"]
@@ -74,8 +74,11 @@ def read_readings_csv(
 
     Examples
     --------
-    >>> gyro = pt.observables.Gyro(noise=0.05)
-    >>> pt.files.read_readings_csv("gyro.csv", gyro, columns=["t_s", "wx", "wy", "wz"]).values.shape
+    >>> class Rates(pt.Observable):
+    ...     components = ("x", "y", "z")
+    ...     def reading(self, instant):
+    ...         return instant.omega_body
+    >>> pt.files.read_readings_csv("gyro.csv", Rates(), columns=["t_s", "wx", "wy", "wz"]).values.shape
     (3, 3)
     """
     name = shortened(path)
@@ -143,8 +146,8 @@ def _places_of_columns(
     lengths = (1 + len(components), 1 + len(components) + len(errors))
     if len(wanted) not in lengths or len(set(wanted)) < len(wanted):
         raise ValueError(
-            f"columns must be {lengths[0]} or {lengths[1]} different names: the time, {', '.join(components)} and their "
-            f"standard deviations, got {', '.join(map(quoted, wanted))}."
+            f"columns must be {lengths[0]} or {lengths[1]} different names: the time, {', '.join(components)} and "
+            f"their standard deviations, got {', '.join(map(quoted, wanted))}."
         )
     for column in wanted:
         if columns.count(column) != 1:
@@ -183,9 +186,13 @@ def write_readings_csv(readings: Readings, path: str | Path, *, overwrite: bool 
 
     Examples
     --------
-    >>> path = pt.files.write_readings_csv(pt.observe(motion, pt.observables.Gyro()), "new.csv")
+    >>> class Rates(pt.Observable):
+    ...     components = ("x", "y", "z")
+    ...     def reading(self, instant):
+    ...         return instant.omega_body
+    >>> path = pt.files.write_readings_csv(pt.observe(motion, Rates()), "rates.csv")
     >>> path.read_text().splitlines()[-1][:4]
-    '10.0'
+    '20.0'
     """
     values, observable = values_of_one_body(readings), readings.observable
     components, errors = observable.components or (VALUE,), observable.errors

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.checked import checked
@@ -17,6 +18,7 @@ from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import described, message_of, quoted, shortened
 from poinsot.records.calendar import Calendar
+from poinsot.records.formula_errors import FormulaError
 from poinsot.scenarios.system_text import rebuilt_observables, text_of_observables
 
 if TYPE_CHECKING:
@@ -52,7 +54,7 @@ class RecordedObservable(Observable):
 
     @override
     def reading(self, instant: Instant) -> NoReturn:
-        raise ValueError(f"{self.text} must have a formula to be read, got none from its file: {self.reason}")
+        raise FormulaError(f"{self.text} must have a formula to be read, got none from its file: {self.reason}")
 
 
 @checked
@@ -80,7 +82,10 @@ def write_readings(readings: Readings | Sequence[Readings], path: str | Path, *,
 
     Examples
     --------
-    >>> seen = pt.observe(motion, pt.observables.Gyro())
+    >>> class Rate(pt.Observable):
+    ...     def reading(self, instant):
+    ...         return instant.omega_body[0]
+    >>> seen = pt.observe(motion, Rate())
     >>> path = pt.files.write_readings(seen, "new.readings.nc")
     >>> bool(np.all(pt.files.read_readings(path)[0].values == seen.values))
     True
@@ -89,35 +94,43 @@ def write_readings(readings: Readings | Sequence[Readings], path: str | Path, *,
 
     path = _checked_path(path)
     several = [readings] if isinstance(readings, Readings) else list(readings)
-    if not several:
-        raise ValueError("readings must not be empty, got none.")
-    names = [each.name for each in several]
-    for i, name in enumerate(names):
-        if name in names[:i]:
-            raise ValueError(f"readings must have different names, got {quoted(name)} twice. Give name=...")
+    _check_names([each.name for each in several])
     variables: dict[str, Any] = {}
     for i, each in enumerate(several):
         for end, array in zip(ARRAYS, (each.times, each.values, each.sigma), strict=True):
             if array is not None:
                 own = f"{READINGS}_{i}_{end}"
-                dims = [f"{own}_axis{k}" for k in range(array.ndim)]
-                variables[own] = (dims, array, {"long_name": each.name})
-    attributes = {READINGS: json.dumps([_description(each) for each in several])}
-    try:
-        observables = {each.name: each.observable for each in several}
-        calendars = {each.calendar for each in several}
-        if len(calendars) > 1:
-            raise ValueError("the readings of a file must share one calendar, got several.")
-        made = text_of_observables(observables, *calendars)
-    except ValueError as error:
-        attributes["not_readable"] = str(error)
-    else:
-        attributes["observables"] = made.text
-        about = {"long_name": "named in a text"}
-        for name, values in made.data.items():
-            variables[name] = ([f"{name}_axis{k}" for k in range(values.ndim)], values, about)
+                variables[own] = _variable(own, array, each.name)
+    attributes, arrays = _text_of(several)
+    variables |= {name: _variable(name, array, "named in a text") for name, array in arrays.items()}
+    attributes[READINGS] = json.dumps([_description(each) for each in several])
     write_dataset(xarray.Dataset(variables, attrs=attributes), path, overwrite)
     return path
+
+
+def _check_names(names: Sequence[str]) -> None:
+    if not names:
+        raise ValueError("readings must not be empty, got none.")
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise ValueError(f"readings must have different names, got {quoted(name)} twice. Give name=...")
+
+
+def _variable(name: str, array: NDArray[Any], meaning: str) -> tuple[list[str], NDArray[Any], dict[str, str]]:
+    """Return an array as a variable of a dataset, with dimensions of its own."""
+    return [f"{name}_axis{i}" for i in range(array.ndim)], array, {"long_name": meaning}
+
+
+def _text_of(readings: Sequence[Readings]) -> tuple[dict[str, str], Mapping[str, NDArray[Any]]]:
+    """Return the text that makes the observables again, or the reason why there is none, and the arrays it names."""
+    calendars = {each.calendar for each in readings}
+    if len(calendars) > 1:
+        return {"not_readable": "the readings of a file must share one calendar, got several."}, {}
+    try:
+        made = text_of_observables({each.name: each.observable for each in readings}, *calendars)
+    except ValueError as error:
+        return {"not_readable": str(error)}, {}
+    return {"observables": made.text}, made.data
 
 
 def _description(readings: Readings) -> dict[str, Any]:
@@ -157,9 +170,12 @@ def read_readings(path: str | Path) -> tuple[Readings, ...]:
 
     Examples
     --------
-    >>> path = pt.files.write_readings(pt.observe(motion, pt.observables.Gyro()), "new.readings.nc")
+    >>> class Rate(pt.Observable):
+    ...     def reading(self, instant):
+    ...         return instant.omega_body[0]
+    >>> path = pt.files.write_readings(pt.observe(motion, Rate()), "new.readings.nc")
     >>> pt.files.read_readings(path)[0].values.shape
-    (101, 3)
+    (201,)
     """
     path = _checked_path(path)
     name, data = shortened(path), read_dataset(path)
@@ -185,9 +201,7 @@ def _readings(data: xarray.Dataset, i: int, about: Mapping[str, Any], observable
         raise ValueError(f"there are no times of {quoted(about['name'])}.")
     calendar = None if about["calendar"] is None else Calendar(*about["calendar"])
     attributes = {str(key): str(value) for key, value in about["attributes"].items()}
-    return Readings(
-        observable, times, values, sigma, name=str(about["name"]), calendar=calendar, attributes=attributes
-    )
+    return Readings(observable, times, values, sigma, name=str(about["name"]), calendar=calendar, attributes=attributes)
 
 
 def _descriptions(text: Any, name: str) -> list[Mapping[str, Any]]:
@@ -195,7 +209,9 @@ def _descriptions(text: Any, name: str) -> list[Mapping[str, Any]]:
     try:
         found = json.loads(text)
         whole = all(
-            isinstance(each["name"], str) and isinstance(each["observable"], str) and isinstance(each["attributes"], dict)
+            isinstance(each["name"], str)
+            and isinstance(each["observable"], str)
+            and isinstance(each["attributes"], dict)
             for each in found
         ) and all(isinstance(word, str) for each in found for word in (*each["components"], *each["errors"]))
     except (KeyError, TypeError, ValueError, RecursionError):
