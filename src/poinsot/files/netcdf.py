@@ -243,9 +243,8 @@ def _check_digest(data: xarray.Dataset, path: Path) -> None:
 # ------------------------------------------------------------------ files
 
 
-def _checked_path(path: Any) -> Path:
-    if not isinstance(path, str | Path):
-        raise TypeError(f"path must be a str or a Path, got {described(path)}.")
+@checked
+def _checked_path(path: str | Path) -> Path:
     if Path(path).suffix not in SUFFIXES:
         raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, got {quoted(Path(path).name)}.")
     return Path(path)
