@@ -415,6 +415,7 @@ def files(folder):
         ),
         "field": text(folder / "g.tab", FIELD),
         "gyro": text(folder / "gyro.csv", GYRO),
+        "spin": text(folder / "spin.txt", SPIN),
         "alcdef": text(folder / "alcdef.txt", ALCDEF),
         "spk": kernel(folder / "m.bsp"),
         "oem": text(folder / "m.oem", OEM),
@@ -452,6 +453,7 @@ FIELD = (
     "    2,    0, -1.0E-03, 0.0, 0.0, 0.0\r\n    2,    1, 0.0, 0.0, 0.0, 0.0\r\n    2,    2, 1.0E-04, 0.0, 0.0, 0.0\r\n"
 )
 GYRO = "t_s,wx,wy,wz\n0.0,0.1,0.2,0.3\n0.01,0.1,0.2,0.31\n0.02,0.1,0.21,0.31\n"
+SPIN = "251 -63 5.27\n2433827.771536 10\n0.5 0.1 -0.5\n0.1\n"
 ALCDEF = """STARTMETADATA
 OBJECTNUMBER=1
 OBJECTNAME=Ceres

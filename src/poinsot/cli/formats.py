@@ -232,6 +232,7 @@ def _kind_of(file: Path, head: bytes) -> str:
 
 TEXTS = {
     "alcdef": re.compile(rb"(#[^\n]*\n|\s)*STARTMETADATA"),
+    "damit spin": re.compile(rb"\s*(?:[-+.\d]+[ \t]+){2}[-+.\d]+[ \t\r]*\n[ \t]*\d{7}[.\d]*[ \t]+[-+.\d]+\s"),
     "readings": re.compile(rb"# (readings|observable): "),
 }
 """Marks of observations by their kind: files of text whose names end as the names of other files do."""
@@ -465,6 +466,10 @@ def _of_alcdef(file: Path) -> Lines:
     ]
 
 
+def _of_damit_spin(file: Path) -> Lines:
+    return [*repr(files.read_damit_spin(file)).splitlines(), f"  in Python: pt.files.read_damit_spin({str(file)!r})"]
+
+
 def _of_csv(file: Path) -> Lines:
     return [f"Readings: {file.name}", f"  in Python: pt.files.read_readings_csv({str(file)!r}, observable)"]
 
@@ -496,7 +501,7 @@ def _of_kernel(file: Path) -> Lines:
 
 OF_OTHERS: dict[str, Callable[[Path], Lines]] = {
     **{".apm": _of_apm, ".oem": _of_oem, ".omm": _of_omm, ".tle": _of_omm},
-    **{"alcdef": _of_alcdef, "readings": _of_csv},
+    **{"alcdef": _of_alcdef, "damit spin": _of_damit_spin, "readings": _of_csv},
     **dict.fromkeys((".obj", ".ply", ".stl", ".txt"), _of_mesh),
     **dict.fromkeys((".gfc", ".sha"), _of_field),
     **dict.fromkeys((".bsp", ".tsc", ".tf", ".tls", ".tpc", ".tm"), _of_kernel),

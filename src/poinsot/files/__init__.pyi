@@ -3,15 +3,15 @@
 from .attitudes.aem import read_aem, write_aem
 from .attitudes.apm import read_apm, write_apm
 from .attitudes.attitude_format import AttitudeFormat
-from .attitudes.attitude_table import AttitudeTable, stated_calendar
+from .attitudes.attitude_table import AttitudeTable
 from .attitudes.ck import read_ck, spice_attitude, write_ck
 from .attitudes.quaternion_csv import read_quaternion_csv, write_quaternion_csv
 from .attitudes.stk import read_stk_attitude, write_stk_attitude
 from .bodies.fields import read_field
 from .bodies.meshes import read_mesh, write_damit_shape
-from .netcdf import READINGS, ReadingsFoundError, load, read_dataset, save, write_dataset
+from .netcdf import load, save
 from .observations.alcdef import read_alcdef, write_alcdef
-from .observations.julian_rows import JulianRows, calendar_before, check_not_falling, iso_text, julian_date
+from .observations.damit_spin import DamitSpin, read_damit_spin, write_damit_spin
 from .observations.readings_csv import read_readings_csv, write_readings_csv
 from .observations.readings_netcdf import read_readings, write_readings
 from .orbits.oem import read_oem
@@ -19,24 +19,18 @@ from .orbits.spk import spice_orbit
 from .orbits.tle import omm_orbit, tle_orbit
 from .scenario import Scenario, read_scenario
 
-__all__ = [  # noqa: RUF022
+__all__ = [
     "AttitudeFormat",
     "AttitudeTable",
-    "ReadingsFoundError",
-    "JulianRows",
-    "READINGS",
+    "DamitSpin",
     "Scenario",
-    "calendar_before",
-    "check_not_falling",
-    "iso_text",
-    "julian_date",
     "load",
     "omm_orbit",
     "read_aem",
     "read_alcdef",
     "read_apm",
     "read_ck",
-    "read_dataset",
+    "read_damit_spin",
     "read_field",
     "read_mesh",
     "read_oem",
@@ -48,14 +42,13 @@ __all__ = [  # noqa: RUF022
     "save",
     "spice_attitude",
     "spice_orbit",
-    "stated_calendar",
     "tle_orbit",
     "write_aem",
     "write_alcdef",
     "write_apm",
     "write_ck",
     "write_damit_shape",
-    "write_dataset",
+    "write_damit_spin",
     "write_quaternion_csv",
     "write_readings",
     "write_readings_csv",

@@ -150,7 +150,7 @@ class _Reader:
     """Reader of the lines of a file, which completes one block after the other."""
 
     def __init__(self, name: str) -> None:
-        self._name, self._block, self._within, self._ends = name, None, "", list[bool]()
+        self._name, self._within, self._ends = name, "", list[bool]()
         self._block: Block | None = None
 
     def take(self, line: str, place: str) -> Iterator[Block]:

@@ -85,9 +85,7 @@ def test_an_observable_of_the_package_is_made_again(tmp_path, monkeypatch):
 
 def test_a_motion_and_readings_are_not_confused(tmp_path):
     path = pt.files.write_readings(Readings(Rate(), [0.0], [1.0]), tmp_path / "a.nc")
-    with pytest.raises(
-        netcdf.ReadingsFoundError, match=r"a\.nc must have a motion, got readings\. Use pt\.files\.read_read"
-    ):
+    with pytest.raises(netcdf.ReadingsFoundError, match=r"a\.nc must have a motion, got readings\. Use pt\.files"):
         pt.load(path)
     body = pt.Body((1, 2, 3))
     motion = pt.free_motion(body, body.state((1, 0, 0, 0), omega_body=(0, 0, 1)), [0.0, 1.0])
