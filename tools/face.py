@@ -26,7 +26,8 @@ SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
     "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* "
-    "polynomial_search.* *.CROSSING_TOLERANCE *.HALF_TURNS *.bifurcations *.grows_with_time *.motion_at",
+    "polynomial_search.* *.CROSSING_TOLERANCE *.HALF_TURNS *.coordinate_names *.bifurcations "
+    "*.grows_with_time *.motion_at",
     "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
