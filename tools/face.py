@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
-    "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* "
+    "analysis": "uneven_lines.* continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* "
     "polynomial_search.* *.CROSSING_TOLERANCE *.HALF_TURNS *.bifurcations *.grows_with_time *.motion_at",
     "control": "",
     "events": "",
