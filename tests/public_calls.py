@@ -478,7 +478,7 @@ def public_calls(folder):
     here = {"system": TOP, "state": START, "times": [1.0]}
     dates = {"start": "2000-06-27T19:00:00 UTC", "stop": "2000-06-27T20:00:00 UTC", "max_age": 20.0}
     kernels = list(at["ck"])
-    drawn = {"ax": None, "title": "t"}
+    drawn, seen = {"ax": None, "title": "t"}, {"sun": ELLIPSE, "observer": CIRCLE}
     shown = {**drawn, "time_unit": "s"}
     both = {"axes": None, "title": "t", "time_unit": "s"}
     turning = {"ax": None, "rate_unit": "deg/s", "time_unit": "s"}
@@ -939,12 +939,13 @@ def public_calls(folder):
             pt.animate,
             {
                 **{"motion": motion(), "path": folder / "out.gif", "seconds": 0.1, "view": (20.0, -60.0)},
+                **seen,
                 "overwrite": True,
             },
         ),
         "view": (
             pt.view,
-            {"motion": motion(), "path": folder / "out.html", "others": motion(), "overwrite": True},
+            {"motion": motion(), "path": folder / "out.html", "others": motion(), **seen, "overwrite": True},
         ),
         "write_aem": (
             pt.files.write_aem,

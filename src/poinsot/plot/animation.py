@@ -19,7 +19,9 @@ from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import new_file, unwritable
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.mechanics.environment import Orbit
 from poinsot.plot.labels import BLACK, BLUE, GREEN, PURPLE, VERMILION, one_member
+from poinsot.plot.page_scene import towards
 from poinsot.plot.solid_parts import triangles
 from poinsot.plot.solids import right_and_up, view_direction
 from poinsot.printable import quoted
@@ -51,6 +53,15 @@ MIN_LABELLED_SIZE = 0.5
 LIGHT, SHADE = np.array([0.83, 0.88, 0.92]), np.array([0.62, 0.71, 0.79])
 """Colours of alternate octants of a body, which make its rotation visible."""
 
+LIT_BY_EYE, LIT_BY_SUN = np.array([0.62, 0.38]), np.array([0.3, 0.7])
+"""Brightness of a surface: a constant, and a part in proportion to the cosine between its normal and the light."""
+
+ARROW, ARROWS = 1.4, {"sun": ("Sun", "#E69F00"), "observer": ("observer", "#56B4E9")}
+"""Length, names and colours of the arrows to the Sun and to the observer."""
+
+LONGEST_SYMBOL = 2
+"""Largest number of characters of a label that is centred at the tip of its arrow."""
+
 TRACE_FRAMES = 20
 """Number of frames for which the tip of an axis leaves a trace."""
 
@@ -65,6 +76,8 @@ def animate(
     *,
     seconds: float = 10.0,
     view: ArrayLike | None = None,
+    sun: Orbit | None = None,
+    observer: Orbit | None = None,
     overwrite: bool = False,
 ) -> Path:
     """Write an animation that shows a moving body with its axes, angular momentum G, omega and the trace of an axis.
@@ -83,6 +96,10 @@ def animate(
         Duration of the animation, at most 600, with 20 frames per second. `motion[:1000]` selects a part of the motion.
     view : array (2,), optional
         Elevation and azimuth of the viewpoint in degrees; (22, -59) by default.
+    sun : Orbit, optional
+        Orbit of the body relative to the Sun, which lights the body. An arrow points to the Sun.
+    observer : Orbit, optional
+        Orbit of the body relative to an observer, to whom an arrow points.
     overwrite : bool
         True to replace an existing file of that name.
 
@@ -115,8 +132,13 @@ def animate(
         raise ValueError(f"seconds must be at most {MAX_SECONDS}, got {seconds}.")
     write = WRITERS[path.suffix]
     times = np.linspace(np.min(motion.times), np.max(motion.times), max(2, round(seconds * FRAMES_PER_SECOND)))
+    arrows = {
+        name: _between(motion.times, towards(motion, name, orbit), times)
+        for name, orbit in (("sun", sun), ("observer", observer))
+        if orbit is not None
+    }
     with new_file(path, overwrite) as part:
-        write(part, _frames(motion, times, view_direction(VIEW if view is None else view)))
+        write(part, _frames(motion, times, view_direction(VIEW if view is None else view), arrows))
     return path
 
 
@@ -200,8 +222,8 @@ def _between(stored: Array, vectors: Array, times: Array) -> Array:
 # ---------------------------------------------------------------------- frames
 
 
-def _frames(motion: Trajectory, times: Array, eye: Array) -> Iterator[NDArray[np.uint8]]:
-    """Yield the pictures; each (height, width, 3)."""
+def _frames(motion: Trajectory, times: Array, eye: Array, arrows: dict[str, Array]) -> Iterator[NDArray[np.uint8]]:
+    """Yield the pictures with the arrows to the Sun and to the observer; each (height, width, 3)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -216,7 +238,9 @@ def _frames(motion: Trajectory, times: Array, eye: Array) -> Iterator[NDArray[np
         panel.clear()
         panel.set(xlim=(-ROOM, ROOM), ylim=(-ROOM, ROOM))
         panel.set_axis_off()
-        _draw(panel, bodies, momentum[i] if len(bodies) == 1 else None, i, across, eye)
+        _draw(panel, bodies, momentum[i] if len(bodies) == 1 else None, i, across, eye, arrows.get("sun"))
+        for name, towards_it in arrows.items():
+            _arrow(panel, np.zeros(3), ARROW * towards_it[i], *ARROWS[name], across, eye)
         panel.text(0.02, 0.02, _time_text(motion, time), transform=panel.transAxes, color=BLACK)
         canvas.draw()
         yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
@@ -227,17 +251,29 @@ def _time_text(motion: Trajectory, time: float) -> str:
     return f"t = {time:.6g}" + ("" if unit == "1" else f" {unit}")
 
 
-def _draw(panel: Axes, bodies: list[_AnimatedBody], momentum: Array | None, i: int, across: Array, eye: Array) -> None:
-    """Draw one frame, the farthest objects first."""
+def _draw(
+    panel: Axes,
+    bodies: list[_AnimatedBody],
+    momentum: Array | None,
+    i: int,
+    across: Array,
+    eye: Array,
+    sun: Array | None,
+) -> None:
+    """Draw one frame, the farthest objects first, in the light of the Sun, or with light from the eye."""
     from matplotlib.collections import PolyCollection
 
     corners = np.concatenate([body.triangles(i) for body in bodies])
     colours = np.concatenate([body.colours for body in bodies])
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    facing = normals @ eye / np.maximum(np.linalg.norm(normals, axis=-1), 1e-300)
+    normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-300)
+    facing = normals @ eye
+    lit = LIT_BY_EYE @ [np.ones(len(facing)), facing]
+    if sun is not None:
+        lit = LIT_BY_SUN @ [np.ones(len(facing)), np.maximum(normals @ sun[i], 0)]
     seen = np.flatnonzero(facing > 0)
     order = seen[np.argsort(np.mean(corners[seen] @ eye, axis=-1))]
-    shaded = colours[order] * (0.62 + 0.38 * facing[order, None])
+    shaded = colours[order] * lit[order, None]
     panel.add_collection(
         PolyCollection(list(corners[order] @ across), facecolors=shaded, edgecolors=shaded, linewidths=0.3, zorder=2)
     )
@@ -271,7 +307,8 @@ def _arrow(panel: Axes, start: Array, vector: Array, name: str, colour: str, acr
     panel.annotate("", xy=tuple(tip), xytext=tuple(from_eye), arrowprops={**style, "zorder": order}, zorder=order)
     if name:
         where = (start + vector * (1 + 0.12 / max(float(np.linalg.norm(vector)), 0.12))) @ across
-        panel.text(where[0], where[1], name, color=colour, ha="center", va="center", style="italic", zorder=order)
+        side = "center" if len(name) <= LONGEST_SYMBOL else "left" if where[0] >= from_eye[0] else "right"
+        panel.text(where[0], where[1], name, color=colour, ha=side, va="center", style="italic", zorder=order)
 
 
 # ---------------------------------------------------------------------- files

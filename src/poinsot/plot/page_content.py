@@ -14,6 +14,7 @@ from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.kinematics.euler import sine_of_attitudes
 from poinsot.kinematics.frame import LEVEL, roll_pitch_yaw
 from poinsot.mechanics.body import Body
+from poinsot.mechanics.environment import Orbit
 from poinsot.plot.geometry import is_constant
 from poinsot.plot.labels import (
     BLACK,
@@ -31,7 +32,7 @@ from poinsot.plot.labels import (
     time_unit_of,
 )
 from poinsot.plot.page_arrays import packed, rows_of
-from poinsot.plot.page_scene import calendar_of, events_of, surroundings_of
+from poinsot.plot.page_scene import NO_ORBITS, calendar_of, events_of, surroundings_of
 from poinsot.plot.solid_parts import extents, gyration_radii, parts_of
 from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.propagation.two_body_motion import two_bodies
@@ -57,6 +58,7 @@ COLOURS = {
     "paths": VERMILION,
     "orbit_frame": "#999933",
     "sun": "#E69F00",
+    "observer": "#56B4E9",
     "shadow": GREY,
     "wheels": GREY,
     "ghosts": GREY,
@@ -110,11 +112,16 @@ def others_of(motion: Trajectory, given: Trajectory | Sequence[Trajectory] | Non
     return others
 
 
-def content_of(motion: Trajectory, others: Sequence[Trajectory] = (), title: str = "") -> dict[str, Any]:
-    """Return the content of the page for one or two bodies, together with other motions."""
+def content_of(
+    motion: Trajectory,
+    others: Sequence[Trajectory] = (),
+    title: str = "",
+    directions: Mapping[str, Orbit] = NO_ORBITS,
+) -> dict[str, Any]:
+    """Return the content of the page for one or two bodies, together with other motions and arrows."""
     if one_member(motion).times.size < 2:
         raise ValueError(f"motion must have two times or more, got {motion.times.size}.")
-    own = _of_pair(motion) if is_of_two_bodies(motion) else _of_body(motion)
+    own = _of_pair(motion, directions) if is_of_two_bodies(motion) else _of_body(motion, directions)
     rates, quantities = own.pop("rates"), own.pop("quantities")
     momentum = own["arrays"]["angular_momentum_space"] = motion.angular_momentum_space
     own["largest"]["angular_momentum"] = _longest(momentum)
@@ -155,11 +162,11 @@ class PlottedQuantity(NamedTuple):
         return {**common, "angles": True} if self.are_angles else common
 
 
-def _of_body(motion: Trajectory) -> dict[str, Any]:
+def _of_body(motion: Trajectory, directions: Mapping[str, Orbit]) -> dict[str, Any]:
     """Return the content for one body."""
     units, rate = motion.system.units, np.linalg.norm(motion.omega_body, axis=-1)
     mean_rate = float(np.trapezoid(rate, motion.times) / (motion.times[-1] - motion.times[0]))
-    around = surroundings_of(motion, _initial_speed(motion.times, mean_rate))
+    around = surroundings_of(motion, _initial_speed(motion.times, mean_rate), directions)
     arrays = {**_moving(motion), **around.arrays}
     unit = rate_unit_of(units, None, rate)
     quantities = {
@@ -227,7 +234,7 @@ def _moving(motion: Trajectory) -> dict[str, Array]:
     return arrays
 
 
-def _of_pair(motion: Trajectory) -> dict[str, Any]:
+def _of_pair(motion: Trajectory, directions: Mapping[str, Orbit]) -> dict[str, Any]:
     """Return the content for two bodies."""
     pair, distance = two_bodies(motion.system), motion.distance
     rates, bodies, largest, reach = {}, {}, {}, 0.0
@@ -239,7 +246,7 @@ def _of_pair(motion: Trajectory) -> dict[str, Any]:
         reach = max(reach, abs(share) * float(np.max(distance)) + bodies[name]["radius"])
     turning = np.linalg.norm(np.cross(motion.position, motion.velocity), axis=-1) / distance**2
     mean_rate = float(np.trapezoid(turning, motion.times) / (motion.times[-1] - motion.times[0]))
-    around = surroundings_of(motion, _initial_speed(motion.times, mean_rate))
+    around = surroundings_of(motion, _initial_speed(motion.times, mean_rate), directions)
     arrays = {**_moving(motion), **around.arrays}
     arrays["libration"] = _libration(motion, bodies["secondary"])
     units = motion.system.units

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,12 +27,14 @@ from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS
 from poinsot.records.parameters import same
 
-__all__ = ["Surroundings", "calendar_of", "events_of", "surroundings_of"]
+__all__ = ["NO_ORBITS", "Surroundings", "calendar_of", "events_of", "surroundings_of", "towards"]
 
 TORQUES = ("#882255", "#44AA99", "#332288", "#AA4499", "#117733", "#999933")
 """Colours of torques from Tol's muted scheme; only so many of the largest torques are drawn."""
 FIELDS = ("#56B4E9", "#0072B2")
 MOMENTA = ("#B15928", "#6A3D9A")
+
+NO_ORBITS: Mapping[str, Orbit] = {}
 
 MU_TOLERANCE = 1e-3
 """Largest relative difference between the gravitational parameter of an attractor and of a known body."""
@@ -57,13 +59,20 @@ class Surroundings(NamedTuple):
     arrays: dict[str, Array]
 
 
-def surroundings_of(motion: Trajectory, speed: float) -> Surroundings:
-    """Return the surroundings of a body or a pair; `speed` is the time that passes on the page in a second."""
+def surroundings_of(motion: Trajectory, speed: float, directions: Mapping[str, Orbit] = NO_ORBITS) -> Surroundings:
+    """Return the surroundings of a body or a pair.
+
+    `speed` is the time that passes on the page in a second. `directions` are the orbits from the Sun ("sun") and from
+    the observer ("observer"), towards which arrows point.
+    """
     found = Surroundings({"vectors": []}, {})
     state = state_of(motion.phase, motion.times)
     instant = motion.system.dynamics.broadcast_to(state.shape).at(state, motion.environment)
     _add_orbit(found, motion)
-    _add_sun(found, motion, instant)
+    _add_sun(found, motion, instant, directions.get("sun"))
+    if "observer" in directions:
+        found.arrays["observer"] = towards(motion, "observer", directions["observer"])
+    found.content["arrows"] = list(directions)
     if is_of_two_bodies(motion):
         return found
     _add_torques(found, motion)
@@ -124,16 +133,25 @@ def _mu(orbit: Orbit) -> float:
     return float(np.ravel(np.asarray(orbit.mu))[0])
 
 
-def _add_sun(found: Surroundings, motion: Trajectory, instant: Instant) -> None:
+def _add_sun(found: Surroundings, motion: Trajectory, instant: Instant, sun: Orbit | None) -> None:
     """Add the direction to the Sun, and the part of its disc that occulters leave visible."""
     force = next(iter(_within(motion.system.dynamics.broadcast_to(motion.times.shape), Sunlight)), None)
-    if force is None:
+    if sun is None and force is not None:
+        sun = force.sun
+    if sun is None:
         return
-    towards = -_rows(instant.direction(force.sun), motion)
-    found.arrays["sun"] = towards
-    found.content.update(sun=True, sunlight=bool(force.occulters))
-    if force.occulters:
+    found.arrays["sun"] = towards(motion, "sun", sun)
+    found.content.update(sun=True, sunlight=force is not None and bool(force.occulters))
+    if force is not None and force.occulters:
         found.arrays["sunlight"] = _rows([force.sunlight(instant)], motion)
+
+
+def towards(motion: Trajectory, name: str, orbit: Orbit) -> Array:
+    """Return the unit vectors from the body to the attractor of an orbit at the times of a motion; shape (n, 3)."""
+    if orbit.member_axis:
+        raise ValueError(f"{name} must be one orbit, got {orbit.member_axis[0]} members. Pass the orbit of one member.")
+    position = _rows(motion.environment.position(orbit), motion)
+    return np.asarray(-position / np.linalg.norm(position, axis=-1, keepdims=True))
 
 
 # ---------------------------------------------------------------------- vectors

@@ -15,6 +15,7 @@ from typing import Any, overload
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
+from poinsot.mechanics.environment import Orbit
 from poinsot.plot.page_content import content_of, others_of
 from poinsot.printable import quoted
 from poinsot.propagation.trajectory import Trajectory
@@ -76,10 +77,24 @@ class View:
 
 
 @overload
-def view(motion: Trajectory, *, others: Motions | None = None, title: str = "") -> View: ...
+def view(
+    motion: Trajectory,
+    *,
+    others: Motions | None = None,
+    sun: Orbit | None = None,
+    observer: Orbit | None = None,
+    title: str = "",
+) -> View: ...
 @overload
 def view(
-    motion: Trajectory, path: str | Path, *, others: Motions | None = None, title: str = "", overwrite: bool = False
+    motion: Trajectory,
+    path: str | Path,
+    *,
+    others: Motions | None = None,
+    sun: Orbit | None = None,
+    observer: Orbit | None = None,
+    title: str = "",
+    overwrite: bool = False,
 ) -> Path: ...
 @checked
 def view(
@@ -87,6 +102,8 @@ def view(
     path: str | Path | None = None,
     *,
     others: Motions | None = None,
+    sun: Orbit | None = None,
+    observer: Orbit | None = None,
     title: str = "",
     overwrite: bool = False,
 ) -> View | Path:
@@ -109,6 +126,12 @@ def view(
         Name of the file, which ends in `.html`. Without it the function returns the page, for a notebook.
     others : Trajectory, or sequence of these, optional
         Other motions of the same bodies, drawn translucent; at most 8 members of an ensemble.
+    sun : Orbit, optional
+        Orbit of the body relative to the Sun, such as `curve.sun` of a light curve. The Sun lights the scene, and an
+        arrow points to it. Default: the Sun of the forces.
+    observer : Orbit, optional
+        Orbit of the body relative to an observer, such as `curve.observer`. An arrow points to the observer, from whom
+        the camera can look at the body.
     title : str, optional
         Title of the page. By default the title of the scenario, or the bodies, forces and duration.
     overwrite : bool
@@ -131,20 +154,19 @@ def view(
     >>> pt.view(pt.free_motion(body, start, np.linspace(0, 20, 201)))
     View(0.7 MB of HTML)
     """
-    if path is None:
-        return View(_page(motion, others, title))
-    path = Path(path)
-    if path.suffix != ".html":
+    path = None if path is None else Path(path)
+    if path is not None and path.suffix != ".html":
         raise ValueError(f"path must end in .html, got {quoted(path.name)}.")
-    return write_text(path, _page(motion, others, title), overwrite)
+    directions = {name: orbit for name, orbit in (("sun", sun), ("observer", observer)) if orbit is not None}
+    page = _page(content_of(motion, others_of(motion, others), title, directions))
+    return View(page) if path is None else write_text(path, page, overwrite)
 
 
 # ---------------------------------------------------------------------- the page
 
 
-def _page(motion: Trajectory, others: Motions | None, title: str) -> str:
-    """Return the page, whose policy allows its own scripts and no requests."""
-    content = content_of(motion, others_of(motion, others), title)
+def _page(content: dict[str, Any]) -> str:
+    """Return the page of a content, whose policy allows its own scripts and no requests."""
     seen = "pair" if "bodies" in content else "body"
     folder = resources.files("poinsot.plot") / "page"
     files = ("page.html", f"{seen}.html", "page.css", *SCRIPTS[seen])
@@ -184,14 +206,16 @@ def _group(title: str, controls: list[str]) -> str:
 
 
 def _labels_of_arrows(around: dict[str, Any]) -> Iterator[str]:
-    """Yield the controls of further arrows, which are not drawn at first."""
+    """Yield the controls of further arrows. Only the arrows that the user requests are drawn at first."""
     orbit = around.get("orbit", {})
     if orbit.get("moves"):
         words = "axes of the orbit: <i>r</i> radial, <i>t</i> transverse, <i>n</i> normal"
         yield _label("orbit_frame", words, marked=True, checked=False)
     if "sun" in around:
         seen = f"; part of its disc that is seen: {_reading('sunlight', '')}" if around["sunlight"] else ""
-        yield _label("sun", f"Sun{seen}", marked=True, checked=False)
+        yield _label("sun", f"Sun{seen}", marked=True, checked="sun" in around["arrows"])
+    if "observer" in around["arrows"]:
+        yield _label("observer", "observer")
     for vector in around.get("vectors", ()):
         name, unit = html.escape(vector["name"]), html.escape(vector["unit"])
         words = f"<i>{vector['letter']}</i> {name} {_reading(vector['array'], unit)}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any
 
 from poinsot.immutable import Immutable
@@ -11,7 +11,7 @@ from poinsot.printable import described, quoted
 from poinsot.quantities import Quantity, plain, said_of
 from poinsot.records.parameters import Parametric, listed
 
-__all__ = ["PER_TIME", "DerivedUnits", "checked_units", "dated_units", "in_units"]
+__all__ = ["PER_TIME", "DerivedUnits", "checked_units", "dated_units", "in_units", "length_of_inertia"]
 
 PER_TIME = "rad per unit of time"
 """Unit of angular velocities of a result without units."""
@@ -84,6 +84,12 @@ def _power(unit: str, exponent: int) -> str:
     if not all(words) or len(words) < 2:
         return "1" if unit == "1" else f"{unit}{exponent}"
     return _product(*(f"{word[1]}{int(word[2] or 1) * exponent}" for word in words if word))
+
+
+def length_of_inertia(inertia: str, lengths: Container[str]) -> str:
+    """Return the unit of length in a unit of inertia, "km" in "kg km2"; "" if none of the known lengths is squared."""
+    words = (WORD.fullmatch(word) for word in inertia.split())
+    return next((word[1] for word in words if word and word[1] in lengths and word[2] == "2"), "")
 
 
 def _product(*units: str) -> str:

@@ -86,6 +86,24 @@ def test_two_bodies_are_both_in_the_film(tmp_path):
 # ---------------------------------------------------------------------- files
 
 
+def test_the_sun_lights_one_side_and_arrows_point_to_sun_and_observer(tmp_path):
+    """Seen from above with the Sun on the right, the right half is brighter, and the arrows have their colours."""
+    ball = pt.Body.from_shape(pt.shapes.Ellipsoid((1.0, 1.0, 1.0), mass=1.0))
+    start = ball.state((np.cos(0.3), 0, 0, np.sin(0.3)), omega_body=(0, 0, 1e-3))
+    motion = pt.free_motion(ball, start, [0.0, 1.0])
+    right, left = ((0, -5.0, 0), (0, 7.0, 0))  # seen from (90, 0) the second axis is on the right
+    orbits = {name: pt.orbits.FixedPosition(1.0, position=at) for name, at in (("sun", right), ("observer", left))}
+    path = pt.animate(motion, tmp_path / "a.gif", seconds=0.1, view=(90, 0), **orbits)
+    picture, _ = next(iter(pictures(path)))
+    brightness = np.sum(picture, axis=-1)
+    middle, aside = picture.shape[1] // 2, 60
+    rows = slice(middle - 90, middle - 30)
+    assert np.mean(brightness[rows, middle + aside]) > 1.5 * np.mean(brightness[rows, middle - aside])
+    bluer = picture[..., 2] - picture[..., 0]
+    assert np.count_nonzero(bluer[:, middle + 120 :] < -100) > 50
+    assert np.count_nonzero(bluer[:, : middle - 120] > 100) > 50
+
+
 def test_a_film_as_mp4_is_read_back_by_ffmpeg(tmp_path):
     """Ten frames in half a second, in which the body turns as in the motion, in colours that players can show."""
     ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="imageio-ffmpeg is not installed")

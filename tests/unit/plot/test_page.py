@@ -768,6 +768,37 @@ def test_the_camera_is_fixed_to_body_orbit_or_attractor(orbiting):
     visit.page.select_option("#view", "space")
 
 
+def test_the_camera_looks_along_the_line_of_sight(browser, tmp_path):
+    """From the observer: the arrow to the observer points to the eye, and s3 is upwards."""
+    motion = pt.free_motion(BODY, STATE, np.linspace(0, 10, 101))
+    observer, sun = (-3.0, 4.0, -1.0), (1.0, 2.0, -2.0)
+    orbits = {name: pt.orbits.FixedPosition(1.0, position=at) for name, at in (("observer", observer), ("sun", sun))}
+    visit = Visit(browser, pt.view(motion, tmp_path / "seen.html", **orbits))
+    script = """t => {
+        poinsot.setTime(t);
+        const { world, parts, camera, render } = poinsot.scene;
+        render();
+        const turned = (each) => each.getWorldQuaternion(new THREE.Quaternion());
+        const tip = (each) => new THREE.Vector3(0, 1, 0).applyQuaternion(turned(each));
+        const north = new THREE.Vector3(0, 0, 1).applyQuaternion(turned(world));
+        const screen = (each) => each.applyQuaternion(turned(camera).invert()).toArray();
+        return [tip(parts.observer), tip(parts.sun), north].map(screen);
+    }"""
+    in_space = visit(script, 3.0)
+    assert not np.allclose(in_space[0], (0, 0, 1), rtol=0, atol=0.1)
+    visit.page.select_option("#view", "observer")
+    to_observer, to_sun, north = map(np.array, visit(script, 3.0))
+    np.testing.assert_allclose(to_observer, (0, 0, 1), rtol=0, atol=1e-6)
+    assert abs(north[0]) < 1e-6
+    assert north[1] > 0
+    eye = -np.array(observer) / np.linalg.norm(observer)
+    east = np.cross((0, 0, 1), -eye)  # of the sky behind the body: on the left
+    expected = -np.array(sun) @ -east / np.linalg.norm(sun) / np.linalg.norm(east)
+    assert to_sun[0] == pytest.approx(expected, rel=0, abs=1e-6)
+    assert visit.messages == []
+    visit.page.close()
+
+
 def test_events_and_dates_are_on_the_line_of_time(orbiting):
     motion, visit = orbiting
     times = motion.events[0].times

@@ -317,6 +317,37 @@ def test_orbit_sun_and_shadow_are_those_of_the_forces(orbiting):
     assert 0.1 < np.mean(seen) < 0.9
 
 
+@pytest.mark.parametrize("bodies", [1, 2])
+def test_arrows_point_to_the_sun_and_the_observer_that_are_given(bodies):
+    towards = {"sun": np.array((1.0, 2.0, -2.0)), "observer": np.array((0.0, -3.0, 4.0))}
+    orbits = {name: pt.orbits.FixedPosition(1.0, position=-5 * at) for name, at in towards.items()}
+    motion = pair_motion() if bodies == 2 else free()
+    page = pt.view(motion, **orbits).html
+    data = content_in(page)
+    assert data["around"]["arrows"] == ["sun", "observer"]
+    for name, at in towards.items():
+        expected = np.broadcast_to(at / np.linalg.norm(at), (motion.times.size, 3))
+        np.testing.assert_allclose(decoded(data["arrays"][name], 3), expected, rtol=0, atol=1e-7)
+        assert f'data-part="{name}" checked' in page
+    assert not content(motion)["around"]["arrows"]
+    assert 'data-part="observer"' not in pt.view(motion).html
+
+
+def test_the_sun_that_is_given_takes_the_place_of_the_sun_of_the_forces(orbiting):
+    motion, before = orbiting
+    data = content_in(pt.view(motion, sun=pt.orbits.FixedPosition(1.0, position=(0, 0, -1.0))).html)
+    np.testing.assert_allclose(decoded(data["arrays"]["sun"], 3)[7], (0, 0, 1), rtol=0, atol=1e-7)
+    assert np.array_equal(decoded(data["arrays"]["sunlight"], 1), decoded(before["arrays"]["sunlight"], 1))
+
+
+def test_an_observer_of_members_is_refused():
+    many = pt.orbits.FixedPosition(1.0, position=np.eye(3))
+    with pytest.raises(
+        ValueError, match=r"^observer must be one orbit, got 3 members\. Pass the orbit of one member\.$"
+    ):
+        pt.view(free(), observer=many)
+
+
 def test_vectors_are_the_torques_fields_and_momenta_along_the_body_axes(orbiting):
     """The torque of gravity is 3 mu/r^5 r x I r, the field that of a dipole, and the torque of the moment m x B."""
     motion, data = orbiting

@@ -7,7 +7,7 @@ const LIGHT = "#D3E0EA";
 const SHADE = "#9DB6C9";
 const UP = new THREE.Vector3(0, 1, 0);
 /** Radii of shafts: at one place thinner shafts are inside thicker ones. */
-const SHAFT = { space_axes: 0.007, orbit_frame: 0.009, body_axes: 0.011, sun: 0.0125, momentum: 0.0145, vector: 0.017, omega: 0.0205 };
+const SHAFT = { space_axes: 0.007, orbit_frame: 0.009, body_axes: 0.011, sun: 0.0125, observer: 0.0135, momentum: 0.0145, vector: 0.017, omega: 0.0205 };
 
 /** A wide line along a path, drawn through the last points before a tip. */
 class Tail {

@@ -1,5 +1,5 @@
 "use strict";
-// Surroundings of a body or a pair: orbit and attractor, orbital frame, Sun and shadow, torques and other vectors.
+// Surroundings of a body or a pair: orbit and attractor, orbital frame, Sun and shadow, observer, torques and other vectors.
 
 /** Smallest distance of the attractor and smallest height above its surface, in sizes of the body. */
 const FARTHEST = 12;
@@ -9,6 +9,7 @@ const MOST = 400;
 const UNKNOWN = 0.08;
 const ORBIT_POINTS = 240;
 const SUN_LENGTH = 1.85;
+const OBSERVER_LENGTH = 1.85;
 const FRAME_LENGTH = 1.6;
 const VECTOR_LENGTH = 1.5;
 const GROUND = { Earth: "#3E74A8", Mars: "#B06A45", Sun: "#F6D56B", Moon: "#8F8F8F", Venus: "#C9A55B", Jupiter: "#B79A78", Saturn: "#C8B07A" };
@@ -25,6 +26,7 @@ function surroundingsOf(motion, { world, near, body, parts, lightFrom }) {
   if (far) drawn.push(far.place);
   if (around.orbit?.moves) drawn.push(orbitFrame(near, parts, colours.orbit_frame));
   if (around.sun) drawn.push(sunlit(motion, near, body, parts, far, lightFrom));
+  if (around.arrows.includes("observer")) drawn.push(observed(motion, near, parts));
   for (const { array, letter, colour, largest } of around.vectors) {
     const arrow = new Arrow(body, colour, SHAFT.vector, letter);
     parts[array] = arrow.group;
@@ -151,6 +153,13 @@ function sunlit(motion, near, body, parts, far, lightFrom) {
     far?.night.quaternion.copy(turn);
     shadow?.quaternion.copy(turn);
   };
+}
+
+/** The direction to the observer. */
+function observed(motion, near, parts) {
+  const arrow = new Arrow(near, motion.page.colours.observer, SHAFT.observer, "observer");
+  parts.observer = arrow.group;
+  return (t) => arrow.point(unit(motion.vector("observer", t)), OBSERVER_LENGTH);
 }
 
 /** Brightness of the body in the shadow of the attractor. */

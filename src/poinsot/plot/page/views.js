@@ -1,5 +1,5 @@
 "use strict";
-// Views of the scene, in which the space axes, a body, the orbit or the attractor are at rest.
+// Views of the scene, in which the space axes, a body, the orbit, the line of sight or the attractor are at rest.
 
 /** Size of a body seen from the attractor, as fraction of the distance of the eye from the attractor. */
 const SEEN = 0.035;
@@ -14,11 +14,12 @@ function viewsOf(motion, { world, camera, controls }, { near, far, own, usual })
   const all = { ...own };
   const orbit = motion.page.around.orbit;
   if (orbit?.moves) all.orbit = { words: "the orbit", turn: upwardsOfOrbit };
+  if (motion.page.around.arrows.includes("observer")) all.observer = { words: "the line of sight, s₃ upwards", turn: towardsObserver };
   if (orbit) all.attractor = { words: orbit.attractor, centre: () => far.group.position };
   const reach = far?.reach ?? 0;
   camera.far = Math.max(100, 8 * reach);
   controls.maxDistance = Math.max(30, 5 * reach);
-  const eyes = { attractor: FROM.clone().multiplyScalar(0.6 * reach) };
+  const eyes = { attractor: FROM.clone().multiplyScalar(0.6 * reach), observer: new THREE.Vector3(FROM.length(), 0, 0) };
   let name = usual;
 
   function look(wanted) {
@@ -44,6 +45,13 @@ function viewsOf(motion, { world, camera, controls }, { near, far, own, usual })
 
   const names = Object.fromEntries(Object.entries(all).map(([key, { words }]) => [key, words]));
   return { names, usual, look, place };
+}
+
+/** The attitude of axes towards the observer, to the right of the observer and upwards. */
+function towardsObserver(t) {
+  const near = unit(motion.vector("observer", t));
+  const right = unit(cross([0, 0, 1], near));
+  return attitudeOf([near, right, cross(near, right)]);
 }
 
 /** The attitude of an orbit with its radial axis upwards and the transverse axis to the right. */
