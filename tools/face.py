@@ -32,7 +32,8 @@ SHARED = {
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
-    "*.attitude_formats *.parsed_scenario *.repetition",
+    "*.attitude_formats *.parsed_scenario *.repetition "
+    "observations.julian_rows.* *.*_in *.stated_calendar netcdf.READINGS *.ReadingsFoundError *_dataset",
     "forces": "point_masses.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
     "radiation.[A-Z][A-Z]* radiation.Sunlight radiation.visible_fraction facets.PLATE_DRAG_COEFFICIENT",
     "observables": "",
