@@ -26,7 +26,7 @@ SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
     "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* "
-    "polynomial_search.* *.CROSSING_TOLERANCE *.HALF_TURNS *.coordinate_names *.bifurcations "
+    "polynomial_search.* uneven_lines.* *.CROSSING_TOLERANCE *.HALF_TURNS *.coordinate_names *.bifurcations "
     "*.grows_with_time *.motion_at",
     "control": "",
     "events": "",
