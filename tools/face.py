@@ -41,7 +41,7 @@ SHARED = {
     "parts": "*.AttachedMass *.refuse_oblique",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
-    "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
+    "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* boxes.* clipping.* surface.* views.* visibility.ClearParts visibility.Slopes visibility.clear_faces visibility.clear_parts",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
 

@@ -97,6 +97,8 @@ COVERED_BY = {
     "shapes/cubature.py": "oracles/test_shapes.py",
     "shapes/mascons.py": "unit/shapes/test_shape.py",
     "shapes/polyhedron.py": "oracles/test_shapes.py",
+    "shapes/surface.py": "unit/shapes/test_visibility.py",
+    "shapes/views.py": "unit/shapes/test_visibility.py",
     "shapes/winding.py": "unit/shapes/test_mesh.py",
     "storage/lease.py": "unit/storage/test_ensemble_store.py",
     "storage/reductions.py": "unit/storage/test_chunk_run.py",
