@@ -26,14 +26,16 @@ SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
     "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* "
-    "polynomial_search.* *.CROSSING_TOLERANCE *.HALF_TURNS *.bifurcations *.grows_with_time *.motion_at",
+    "polynomial_search.* uneven_lines.* *.CROSSING_TOLERANCE *.HALF_TURNS *.coordinate_names *.bifurcations "
+    "*.grows_with_time *.motion_at",
     "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
-    "*.attitude_formats *.parsed_scenario *.repetition",
+    "*.attitude_formats *.parsed_scenario *.repetition "
+    "observations.julian_rows.* *.*_in *.stated_calendar netcdf.READINGS *.ReadingsFoundError *_dataset",
     "forces": "point_masses.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
-    "radiation.[A-Z][A-Z]* radiation.Sunlight facets.PLATE_DRAG_COEFFICIENT",
+    "radiation.[A-Z][A-Z]* radiation.Sunlight radiation.visible_fraction facets.PLATE_DRAG_COEFFICIENT",
     "observables": "",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
     "pole.* theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
@@ -41,7 +43,8 @@ SHARED = {
     "parts": "*.AttachedMass *.refuse_oblique",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
-    "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* boxes.* clipping.* surface.* views.* visibility.ClearParts visibility.Slopes visibility.clear_faces visibility.clear_parts",
+    "shapes": "boxes.* brightness.* clipping.* cubature.* daily_shadows.* ellipsoid_light.* law_program.* polyhedron.* "
+    "reflected_light.* scattering.* surface.* views.* visibility.ClearParts visibility.Slopes visibility.clear_* winding.*",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
 
@@ -56,6 +59,9 @@ FOR_AUTHORS = {
 }
 """Public names of `mechanics` by module, relative to it. The root has its other public names."""
 
+FROM_OTHER_PACKAGES = {"observables": ("shapes.scattering",)}
+"""Namespaces with the public names of modules of lower packages."""
+
 SHADOWING = {"map": "A004"}
 """Public names that are also Python's, and the rule of ruff that they break."""
 
@@ -65,6 +71,10 @@ def face() -> dict[Path, str]:
     spaces = [space for space in SHARED if (SOURCE / space / "__init__.pyi").exists()]
     names = {space: public_names(space) for space in spaces}
     names["mechanics"] = {name: module for module, listed in FOR_AUTHORS.items() for name in listed}
+    for space, modules in FROM_OTHER_PACKAGES.items():
+        for module in modules:
+            listed = importlib.import_module(f"poinsot.{module}").__all__
+            names[space] |= dict.fromkeys(listed, f".{module}")
     stubs = {SOURCE / space / "__init__.pyi": stub(space, found) for space, found in names.items()}
     tables = {
         ROOT / "docs" / "files.md": ("formats", formats_table()),
