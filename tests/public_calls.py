@@ -250,7 +250,7 @@ def light_calls():
         "sun_radius": 0.1,
         "occulters": [pt.forces.Occulter(CIRCLE, 0.1)],
     }
-    lit = {"mesh": mesh, "directions": (1.0, 0.2, 0.1)}
+    lit = {"mesh": mesh, "directions": (1.0, 0.2, 0.1), "to_observer": (0.3, 1.0, 0.1)}
     means = pt.analysis.yorp_coefficients(mesh, np.linspace(0, np.pi, 9))
     return {
         "DirectionalTorque": (pt.forces.DirectionalTorque, field),
@@ -799,7 +799,10 @@ def public_calls(folder):
             {"system": SATELLITE, "frame": CIRCLE.frame, "guesses": (1.0, 0, 0, 0), "time": 0.0},
         ),
         "free_motion": (pt.free_motion, {"body": BODY, "state": START, "times": TIMES, "units": {"time": "s"}}),
-        "frequencies": (pt.analysis.frequencies, {"signal": SIGNAL, "times": 0.1, "count": 1}),
+        "frequencies": (
+            pt.analysis.frequencies,
+            {"signal": SIGNAL, "times": 0.1, "count": 1, "sigma": 0.1, "highest": 20.0},
+        ),
         "load": (pt.load, {"source": at["nc"]}),
         "lyapunov_spectrum": (pt.analysis.lyapunov_spectrum, {**here, **run}),
         "omm_orbit": (pt.files.omm_orbit, {"message": OMM, **dates, "reference_frame": "TEME"}),
