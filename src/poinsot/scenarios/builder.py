@@ -239,9 +239,9 @@ class Parts:
     def _value(self, key: Key, value: Any, place: Path) -> Any:
         if key.kind in ("orbit", "orbits"):
             return self._orbit(value, place) if key.kind == "orbit" else [self._orbit(name, place) for name in value]
-        if key.kind == "record":
+        if key.kind.startswith("record") and isinstance(value, dict):
             return self._part(key.group, value, place)
-        if key.kind == "records":
+        if key.kind.endswith("records"):
             return [self._part(key.group, table, (*place, i)) for i, table in enumerate(value)]
         if key.kind in ("file", "files"):
             try:

@@ -25,6 +25,7 @@ import poinsot
 from poinsot.checked import hint_of, names_beside
 from poinsot.docstrings import parameter_entries
 from poinsot.errors import real_array
+from poinsot.forces.facets import Facets
 from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.kinematics.frame import RotatingFrame
 from poinsot.mechanics.body import Body
@@ -40,7 +41,9 @@ from poinsot.quantities import OR_NUMBER, Along, extras_of, quantity_of
 from poinsot.records.calendar import Calendar
 from poinsot.records.parameters import Parametric
 from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
+from poinsot.shapes.solids import Ellipsoid
 from poinsot.subclasses import is_own, subclasses
 
 __all__ = [
@@ -65,6 +68,7 @@ BASES: dict[Group, tuple[type, ...]] = {
     "orbit": (Orbit, CirclingPair),
     "frame": (RotatingFrame, RotationModel),
     "shape": (Shape,),
+    "outline": (Mesh, Ellipsoid, Facets),
     "observable": (Observable,),
 }
 
@@ -89,7 +93,8 @@ class Key:
     ----------
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
-        "orbits", "record", "records" (tables of a group) or "named": numbers by name; others are in the schema alone.
+        "orbits", "record", "records" (tables of a group), "record or records", or "named": numbers by name; others are
+        in the schema alone.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     choices, limits : tuple
@@ -279,6 +284,8 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
     for way in ways:
         if get_origin(way) in (Sequence, tuple):
             kind, _, of_each = _kind_of(get_args(way)[0])
+            if of_each == "outline":
+                return "record or records", 0, of_each
             several, together = _several(kind, of_each)
             if kind:
                 return several, 0, together
@@ -286,6 +293,7 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
     group: Group = "" if found else next((own for way in classes if (own := _group_of(way))), "")
+    group = "outline" if set(classes) == set(BASES["outline"]) else group
     return found or ("record" if group else ""), 0, group
 
 
