@@ -32,7 +32,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.gravity_field import GravityField
-from poinsot.mechanics.observable import Observable
+from poinsot.mechanics.observable import Observable, ObservableOn
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
@@ -93,8 +93,8 @@ class Key:
     ----------
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
-        "orbits", "record", "records" (tables of a group), "record or records", or "named": numbers by name; others are
-        in the schema alone.
+        "orbits", "record", "records" (tables of a group), "record or records", "orbit or record", or "named": numbers
+        by name; others are in the schema alone.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     choices, limits : tuple
@@ -194,7 +194,7 @@ def _members(cls: type) -> dict[str, Any]:
 def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
     """Yield the public ones of some classes and all their subclasses, each once."""
     _import_all()
-    yield from (cls for cls in subclasses(*bases) if _is_public(cls) and cls is not Part)
+    yield from (cls for cls in subclasses(*bases) if _is_public(cls) and cls not in (Part, ObservableOn))
 
 
 def _is_public(thing: Any) -> bool:
@@ -292,8 +292,10 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
     kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
-    group: Group = "" if found else next((own for way in classes if (own := _group_of(way))), "")
+    others = [way for way in classes if not issubclass(way, Orbit | CirclingPair)] if found in ("", "orbit") else []
+    group: Group = next((own for way in others if (own := _group_of(way))), "")
     group = "outline" if set(classes) == set(BASES["outline"]) else group
+    found = "orbit or record" if found and group else found
     return found or ("record" if group else ""), 0, group
 
 
