@@ -14,6 +14,7 @@ from ..shapes.scattering import (
     ScatteringLaw,
 )
 from .direction_sensors import CoarseSunSensors, VectorSensor
+from .light_curve import LightCurve
 from .readings import Readings
 from .star_tracker import Exclusion, StarTracker
 from .triaxial_sensors import Gyro, Magnetometer
@@ -27,6 +28,7 @@ __all__ = [
     "Hapke",
     "Lambert",
     "LambertLommelSeeliger",
+    "LightCurve",
     "LommelSeeliger",
     "LunarLambert",
     "Magnetometer",

@@ -3,8 +3,8 @@
 A field is declared by its annotation: `float` (a scalar), `Vector` (three components), `Annotated[Any, (5, 5)]` (any
 other shape; a length may be the name of an `int` field or of an `ArrayLength`), a quantity (`Angle`, `AngularVelocity`,
 `Time`, or `Annotated[Vector, Quantity("rate")]`), another record, several (`tuple[Orbit, ...]`), or structure (`int`,
-`bool`, `str`, a `Table`), which selects a formula and is no number to vary. Every real number may carry a leading
-member axis.
+`bool`, `str`, a `Table` or another immutable object), which selects a formula and is no number to vary. Every real
+number may carry a leading member axis.
 """
 
 from __future__ import annotations
@@ -449,8 +449,9 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
     shape = next((extra for extra in extras_of(hint) if isinstance(extra, tuple)), None)
     if shape is not None or hint is float or quantity_of(hint):
         return shape or ()
-    if hint in (int, bool, str) or (isinstance(hint, type) and issubclass(hint, Parametric | Table)):
-        return hint
+    kinds = (hint, *get_args(hint)) if get_origin(hint) is Annotated else (hint,)  # class of the value that is stored
+    if kind := next((x for x in kinds if x in (int, bool, str) or _is_immutable(x)), None):
+        return kind
     several = get_args(hint) if get_origin(hint) is tuple else ()
     if len(several) == 2 and several[1] is ... and issubclass(several[0], Parametric):
         return Several(several[0])
@@ -458,6 +459,10 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
         f"{cls.__name__}.{name} must be declared as float, Vector, BodyVector, SpaceVector, Annotated[Any, shape], "
         f"int, bool, str, Orbit or tuple[Orbit, ...], got {quoted(hint)}."
     )
+
+
+def _is_immutable(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Immutable)
 
 
 def _check_kind(name: str, value: Any, kind: type) -> None:
