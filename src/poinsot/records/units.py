@@ -112,11 +112,13 @@ TIME_WORDS = {
 }
 """Words for units of time, by the symbol in which results name the unit; the plural is accepted too."""
 
+SYMBOL_OF_WORD = {word: symbol for symbol, words in TIME_WORDS.items() for word in words}
+
 
 def _time_unit(name: str) -> str:
     """Return the symbol of a unit of time that is given as a word; any other name unchanged."""
     singular = name.strip().lower().removesuffix("s")
-    return next((symbol for symbol, words in TIME_WORDS.items() if singular in words), name)
+    return SYMBOL_OF_WORD.get(singular, name)
 
 
 def checked_units(units: Mapping[str, str] | None, measures: tuple[str, ...]) -> dict[str, str]:

@@ -11,14 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.mechanics.body import Body
 from poinsot.shapes import cubature
+from poinsot.shapes.geodesic import geodesic_sphere
+from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.polyhedron import volume_and_center
 from poinsot.shapes.shape import Shape, ShapeVector, mass_of
 
 __all__ = ["Cylinder", "Ellipsoid"]
 
 Array = NDArray[np.float64]
+
+
+FEWEST_FACES = 20
+"""Smallest number of faces of the mesh of an ellipsoid, an icosahedron."""
 
 
 class Solid(Shape):
@@ -116,6 +124,42 @@ class Ellipsoid(Solid):
     def to_unit_sphere(self) -> Array:
         """Linear map from vectors along the axes of the shape to vectors of the unit sphere, shape (3, 3)."""
         return np.asarray((self._axes / self.semiaxes).T)
+
+    @checked
+    def mesh(self, faces: int = 1280) -> Mesh:
+        """Return a mesh of triangles with the mass and the volume of the ellipsoid.
+
+        The vertices lie on a slightly larger, similar ellipsoid. For semiaxes 3 : 2 : 1 the areas of the faces differ
+        by a factor of up to 2.5, and the moments of inertia differ from the moments of the ellipsoid by 3.5 / faces.
+
+        Parameters
+        ----------
+        faces : int
+            Number of faces; the nearest number 20 k^2 with a whole k is used.
+
+        Returns
+        -------
+        Mesh
+            Closed mesh about the centre of the ellipsoid, along its axes.
+
+        Raises
+        ------
+        ValueError
+            If faces is below 20.
+
+        Examples
+        --------
+        >>> pt.shapes.Ellipsoid((3, 2, 1), mass=5.0).mesh(300)
+        Mesh(162 vertices, 320 faces, mass=5)
+        """
+        if faces < FEWEST_FACES:
+            raise ValueError(f"faces must be at least {FEWEST_FACES}, got {faces}.")
+        points, triangles = geodesic_sphere(faces)
+        points = points / np.cbrt(self.semiaxes)
+        points *= self.semiaxes / np.linalg.norm(points, axis=1, keepdims=True)
+        volume, _ = volume_and_center(points, triangles)
+        vertices = points * np.cbrt(self.volume / volume) @ self._axes.T + self._center
+        return Mesh(vertices, triangles, mass=self.mass)
 
     def _own_body(self) -> Body:
         return Body.from_ellipsoid(self.mass, self.semiaxes)
