@@ -56,7 +56,7 @@ def set_up(case, kind="relative"):
 @pytest.mark.parametrize("case", CASES, ids=[case["name"] for case in CASES])
 def test_derivatives_by_start_moments_torque_damping_mu_and_semiaxes(case):
     system, start, curve, area = set_up(case)
-    names = ["moments", "size", "damping", "mu" if case["mu"] == 0 else "forces[1].orbit.mu", "stretch"]
+    names = ["moments", "size", "damping", "forces[1].mu" if case["mu"] == 0 else "forces[1].orbit.mu", "stretch"]
     found = observed_partials(system, start, curve, case["times"], names)
     assert found.coordinates == tuple(case["parameters"][:6])
     assert np.allclose(found.values * area, case["brightness"], rtol=3e-15, atol=0)

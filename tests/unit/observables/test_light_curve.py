@@ -62,7 +62,7 @@ def test_kinds_agree():
     s, e = directions(motion)
     expected = brightness_of(EGG, LAW, s.T, e.T)
     assert np.allclose(magnitude.values, -26.76 - 2.5 * np.log10(flux.values), rtol=1e-15, atol=0)
-    reach = AU**2 / np.linalg.norm(SUN.position) / np.linalg.norm(EARTH.position)
+    reach = AU / np.linalg.norm(SUN.position) / np.linalg.norm(EARTH.position)
     assert np.allclose(flux.values, expected / np.pi * reach**2, rtol=1e-14, atol=0)
     assert np.ptp(relative.values / expected) < 1e-15
     assert [each.attributes["units"] for each in (flux, magnitude, relative)] == ["1", "mag", "1"]
@@ -98,7 +98,7 @@ def test_light_time_needs_units():
 
 def test_the_astronomical_unit_has_the_unit_of_length():
     motion = moved(units={"time": "s", "inertia": "kg m2"})
-    with pytest.raises(ValueError, match=r"astronomical_unit must be 1\.4959787e\+11|149597870700 for"):
+    with pytest.raises(ValueError, match=r"astronomical_unit must be 1\.495978707e\+11, for lengths in m, got"):
         pt.observe(motion, curve())
     assert pt.observe(motion, curve(kind="relative")).values.size == 7
     assert pt.observe(motion, curve(astronomical_unit=149597870700.0)).values.size == 7
@@ -118,7 +118,7 @@ def test_a_stretched_ball_is_an_ellipsoid():
 
 
 def test_zero_flux_has_no_magnitude():
-    plate = pt.forces.Facets([1.0], [(0, 0, 1)], [(0, 0, 0)])
+    plate = pt.forces.Facets([1.0], [(1, 0, 0)], [(0, 0, 0)])
     motion = moved()
     flux = pt.observe(motion, curve(plate)).values
     dark = flux == 0
