@@ -14,7 +14,9 @@ from ..shapes.scattering import (
     ScatteringLaw,
 )
 from .direction_sensors import CoarseSunSensors, VectorSensor
+from .doppler import DopplerBandwidth, DopplerEdges
 from .light_curve import LightCurve
+from .ranging import Range, RangeRate
 from .readings import Readings
 from .star_tracker import Exclusion, StarTracker
 from .triaxial_sensors import Gyro, Magnetometer
@@ -23,6 +25,8 @@ __all__ = [
     "AshikhminShirley",
     "CoarseSunSensors",
     "CookTorrance",
+    "DopplerBandwidth",
+    "DopplerEdges",
     "Exclusion",
     "Gyro",
     "Hapke",
@@ -34,6 +38,8 @@ __all__ = [
     "Magnetometer",
     "Minnaert",
     "Phong",
+    "Range",
+    "RangeRate",
     "Readings",
     "Reflection",
     "ScatteringLaw",

@@ -14,13 +14,12 @@ from poinsot import functions
 from poinsot.errors import refuse_nonpositive
 from poinsot.forces.facets import Facets
 from poinsot.functions import Scalar, Vector
-from poinsot.immutable import Immutable
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.light_time import METRES
 from poinsot.mechanics.observable import Observable
 from poinsot.printable import described, quoted
 from poinsot.quantities import Real, Rule
-from poinsot.records.parameters import NotNegative, Positive
+from poinsot.records.parameters import NotNegative, Positive, Structural
 from poinsot.records.units import DerivedUnits, length_of_inertia
 from poinsot.shapes.brightness import brightness_of
 from poinsot.shapes.mesh import Mesh
@@ -46,7 +45,7 @@ UNIT_TOLERANCE = 1e-3
 Outline: TypeAlias = Mesh | Ellipsoid | Facets
 
 
-class Surfaces(Immutable):
+class Surfaces(Structural):
     """Surfaces of one body or of two bodies that reflect light, along the body axes of each.
 
     Attributes
