@@ -175,8 +175,8 @@ def _makers(group: Group, classes: tuple[type, ...]) -> dict[str, Maker]:
     ways += [(thing.__name__, thing) for thing in named if inspect.isfunction(thing)]
     ways += [("Body.from_shape", body_of_shape), ("Shape.field", field_of_shape)]
     found = [maker for name, way in ways if _makes(way, _bases(group)) and (maker := _maker(way, name))]
-    if group == "shape":
-        found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
+    if group in ("shape", "outline"):
+        found = [maker if _makes(maker.call, (Assembly, Facets)) else _placed(maker) for maker in found]
     if group in ("force", "observable"):
         found = [_on_one_of_two(maker) for maker in found]
     if group == "observable":
