@@ -228,7 +228,7 @@ def _read(motion: Trajectory, observable: Observable, seen: Array) -> _Values:
 
 def _states(motion: Trajectory, times: Array) -> tuple[AnyState, Environment]:
     """Return the states at those of ascending times that the motion reaches, with the environment at these times."""
-    if motion.has_dense_output:
+    if motion._dense is not None and motion._dense[1] <= times[0] and times[-1] <= motion._dense[2]:
         return motion(times), Environment(times)
     among = np.isin(motion.times, times)
     there = among.sum() == times.size
