@@ -9,6 +9,9 @@ from poinsot.observables import (
     DopplerEdges,
     Exclusion,
     Gyro,
+    Lambert,
+    LightCurve,
+    LommelSeeliger,
     Magnetometer,
     Range,
     RangeRate,
@@ -26,6 +29,7 @@ SHADOW = pt.forces.Occulter(ORBIT, 6378.137)
 STATION = pt.orbits.GroundStation(
     ORBIT, EARTH, latitude=0.4, longitude=0.2, height=0.3, minimum_elevation=-1.5, equatorial_radius=6378.137
 )
+FAR = pt.orbits.FixedPosition(1.0, position=(3e5, -1e5, 2e5))
 ELLIPSOID = pt.shapes.Ellipsoid((3e-3, 2e-3, 1e-3), mass=1.0)
 BOX = pt.shapes.Mesh.from_box((3e-3, 2e-3, 1e-3), mass=1.0)
 NORMALS = [(0.6, 0.0, 0.8), (-0.6, 0.0, 0.8), (0.0, 1.0, 0.0), (0.0, -0.6, -0.8)]
@@ -46,6 +50,8 @@ OBSERVABLES = {
     ),
     "bandwidth": DopplerBandwidth(ELLIPSOID, STATION, 1.3e-4, noise=0.1),
     "edges": DopplerEdges(BOX, STATION, 1.3e-4, light_time=False, noise=0.1),
+    "light curve of a mesh": LightCurve(BOX, Lambert(0.3), SUN, STATION, kind="relative", light_time=False, noise=1e-3),
+    "light curve of an ellipsoid": LightCurve(ELLIPSOID, LommelSeeliger(0.2), SUN, FAR, kind="magnitude", noise=0.01),
     "range": Range(STATION, (1e-3, 2e-3, -1e-3), noise=1e-5),
     "range rate": RangeRate(STATION, (1e-3, 2e-3, -1e-3), light_time=False, noise=1e-6),
 }
