@@ -951,5 +951,5 @@ class BytesPath:
 @pytest.mark.parametrize("path", [BytesPath(), "a\ud800.nc", "a" * 256, b"x.apm", "a\0b"], ids=range(5))
 @pytest.mark.parametrize("call", [pt.load, pt.files.read_apm, pt.files.read_aem, pt.files.read_scenario])
 def test_a_path_is_a_text_that_the_system_can_encode(call, path):
-    with pytest.raises(TypeError, match=r"^path must be (a path|a str or a Path), got (BytesPath|str '|bytes b')"):
+    with pytest.raises(TypeError, match=r"^path must be a path, got (BytesPath|str '|bytes b')"):
         call(path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from typing_extensions import override
@@ -17,6 +17,8 @@ from poinsot.printable import described, kind_of, quoted, shortened
 from poinsot.quantities import Array, Times
 
 __all__ = ["SecularEvolution", "secular_evolution"]
+
+Result = TypeVar("Result")
 
 Effect = Callable[[Mapping[str, float]], Mapping[str, float]]
 
@@ -128,7 +130,7 @@ def secular_evolution(
         return np.array(_summed(effects, state_of(values)))
 
     def reached(values: Array) -> float:
-        return float(real_array("what until returns", until(state_of(values)), ())) if until else 1.0
+        return float(real_array("value of until", _called(until, state_of(values), "until"), ())) if until else 1.0
 
     rows, before = [np.array(values)], reached(np.array(values))
     stopped = None if before else float(at[0])
@@ -196,13 +198,7 @@ def _summed(effects: Sequence[Effect], state: Mapping[str, float]) -> list[float
     """Return the sums of the rates of change, in the order of the variables."""
     total = dict.fromkeys(state, 0.0)
     for effect in effects:
-        try:
-            rates = effect(state)
-        except KeyError as error:
-            hint = "An effect reads it."
-            raise ValueError(
-                f"start must have the variable {error}, got {', '.join(state) or 'none'}. {hint}"
-            ) from None
+        rates = _called(effect, state, "An effect")
         if not isinstance(rates, Mapping):
             raise TypeError(f"effects must return mappings of rates of change by name, got {kind_of(rates)}.")
         for name, rate in rates.items():
@@ -210,6 +206,15 @@ def _summed(effects: Sequence[Effect], state: Mapping[str, float]) -> list[float
                 raise ValueError(f"effects must change variables of the start, {', '.join(state)}, got {quoted(name)}.")
             total[name] += float(real_array(f"the rate of change of {name}", rate, ()))
     return list(total.values())
+
+
+def _called(function: Callable[[Mapping[str, float]], Result], state: Mapping[str, float], reader: str) -> Result:
+    """Return the value of a user's function of the variables."""
+    try:
+        return function(state)
+    except KeyError as error:
+        known = ", ".join(state) or "none"
+        raise ValueError(f"start must have the variable {error}, got {known}. {reader} reads it.") from None
 
 
 def _checked_name(name: Any) -> str:

@@ -216,9 +216,8 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
 # ------------------------------------------------------------------ files
 
 
-def _checked_path(path: Any) -> Path:
-    if not isinstance(path, str | Path):
-        raise TypeError(f"path must be a str or a Path, got {described(path)}.")
+@checked
+def _checked_path(path: str | Path) -> Path:
     if Path(path).suffix not in SUFFIXES:
         raise ValueError(f"path must end in {' or '.join(SUFFIXES)}, got {quoted(Path(path).name)}.")
     return Path(path)

@@ -153,7 +153,9 @@ class RotationModel(PlanetAxes):
         ValueError
             If the period is not positive or the axes are unknown.
         """
-        refuse_nonpositive("period", period, "The pole of a retrograde rotation has a negative latitude.")
+        refuse_nonpositive(
+            "period", real_numbers("period", period), "The pole of a retrograde rotation has a negative latitude."
+        )
         rising, _, pole = np.moveaxis(rotation_matrix(pole_attitude(longitude, latitude, angle, axes)), -1, 0)
         ascension, declination = np.arctan2(pole[..., 1], pole[..., 0]), np.arctan2(pole[..., 2], np.hypot(*pole.T[:2]))
         node = np.stack([-np.sin(ascension), np.cos(ascension), np.zeros_like(ascension)], axis=-1)

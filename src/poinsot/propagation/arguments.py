@@ -63,11 +63,7 @@ def check_bodies(system: System, state: AnyState) -> None:
             f"move alone. Take "
             "motion.system of the pair."
         )
-    needed, given = len(system.of_bodies), len(state.body_names)
-    if given != needed:
-        made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
-        words = {1: "one body", 2: "two bodies"}
-        raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
+    needed = system.dynamics.check_bodies(state)
     sizes = {name: np.shape(values)[-1] for name, values in state.own.items() if name != "orbit" or needed == 1}
     names = [part.name for part in system.parts]
     if unknown := next((name for name in sizes if name not in names), None):

@@ -187,8 +187,18 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
 
     # ------------------------------------------------------------------ formulas at an instant
 
+    def check_bodies(self, state: AnyState) -> int:
+        """Return the number of bodies, or raise a ValueError if the state has another one."""
+        needed, given = len(self.of_bodies), len(state.body_names)
+        if given != needed:
+            made = "System.state or TwoBodies.state" if needed > 1 else "System.state or Body.state"
+            words = {1: "one body", 2: "two bodies"}
+            raise ValueError(f"state must be of {words[needed]}, as its system is, got {words[given]}. Take {made}.")
+        return needed
+
     def at(self, state: AnyState, environment: Environment | None = None) -> Moment:
         """Return the instant of a state, for formulas."""
+        self.check_bodies(state)
         bodies = [
             (Attitude.from_quaternion(scalars(each.quaternion)), scalars(each.angular_momentum_body))
             for each in state.of_bodies.values()

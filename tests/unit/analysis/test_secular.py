@@ -60,8 +60,13 @@ def test_wrong_arguments_are_refused_in_sentences(arguments, sentence):
 
 
 def test_an_end_that_is_no_number_is_refused_in_a_sentence():
-    with pytest.raises(TypeError, match=r"^what until returns must be real numbers, got NoneType None\.$"):
+    with pytest.raises(TypeError, match=r"^value of until must be real numbers, got NoneType None\.$"):
         pt.analysis.secular_evolution([decay(0.1)], {"rate": 1.0}, [0, 1], until=lambda _: None)
+
+
+def test_a_variable_that_until_reads_is_one_of_the_start():
+    with pytest.raises(ValueError, match=r"^start must have the variable 'rate', got spin\. until reads it\.$"):
+        pt.analysis.secular_evolution([lambda _: {}], {"spin": 1.0}, [0, 1], until=lambda state: state["rate"])
 
 
 YEARS = np.linspace(0.0, 4e15, 41)

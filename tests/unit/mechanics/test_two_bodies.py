@@ -224,13 +224,23 @@ def test_other_numbers_of_members_are_refused(make, sentence):
 STATES: Any = PAIR.state(THREE, (0, 0.5, 0), SAME, omega_body=AT_REST)
 
 
-@pytest.mark.parametrize("run", [pt.propagate, pt.analysis.state_transition])
+def energy(system, state, _):
+    return system.energy(state)
+
+
+@pytest.mark.parametrize("run", [pt.propagate, pt.analysis.state_transition, energy])
 def test_the_state_is_of_as_many_bodies_as_the_system(run):
     one, two = BALL.state(SAME[0], omega_body=AT_REST[0]), BALLS.doubly_synchronous(distance=4.0)
     with pytest.raises(ValueError, match="state must be of two bodies, as its system is, got one body"):
         run(pt.System(BALLS, GRAVITY), one, [1.0])
     with pytest.raises(ValueError, match="state must be of one body, as its system is, got two bodies"):
         run(pt.System(BALL), two, [1.0])
+
+
+def test_forces_on_two_bodies_need_a_state_of_two_bodies():
+    one = BALL.state(SAME[0], omega_body=AT_REST[0])
+    with pytest.raises(ValueError, match="state must be of two bodies, as its system is, got one body"):
+        pt.System(BALLS, GRAVITY).force_space(one, body="primary")
 
 
 class Silent(pt.events.AtTime):
