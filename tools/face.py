@@ -33,7 +33,7 @@ SHARED = {
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
     "*.attitude_formats *.parsed_scenario *.repetition",
     "forces": "point_masses.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
-    "radiation.[A-Z][A-Z]* radiation.Sunlight facets.PLATE_DRAG_COEFFICIENT",
+    "radiation.[A-Z][A-Z]* radiation.Sunlight radiation.visible_fraction facets.PLATE_DRAG_COEFFICIENT",
     "observables": "",
     "orbits": "angle_reduction.* attractors.* conic.* frame.* from_cartesian.* iau_rotations.* piecewise_chebyshev.* "
     "pole.* theories.* universal.* *.*Block *.*Frame *.CirclingPair *.ThreeBodyView fixed.components "
@@ -41,7 +41,8 @@ SHARED = {
     "parts": "*.AttachedMass *.refuse_oblique",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
-    "shapes": "daily_shadows.* cubature.* polyhedron.* winding.* illumination.Lighting illumination.ray_hits",
+    "shapes": "brightness.* cubature.* daily_shadows.* ellipsoid_light.* law_program.* polyhedron.* "
+    "reflected_light.* scattering.* winding.* illumination.Lighting illumination.ray_hits",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
 
@@ -56,6 +57,9 @@ FOR_AUTHORS = {
 }
 """Public names of `mechanics` by module, relative to it. The root has its other public names."""
 
+FROM_OTHER_PACKAGES = {"observables": ("shapes.scattering",)}
+"""Namespaces with the public names of modules of lower packages."""
+
 SHADOWING = {"map": "A004"}
 """Public names that are also Python's, and the rule of ruff that they break."""
 
@@ -65,6 +69,10 @@ def face() -> dict[Path, str]:
     spaces = [space for space in SHARED if (SOURCE / space / "__init__.pyi").exists()]
     names = {space: public_names(space) for space in spaces}
     names["mechanics"] = {name: module for module, listed in FOR_AUTHORS.items() for name in listed}
+    for space, modules in FROM_OTHER_PACKAGES.items():
+        for module in modules:
+            listed = importlib.import_module(f"poinsot.{module}").__all__
+            names[space] |= dict.fromkeys(listed, f".{module}")
     stubs = {SOURCE / space / "__init__.pyi": stub(space, found) for space, found in names.items()}
     tables = {
         ROOT / "docs" / "files.md": ("formats", formats_table()),

@@ -33,6 +33,7 @@ __all__ = [
     "refuse_nonpositive",
     "refuse_other_length",
     "refuse_other_members",
+    "refuse_outside",
     "refuse_zero",
     "scalar",
     "warn_of_negative",
@@ -186,6 +187,14 @@ def refuse_negative(name: str, value: Any, hint: str = "") -> None:
     """Raise a ValueError that shows the least number if it is negative."""
     if np.any(np.asarray(value) < 0):
         raise ValueError(f"{name} must not be negative, got {np.min(value)}. {hint}".rstrip())
+
+
+def refuse_outside(low: float, high: float, limits: str, name: str, value: Any, hint: str = "") -> None:
+    """Raise a ValueError that shows the first number outside limits, which a text describes: "from 0 to pi"."""
+    numbers = np.ravel(value)
+    wrong = numbers[(numbers < low) | (numbers > high)]
+    if wrong.size:
+        raise ValueError(f"{name} must be {limits}, got {wrong[0]:.10g}. {hint}".rstrip())
 
 
 def warn_of_negative(name: str, value: Any, hint: str = "") -> None:

@@ -584,6 +584,11 @@ def norm(a: Iterable[Scalar]) -> Scalar:
     return sqrt(dot(a, a))
 
 
+def angle_between(a: Iterable[Scalar], b: Iterable[Scalar]) -> Scalar:
+    """Return the angle between two vectors of any length, from 0 to pi, without loss of digits at 0 and pi."""
+    return atan2(norm(cross(a, b)), dot(a, b))
+
+
 def eccentric_anomaly(eccentricity: Scalar, mean_anomaly: Scalar) -> Scalar:
     """Return the eccentric anomaly E of Kepler's equation E - e sin E = M.
 

@@ -5,19 +5,18 @@ from __future__ import annotations
 import functools
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
-from poinsot.kinematics.attitude import unit_quaternion
+from poinsot.kinematics.attitude import UnitQuaternion
 from poinsot.mechanics.block import default_name
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
-from poinsot.quantities import Rule
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import Gain, Positive
 
@@ -28,13 +27,6 @@ UNLIMITED = 1e100
 
 HALF_TURN_RANGE = 0.2
 """Four times the square of the scalar part below which another component determines the quaternion."""
-
-
-def _refuse_other_norm(name: str, value: Any, _: str) -> None:
-    unit_quaternion(value, name)
-
-
-UnitQuaternion = Annotated[Any, (4,), Rule(_refuse_other_norm)]
 
 
 class _Limited:

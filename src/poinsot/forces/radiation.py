@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,15 @@ from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import NotNegative, Parametric, Positive
 
-__all__ = ["ASTRONOMICAL_UNIT", "PRESSURE", "SUN_RADIUS", "Occulter", "RadiationPressure", "Sunlight"]
+__all__ = [
+    "ASTRONOMICAL_UNIT",
+    "PRESSURE",
+    "SUN_RADIUS",
+    "Occulter",
+    "RadiationPressure",
+    "Sunlight",
+    "visible_fraction",
+]
 
 PRESSURE = 1361.0 / 299_792_458.0
 """N/m2 at an astronomical unit: the nominal solar irradiance (IAU 2015, Resolution B3) over the speed of light."""
@@ -61,6 +70,12 @@ class Occulter(Parametric):
         warn_below(self, self.orbit, self.radius, "the surface", "inside the sphere nothing is seen")
 
     @of_scalars
+    def covers(self, instant: Instant, target: Orbit) -> Any:
+        """Return the condition that this sphere covers the centre of a farther attractor as seen from the body."""
+        angle = functions.angle_between(instant.direction(self.orbit), instant.direction(target))
+        return functions.less(angle, functions.asin(self.radius * instant.inverse_distance(self.orbit)))
+
+    @of_scalars
     def sunlight(self, instant: Instant, sun: Orbit, sun_radius: Scalar) -> Scalar:
         """Return the fraction of the Sun's disc that this sphere leaves visible, from 0 in the umbra to 1.
 
@@ -89,6 +104,14 @@ class Occulter(Parametric):
         deepest = functions.where(functions.less(sine_a, sine_b), 0.0, 1 - ratio)
         partial = 1 - overlap / (2 * functions.pi)
         return functions.where(touches, functions.where(covers, deepest, partial), 1.0)
+
+
+def visible_fraction(instant: Instant, sun: Orbit, occulters: Iterable[Occulter], sun_radius: Scalar) -> Scalar:
+    """Return the fraction of the Sun's disc that occulters leave visible, from 0 to 1."""
+    seen: Scalar = 1.0
+    for occulter in occulters:
+        seen = seen * occulter.sunlight(instant, sun, sun_radius)
+    return seen
 
 
 class Sunlight(Torque):
@@ -144,10 +167,7 @@ class Sunlight(Torque):
     @of_scalars
     def sunlight(self, instant: Instant) -> Scalar:
         """Return the visible fraction of the Sun's disc, from 0 to 1."""
-        seen: Scalar = 1.0
-        for occulter in self.occulters:
-            seen = seen * occulter.sunlight(instant, self.sun, self.sun_radius)
-        return seen
+        return visible_fraction(instant, self.sun, self.occulters, self.sun_radius)
 
     @override
     def torque(self, instant: Instant) -> Vector:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,12 +15,14 @@ from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import Immutable, cached_property
+from poinsot.quantities import Rule
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 __all__ = [
     "Attitude",
+    "UnitQuaternion",
     "omega_body",
     "omega_space",
     "paper_matrix",
@@ -116,6 +118,14 @@ def unit_quaternion(attitude: Rotation | ArrayLike, name: str = "attitude") -> N
     if abs(worst - 1) > NORM_TOLERANCE:
         raise ValueError(f"{name} must have unit norm, but |q| = {worst:.10g}. Divide by the norm, or pass a Rotation.")
     return q
+
+
+def _refuse_other_norm(name: str, value: Any, _: str) -> None:
+    unit_quaternion(value, name)
+
+
+UnitQuaternion = Annotated[Any, (4,), Rule(_refuse_other_norm)]
+"""Annotation of a parameter that is a unit quaternion, scalar first."""
 
 
 def rotation(q: ArrayLike) -> Rotation:

@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot import functions
 from poinsot.functions import Scalar
+from poinsot.mechanics.environment import orbits_of
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.records.members import expanded, of_scalars
@@ -44,7 +46,7 @@ class Observable(Parametric, ABC):
     >>> body = pt.Body((1.25, 1.0, 0.75))
     >>> motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0, 1, 0)), [0.0, 1.0])
     >>> pt.observe(motion, beacon).values.round(6)
-    array([3.162278, 3.878764])
+    array([3.162278, 3.879282])
     """
 
     components: ClassVar[tuple[str, ...]] = ()
@@ -68,9 +70,19 @@ class Observable(Parametric, ABC):
         return ""
 
     @of_scalars
-    def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
-        """Return, by reason, True where the instrument has no reading, such as a blinded sensor; readings are NaN."""
-        return {}
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+        """Return, by reason, True where the instrument has no reading, such as a blinded sensor; readings are NaN.
+
+        By default there is no reading where an observer does not see the body, see `Orbit.hidden_at`.
+        """
+        found: dict[str, Scalar] = {}
+        for orbit in orbits_of(self):
+            for reason, hidden in orbit.hidden_at(instant.time).items():
+                found[reason] = functions.where(found[reason], True, hidden) if reason in found else hidden
+        return found
+
+    def check_values(self, values: Array) -> None:
+        """Raise a ValueError for values that the instrument cannot read; NaN where there is no reading."""
 
     def time_of_body(self, time: Array, units: DerivedUnits) -> Array:  # noqa: ARG002
         """Return the times at which the body was as it is read at the given times: earlier by the light time.

@@ -100,6 +100,8 @@ class Readings(Summarized):
         shape = (self.times.size, *_length(observable.components))
         if self.values is not None and (self.values.ndim > len(shape) + 1 or self.values.shape[-len(shape) :] != shape):
             raise ValueError(f"values must have shape {shape} or {('members', *shape)}, got shape {self.values.shape}.")
+        if self.values is not None:
+            observable.check_values(self.values)
 
     def _checked_sigma(self, sigma: ArrayLike | None) -> Array | None:
         """Return the standard deviation of errors, that broadcasts against them; None if it is unknown."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import KW_ONLY
+from functools import partial
 from typing import Annotated, Any
 
-import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.errors import refuse_outside
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit, frames_of
 from poinsot.mechanics.periapsis_warning import warn_below
@@ -18,7 +19,7 @@ from poinsot.orbits.conic import shown
 from poinsot.printable import quoted
 from poinsot.quantities import Angle, Real, Rule
 from poinsot.records.members import of_scalars
-from poinsot.records.parameters import Positive
+from poinsot.records.parameters import Positive, QuarterTurn
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["GroundStation"]
@@ -27,19 +28,9 @@ EQUATORIAL_RADIUS, FLATTENING = 6_378_137.0, 1 / 298.257223563
 """Ellipsoid WGS 84, metres."""
 
 
-def _refuse_beyond_quarter_turn(name: str, value: Any, hint: str) -> None:
-    wrong = np.ravel(value)[np.abs(np.ravel(value)) > np.pi / 2]
-    if wrong.size:
-        raise ValueError(f"{name} must be from -pi/2 to pi/2, got {wrong[0]:.10g}. {hint}".rstrip())
-
-
-def _refuse_no_flattening(name: str, value: Any, hint: str) -> None:
-    wrong = np.ravel(value)[(np.ravel(value) < 0) | (np.ravel(value) >= 1)]
-    if wrong.size:
-        raise ValueError(f"{name} must be from 0 to below 1, got {wrong[0]:.10g}. {hint}")
-
-
-QuarterTurn = Annotated[Angle, Rule(_refuse_beyond_quarter_turn, "Degrees: np.radians(value).")]
+Flattening = Annotated[
+    Real, Rule(partial(refuse_outside, 0.0, 0.99, "from 0 to 0.99"), "The Earth's is 1 / 298.257223563.")
+]
 
 
 class GroundStation(Orbit):
@@ -76,7 +67,7 @@ class GroundStation(Orbit):
     >>> earth = pt.orbits.RotationModel(0, np.pi / 2, -np.pi / 2, rate=7.292115e-5)
     >>> station = pt.orbits.GroundStation(orbit, earth, latitude=np.radians(48.0), longitude=0.0)
     >>> round(float(np.degrees(station.elevation_at(0.0))), 2)
-    34.86
+    34.9
     """
 
     orbit: Orbit
@@ -87,7 +78,7 @@ class GroundStation(Orbit):
     height: Real = 0.0
     minimum_elevation: QuarterTurn = 0.0
     equatorial_radius: Positive = EQUATORIAL_RADIUS
-    flattening: Annotated[Real, Rule(_refuse_no_flattening, "The Earth's is 1 / 298.257223563.")] = FLATTENING
+    flattening: Flattening = FLATTENING
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -29,6 +29,7 @@ from poinsot.errors import (
     refuse_negative,
     refuse_nonpositive,
     refuse_other_length,
+    refuse_outside,
     refuse_zero,
     warn_of_negative,
 )
@@ -37,6 +38,7 @@ from poinsot.immutable import Immutable, cached_property
 from poinsot.printable import described, quoted
 from poinsot.quantities import (
     Along,
+    Angle,
     BodyVector,
     Quantity,
     Real,
@@ -56,11 +58,13 @@ __all__ = [
     "BodyDirection",
     "BodyUnitVector",
     "Gain",
+    "HalfTurn",
     "Matrix",
     "NotNegative",
     "Parametric",
     "Points",
     "Positive",
+    "QuarterTurn",
     "SpaceDirection",
     "Table",
     "Vector",
@@ -80,6 +84,11 @@ Gain = Annotated[Real, Rule(warn_of_negative, "Feedback of the wrong sign is uns
 BodyDirection = Annotated[BodyVector, Rule(refuse_zero, "It is a direction.")]
 BodyUnitVector = Annotated[BodyVector, Rule(refuse_other_length, "Divide by the length.")]
 SpaceDirection = Annotated[SpaceVector, Rule(refuse_zero, "It is a direction.")]
+DEGREES = "Degrees: np.radians(value)."
+HalfTurn = Annotated[Angle, Rule(functools.partial(refuse_outside, 0.0, math.pi, "from 0 to pi"), DEGREES)]
+QuarterTurn = Annotated[
+    Angle, Rule(functools.partial(refuse_outside, -math.pi / 2, math.pi / 2, "from -pi/2 to pi/2"), DEGREES)
+]
 """Annotations of parameters whose values a record checks."""
 
 Points = Annotated[ArrayLike, ("n", 3)]
@@ -292,6 +301,8 @@ class Parametric(Immutable):
                 yield from record.numbers
             if isinstance(value, functions.Vector):
                 yield from value
+            elif kind == () and not isinstance(value, np.ndarray):  # a scalar of another kind
+                yield value
             elif isinstance(kind, tuple):
                 rows = value.reshape(*value.shape[: value.ndim - len(kind)], math.prod(kind))
                 yield from rows if rows.ndim == 1 else np.moveaxis(rows, -1, 0)

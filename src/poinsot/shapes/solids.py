@@ -112,6 +112,11 @@ class Ellipsoid(Solid):
         along = np.array_equal(self._axes, np.eye(3)) or np.ptp(self.semiaxes) == 0
         return self.semiaxes if along else None
 
+    @property
+    def to_unit_sphere(self) -> Array:
+        """Linear map from vectors along the axes of the shape to vectors of the unit sphere, shape (3, 3)."""
+        return np.asarray((self._axes / self.semiaxes).T)
+
     def _own_body(self) -> Body:
         return Body.from_ellipsoid(self.mass, self.semiaxes)
 

@@ -11,6 +11,7 @@ import functools
 import itertools
 import math
 import operator
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any, TypeAlias, TypeGuard, cast
@@ -28,6 +29,8 @@ __all__ = [
     "GraphScalar",
     "Node",
     "Number",
+    "Primitive",
+    "computed",
     "gradient",
     "needed",
     "number",
@@ -120,7 +123,7 @@ class Graph:
         path = needed(own, known)
         last = {x.place: node.place for node in path for x in node.nodes} | {x.place: -1 for x in own}
         for node in path:
-            known[node.place] = node.value if node.name in NAMES_OF_VALUES else replayed(node, known)
+            known[node.place] = node.value if node.name in NAMES_OF_VALUES else replayed(node, known, path)
             for x in node.nodes:
                 if last[x.place] == node.place:
                     known.pop(x.place, None)  # so that memory is used again
@@ -176,8 +179,8 @@ class Node(Comparable):
     place : int
         Its number in the graph, larger than the numbers of its operands.
     name : str
-        "symbol", "variable", "input", "value", "ruled", "add", "neg", "mul", "div", "pow", "less", "where" or a
-        function of formulas.
+        "symbol", "variable", "input", "value", "ruled", "primitive", "entry", "add", "neg", "mul", "div",
+        "pow", "less", "where" or a function of formulas.
     operands : tuple
         Nodes and numbers; of a symbol its name, of an input its number.
     nodes : tuple
@@ -202,7 +205,7 @@ class Node(Comparable):
     @property
     def arguments(self) -> tuple[Any, ...]:
         """Operands that determine the value: all but a rule of derivatives and its variables."""
-        return self.operands[:1] if self.name == "ruled" else self.operands
+        return self.operands[: WITHOUT_RULE.get(self.name)]
 
     __add__, __radd__ = _operators("add")
     __mul__, __rmul__ = _operators("mul")
@@ -234,7 +237,13 @@ class Node(Comparable):
 NUMBERS = (int, float, Fraction, np.integer, np.floating)
 PLAIN_NUMBERS = (int, float)
 SCALARS = (Node, int, float, np.float64)
-REPLAYED: Mapping[str, Callable[..., Any]] = {**OPERATORS, "ruled": lambda value, *_: value}
+REPLAYED: Mapping[str, Callable[..., Any]] = {
+    **OPERATORS,
+    "ruled": lambda value, *_: value,
+    "entry": lambda entries, number, *_: entries[number],
+}
+WITHOUT_RULE = {"ruled": 1, "entry": 2}
+"""Operations with rules of their derivatives, and how many operands determine the value."""
 UNITS = (1, -1)
 COMMUTATIVE = ("add", "mul")
 NAMES_OF_VALUES = ("variable", "value")
@@ -390,6 +399,10 @@ def partials(node: Node) -> tuple[GraphScalar, ...]:
     if node.name == "ruled":
         *variables, slope = node.operands[1:]
         return 0.0, *map(slope, range(len(variables))), 0.0
+    if node.name == "primitive":  # its entries depend on the variables themselves
+        return (0.0,) * len(node.operands)
+    if node.name == "entry" and node.operands[1] == 0:
+        return 0.0, 0.0, *map(functools.partial(_slope_of_primitive, node), range(1, len(node.operands) - 1))
     if node.name == "rint":  # it is flat between its jumps
         return (0.0,)
     if node.name not in PARTIALS:
@@ -404,6 +417,32 @@ def ruled(value: Scalar, variables: Sequence[Scalar], slope: Callable[[int], Sca
         return value
     graph = _newest(variables)
     return graph.node("ruled", (*map(graph.leaf, (value, *variables)), slope))
+
+
+class Primitive(ABC):
+    """Function of scalars that is computed as a whole for arrays, with closed derivatives."""
+
+    @abstractmethod
+    def entries(self, numbers: Sequence[int], *variables: Number) -> Mapping[int, Number]:
+        """Return entries by number: 0 is the value, k the derivative with respect to the k-th variable, from 1."""
+
+
+def computed(primitive: Primitive, variables: Sequence[Scalar]) -> Scalar:
+    """Return the value of a primitive function: a number or an array, or a node if a variable is a node.
+
+    The evaluation of a graph calls the function once for all entries that its outputs need.
+    """
+    if not any(isinstance(x, Node) for x in variables):
+        value: Scalar = primitive.entries((0,), *cast("Sequence[Number]", variables))[0]
+        return value
+    graph = _newest(variables)
+    leaves = tuple(map(graph.leaf, variables))
+    return graph.node("entry", (graph.node("primitive", (primitive, *leaves)), 0, *leaves))
+
+
+def _slope_of_primitive(value: Node, number: int) -> GraphScalar:
+    entries, _, *variables = value.operands
+    return value.graph.node("entry", (entries, number, *variables)) if isinstance(variables[number - 1], Node) else 0.0
 
 
 def ordered(outputs: Iterable[Scalar]) -> list[Node]:
@@ -503,15 +542,21 @@ def number(scalar: Any) -> Any:
     return scalar
 
 
-def replayed(node: Node, known: Mapping[int, Scalar]) -> Scalar:
-    """Return the value of a node from the values of its operands, by their places."""
-    operands = [known[x.place] if x.__class__ is Node else x for x in node.operands]
-    value: Scalar = operation_of(node)(*[float(x) if x.__class__ is Fraction else x for x in operands])
+def replayed(node: Node, known: Mapping[int, Scalar], path: Sequence[Node]) -> Scalar:
+    """Return the value of a node from the values of its arguments, by their places; `path` as in `operation_of`."""
+    arguments = [known[x.place] if x.__class__ is Node else x for x in node.arguments]
+    value: Scalar = operation_of(node, path)(*[float(x) if x.__class__ is Fraction else x for x in arguments])
     return value
 
 
-def operation_of(node: Node) -> Callable[..., Any]:
-    """Return the function that computes the value of a node from the values of its operands."""
+def operation_of(node: Node, path: Sequence[Node] = ()) -> Callable[..., Any]:
+    """Return the function that computes the value of a node from the values of its arguments.
+
+    `path` contains the nodes of the evaluation, which determine the entries of a primitive function that are computed.
+    """
+    if node.name == "primitive":
+        numbers = tuple([x.operands[1] for x in path if x.name == "entry" and x.operands[0] is node])
+        return lambda primitive, *variables: primitive.entries(numbers, *variables)
     operation: Callable[..., Any] = REPLAYED.get(node.name) or getattr(functions, node.name)
     return operation
 
@@ -573,7 +618,8 @@ class Evaluator:
         bits = {places[place]: 1 << number for place, number in given.items()}
         self._given = [(number, places[place]) for place, number in given.items()]
         self._operations: list[_Operation] = []
-        for node in needed(nodes, given):
+        path = needed(nodes, given)
+        for node in path:
             if node.name in ("value", HELD):
                 places[node.place] = self._register(node.value if node.name == "value" else 0.0)
             else:
@@ -582,7 +628,7 @@ class Evaluator:
                 )
                 places[node.place] = result = self._register()
                 bits[result] = functools.reduce(operator.or_, (bits.get(x, 0) for x in operands), 0)
-                self._operations.append((result, operation_of(node), operands, bits[result]))
+                self._operations.append((result, operation_of(node, path), operands, bits[result]))
         self._outputs = [places[x.place] if isinstance(x, Node) else self._register(x) for x in outputs]
         self._selections: dict[int, list[_Operation]] = {}
         self._count, self._last = max([number + 1 for number, _ in self._given], default=0), NO_CALL

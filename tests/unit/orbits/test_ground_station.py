@@ -105,7 +105,7 @@ def test_the_body_is_at_the_difference_of_two_positions_at_members_of_stations()
         ),
         (
             {"place": PLACES[0], "flattening": 298.257},
-            r"flattening must be from 0 to below 1, got 298\.257\. The Earth's is 1 / 298\.257223563\.",
+            r"flattening must be from 0 to 0\.99, got 298\.257\. The Earth's is 1 / 298\.257223563\.",
         ),
         (
             {"place": PLACES[0], "equatorial_radius": 0.0},

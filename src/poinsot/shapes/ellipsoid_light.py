@@ -1,0 +1,217 @@
+"""Reflected light of ellipsoids: quadratures over the part of the surface that is lit and seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from typing_extensions import override
+
+from poinsot.shapes.law_program import LawFormula
+from poinsot.shapes.reflected_light import BLOCK, Block, ReflectedLight
+from poinsot.shapes.solids import Ellipsoid
+from poinsot.taylor.graph import Number
+
+__all__ = ["LightOfEllipsoid", "Quadrature"]
+
+Array = NDArray[np.float64]
+
+
+class LightOfEllipsoid(ReflectedLight):
+    """Light of an ellipsoid, as an integral over the part of the unit sphere that is lit and seen.
+
+    The linear map L of the unit sphere to the stretched ellipsoid takes the area element dw at the unit vector u to
+    n dA = det L L^-T u dw. The lit and seen part is a lune between two great circles: with the angle gamma between the
+    images s' = L^-1 s and e' = L^-1 e, its longitudes from the mean direction in the plane of s' and e' lie within
+    (pi - gamma)/2. Integrands vanish at its edges, and so derivatives are integrals of derivatives.
+    """
+
+    def __init__(self, shape: Ellipsoid, formula: LawFormula, rule: Quadrature | None = None) -> None:
+        super().__init__(formula)
+        self._shape, self._rule = shape, rule
+
+    @override
+    def entries(self, numbers: Sequence[int], *variables: Number) -> Mapping[int, Number]:
+        if self._rule is None:
+            rule = _quadrature(self._shape, self.formula, [float(np.ravel(x)[0]) for x in variables[6:]])
+            return LightOfEllipsoid(self._shape, self.formula, rule).entries(numbers, *variables)
+        return super().entries(numbers, *variables)
+
+    @override
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+        rule, epochs = cast("Quadrature", self._rule), vectors.shape[1]
+        rows = max(1, min(epochs, BLOCK // rule.count))
+        space = np.empty((buffers, rows * rule.count))
+        for start in range(0, epochs, rows):
+            part = slice(start, min(start + rows, epochs))
+            block = BlockOfEllipsoid(part, self._shape, rule, vectors[:, part], stretch)
+            yield block, [x[: block.mu0.size] for x in space]
+
+
+class Quadrature:
+    """Nodes in two angles, each mapped from [-1, 1].
+
+    Parameters
+    ----------
+    after, before : array (n,)
+        Distances 1 + x and 1 - x of the nodes from the ends, without cancellation.
+    weights : array (n,)
+        Weights, of sum 2.
+    halves : bool
+        True to divide the longitudes where the cosines of incidence and emission are equal; laws with a kink there
+        are analytic in both parts.
+    """
+
+    def __init__(self, after: Array, before: Array, weights: Array, halves: bool) -> None:
+        self.after, self.before, self.weights, self.halves = after, before, weights, halves
+        self.count = len(weights) ** 2 * (1 + halves)
+
+    @staticmethod
+    def gauss(count: int, halves: bool = False) -> Quadrature:
+        """Return the rule of Gauss and Legendre."""
+        nodes, weights = np.polynomial.legendre.leggauss(count)
+        return Quadrature(1 + nodes, 1 - nodes, weights, halves)
+
+    @staticmethod
+    def double_exponential(count: int, halves: bool = False) -> Quadrature:
+        """Return the rule with x = tanh(pi/2 sinh t), for powers at the edges."""
+        t = np.linspace(-TANH_SINH_END, TANH_SINH_END, count)
+        exponent = np.pi * np.sinh(t)
+        before, after = 2 / (1 + np.exp(exponent)), 2 / (1 + np.exp(-exponent))
+        weights = 0.5 * np.pi * np.cosh(t) * before * after * (t[1] - t[0])
+        return Quadrature(after, before, weights, halves)
+
+    def longitudes(self, split: Array) -> tuple[Array, Array, Array]:
+        """Return 1 + x, 1 - x and weights (epochs, nodes), divided at 1 + x = split (epochs,)."""
+        if not self.halves:
+            return self.after[None], self.before[None], self.weights[None]
+        split = split[:, None]
+        low, high = 0.5 * split * self.after, 0.5 * (2 - split) * self.before
+        after, before = (np.concatenate(x, axis=1) for x in ((low, 2 - high), (2 - low, high)))
+        weights = 0.5 * np.concatenate([split * self.weights, (2 - split) * self.weights], axis=1)
+        return after, before, weights
+
+
+TANH_SINH_END = 3.3
+"""Last t of the double-exponential rule: the outer nodes are within 1e-18 of the edges."""
+
+QUADRATURES: tuple[tuple[Callable[[int, bool], Quadrature], bool, tuple[int, ...]], ...] = (
+    (Quadrature.gauss, False, (8, 12, 16, 24, 32, 48, 64)),
+    (Quadrature.gauss, True, (16, 24, 32, 48, 64)),
+    (Quadrature.double_exponential, False, (47, 63, 95, 127, 159)),
+    (Quadrature.double_exponential, True, (47, 63, 95, 127)),
+)
+"""Rules in the order in which they are tried, and numbers of nodes."""
+
+QUADRATURE_TOLERANCE = 1e-10
+"""Relative difference of two rules below which the one with more nodes is accepted."""
+
+PHASES = (0.0, 0.3, 0.8, 1.4, 2.0, 2.4)
+"""Phase angles at which rules are compared."""
+
+_quadratures: dict[Hashable, Quadrature] = {}
+
+
+def _quadrature(shape: Ellipsoid, formula: LawFormula, numbers: Sequence[float]) -> Quadrature:
+    """Return the rule of an ellipsoid and a law: the first one that agrees with the next smaller one.
+
+    It is chosen once for the stretch, phase and numbers of the first call. If no rule agrees, the law has kinks inside
+    the lit part, and the rule with the smallest difference is taken.
+    """
+    key = shape, formula
+    if key not in _quadratures:
+        while len(_quadratures) >= MAX_QUADRATURES:
+            _quadratures.pop(next(iter(_quadratures)), None)
+        _quadratures[key] = _chosen_quadrature(shape, formula, numbers)
+    return _quadratures[key]
+
+
+MAX_QUADRATURES = 64
+"""Largest number of quadratures that are stored."""
+
+
+def _chosen_quadrature(shape: Ellipsoid, formula: LawFormula, numbers: Sequence[float]) -> Quadrature:
+    directions = np.random.default_rng(0).normal(size=(2, 3, len(PHASES)))
+    sun, across = directions / np.linalg.norm(directions, axis=1)[:, None]
+    across -= np.sum(sun * across, axis=0) * sun
+    across /= np.linalg.norm(across, axis=0)
+    observer = np.cos(PHASES) * sun + np.sin(PHASES) * across
+    scalars: Sequence[Number] = *numbers[:3], np.array(PHASES), *numbers[4:]
+    found: list[tuple[float, Quadrature]] = []
+    for make, halves, counts in QUADRATURES:
+        last = None
+        for count in counts:
+            rule = make(count, halves)
+            entries = LightOfEllipsoid(shape, formula, rule).entries(range(10), *sun, *observer, *scalars)
+            values = np.stack([entries[k] for k in range(10)])
+            if last is not None:
+                found.append((_difference(values, last), rule))
+                if found[-1][0] < QUADRATURE_TOLERANCE:
+                    return rule
+            last = values
+    return min(found, key=lambda pair: pair[0])[1]
+
+
+def _difference(values: Array, others: Array) -> float:
+    """Return the largest relative difference of values and of gradients by sun, observer and stretch."""
+    parts = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
+    return max(float(np.max(np.abs(values - others)[x] / np.abs(values[x]).max(axis=0))) for x in parts)
+
+
+class BlockOfEllipsoid(Block):
+    """Nodes of the quadrature over the lit and seen part of an ellipsoid at some epochs."""
+
+    def __init__(self, epochs: slice, shape: Ellipsoid, rule: Quadrature, vectors: Array, stretch: Array) -> None:
+        self.epochs, self.counts = epochs, rule.count
+        to_sphere = shape.to_unit_sphere / stretch
+        images = np.stack([to_sphere @ vectors[:3], to_sphere @ vectors[3:]])
+        lengths = np.linalg.norm(images, axis=1)[..., None, None]
+        sun, observer = images / lengths[..., 0, 0][:, None]
+        together, apart = sun + observer, sun - observer
+        cosine, sine = (0.5 * np.linalg.norm(x, axis=0) for x in (together, apart))
+        x_axis, y_axis = _unit(together, sun), _unit(apart, _perpendicular(sun))
+        axes = np.stack([x_axis, y_axis, np.cross(x_axis, y_axis, axis=0)])
+        half = np.maximum(np.arctan2(cosine, sine), EDGE)[:, None]
+        ratio = (lengths[1] - lengths[0]) / (lengths[1] + lengths[0])
+        split = 1 + np.arctan(np.tan(half) * ratio[:, 0]) / half
+        after, before, weights = rule.longitudes(split[:, 0])
+        longitude = half * (after - 1)
+        nearest, latitude = np.minimum(rule.after, rule.before), 0.5 * np.pi * (rule.after - 1)
+        cos_b, sin_b = np.sin(0.5 * np.pi * nearest)[:, None], np.sin(latitude)[:, None]
+        along, across = np.cos(longitude)[:, None], np.sin(longitude)[:, None]
+        images = np.einsum("ji,kje->ike", to_sphere, axes)[..., None, None]
+        normals = cos_b * (along * images[:, 0] + across * images[:, 1]) + sin_b * images[:, 2]
+        size = np.sqrt(np.sum(normals * normals, axis=0))
+        normals /= size
+        shared = cos_b / size
+        self.mu0 = (lengths[0] * shared * np.sin(half * after)[:, None]).ravel()
+        self.mu = (lengths[1] * shared * np.sin(half * before)[:, None]).ravel()
+        volume = float(np.prod(shape.semiaxes) * np.prod(stretch))
+        areas = volume * size * cos_b * (0.5 * np.pi * rule.weights[:, None]) * (half * weights)[:, None]
+        self._areas, self._normals = areas.reshape(len(half), -1), normals.reshape(3, len(half), -1)
+
+    @override
+    def sums(self, values: Array | float, power: int) -> Array:
+        weighted = self._areas * np.reshape(values, (-1, 1) if np.ndim(values) == 0 else self._areas.shape)
+        if power == 0:
+            return np.asarray(np.sum(weighted, axis=1)[None])
+        return np.asarray(np.einsum("ef,kef->ke", weighted, self._normals**power))
+
+
+EDGE = 1e-9
+"""Smallest half width of a lune, in radians; the light of a narrower one is below 1e-27."""
+
+
+def _unit(vectors: Array, otherwise: Array) -> Array:
+    """Return unit vectors (3, epochs), or others where a vector is zero."""
+    lengths = np.linalg.norm(vectors, axis=0)
+    return np.where(lengths > 0, vectors / np.where(lengths > 0, lengths, 1.0), otherwise)
+
+
+def _perpendicular(vectors: Array) -> Array:
+    """Return unit vectors perpendicular to unit vectors (3, epochs)."""
+    axis = np.eye(3)[np.argmin(np.abs(vectors), axis=0)].T
+    across = np.cross(vectors, axis, axis=0)
+    return np.asarray(across / np.linalg.norm(across, axis=0))

@@ -1,0 +1,77 @@
+"""Brightness of meshes and ellipsoids against numbers computed with 50 digits by independent code."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot.observables import (
+    AshikhminShirley,
+    CookTorrance,
+    Hapke,
+    Lambert,
+    LambertLommelSeeliger,
+    LommelSeeliger,
+    LunarLambert,
+    Minnaert,
+    Phong,
+)
+from poinsot.shapes.brightness import brightness_of
+from poinsot.taylor.graph import Graph, tangents
+
+CASES = json.loads((Path(__file__).parent / "brightness_cases.json").read_text())
+NUMBERS = {name: law["parameters"] for name, law in CASES["laws"].items()}
+LAWS = {
+    "lambert": Lambert(**NUMBERS["lambert"]),
+    "lommel_seeliger": LommelSeeliger(albedo=NUMBERS["lommel_seeliger"]["w"]),
+    "ls_lambert": LambertLommelSeeliger(**NUMBERS["ls_lambert"]),
+    "minnaert": Minnaert(**NUMBERS["minnaert"]),
+    "lunar_lambert": LunarLambert(**NUMBERS["lunar_lambert"]),
+    "hapke": Hapke(**NUMBERS["hapke"]),
+    "hapke_rough": Hapke(**NUMBERS["hapke"], roughness=NUMBERS["hapke_rough"]["theta"]),
+    "phong": Phong(**NUMBERS["phong"]),
+    "cook_torrance": CookTorrance(**NUMBERS["cook_torrance"]),
+    "ashikhmin_shirley": AshikhminShirley(**NUMBERS["ashikhmin_shirley"]),
+}
+MESHES = {name: pt.shapes.Mesh(mesh["vertices"], mesh["faces"], density=1.0) for name, mesh in CASES["meshes"].items()}
+WITHOUT_SHADOWS = [case for case in CASES["cases"] if not case["shadows"]]
+ELLIPSOIDS = [(law, case) for case in CASES["ellipsoids"] for law in case["brightness"]]
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_meshes_without_shadows(law):
+    for case in WITHOUT_SHADOWS:
+        found = brightness_of(MESHES[case["mesh"]], LAWS[law], case["to_sun"], case["to_observer"])
+        assert found == pytest.approx(case["brightness"][law], rel=1e-14, abs=0)
+
+
+def test_derivatives_by_the_rotation_vector():
+    checked = 0
+    for case in WITHOUT_SHADOWS:
+        for law, reference in case.get("by_rotation_vector", {}).items():
+            found = by_rotation(MESHES[case["mesh"]], LAWS[law], case["to_sun"], case["to_observer"])
+            assert np.max(np.abs(found - reference)) < 1e-14 * np.max(np.abs(reference))
+            checked += 1
+    assert checked == 6
+
+
+@pytest.mark.parametrize(("law", "case"), ELLIPSOIDS, ids=lambda x: x if isinstance(x, str) else "")
+def test_ellipsoids(law, case):
+    shape = pt.shapes.Ellipsoid(case["semi_axes"], density=1.0)
+    found = brightness_of(shape, LAWS[law], case["to_sun"], case["to_observer"])
+    assert found == pytest.approx(case["brightness"][law], rel=4e-14, abs=0)
+
+
+def by_rotation(shape, law, to_sun, to_observer):
+    """Derivatives by the rotation vector theta along the body axes of a body that turns by theta: dv = v x theta."""
+    graph = Graph()
+    symbols = [graph.symbol(name) for name in ("sx", "sy", "sz", "ex", "ey", "ez")]
+    brightness = brightness_of(shape, law, symbols[:3], symbols[3:])
+    values = dict(zip(symbols, [*to_sun, *to_observer], strict=True))
+    changes = []
+    for axis in np.eye(3):
+        seeds = np.concatenate([np.cross(vector, axis) for vector in (to_sun, to_observer)])
+        changes += tangents([brightness], dict(zip(symbols, map(float, seeds), strict=True)))
+    return np.array(graph.evaluated(changes, values))

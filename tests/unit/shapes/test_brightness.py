@@ -1,0 +1,137 @@
+"""Brightness of bodies: kinds of arguments, derivatives, closed forms."""
+
+import numpy as np
+import pytest
+
+import poinsot as pt
+from poinsot.observables import Hapke, Lambert, LambertLommelSeeliger, LommelSeeliger, Minnaert, Phong, ScatteringLaw
+from poinsot.shapes.brightness import brightness_of, phase_angle
+from poinsot.taylor.graph import Graph, tangents
+
+SUN, OBSERVER = (0.3, -1.2, 0.8), (1.1, 0.4, 0.5)
+BOX = pt.shapes.Mesh.from_box((1.0, 2.0, 3.0), density=1.0)
+LAWS = (
+    LommelSeeliger(0.2),
+    Minnaert(0.3, 0.6),
+    LambertLommelSeeliger(0.1, 0.5, 0.1, -0.3),
+    Hapke(0.33, 1.2, 0.04, -0.3),
+    Phong(0.3, 0.4, 3.0),
+)
+
+
+class Coated(ScatteringLaw):
+    """A law of the user: a sum of powers with a weight that depends on the phase."""
+
+    weight: float
+    power: float
+
+    def brightness(self, light):
+        return self.weight * (0.5 + light.cos_phase / 4) * (light.mu0 * light.mu) ** (1 + self.power)
+
+
+def unit(vector):
+    return np.array(vector) / np.linalg.norm(vector)
+
+
+def plain(mesh, law, sun, observer, stretch=(1, 1, 1)):
+    """Sum over the faces of the stretched mesh."""
+    corners = np.asarray(mesh.vertices) * stretch
+    first, second, third = (corners[mesh.faces[:, k]] for k in range(3))
+    vectors = 0.5 * np.cross(second - first, third - first)
+    areas = np.linalg.norm(vectors, axis=1)
+    sun, observer = unit(sun), unit(observer)
+    phase = np.arccos(sun @ observer)
+    total = 0.0
+    for area, normal in zip(areas, vectors / areas[:, None], strict=True):
+        mu0, mu = normal @ sun, normal @ observer
+        if mu0 > 0 and mu > 0:
+            total += area * law.brightness(pt.observables.Reflection(mu0, mu, phase))
+    return total
+
+
+@pytest.mark.parametrize("law", [*LAWS, Coated(0.4, 0.2)], ids=lambda law: type(law).__name__)
+def test_a_stretched_mesh_is_the_mesh_of_stretched_vertices(law):
+    stretch = (1.3, 0.7, 0.9)
+    found = brightness_of(BOX, law, SUN, OBSERVER, stretch)
+    assert found == pytest.approx(plain(BOX, law, SUN, OBSERVER, stretch), rel=1e-13, abs=0)
+
+
+@pytest.mark.parametrize("shape", [BOX, pt.shapes.Ellipsoid((3.0, 2.0, 1.5), mass=1.0)], ids=["mesh", "ellipsoid"])
+@pytest.mark.parametrize("law", [*LAWS[:-1], Coated(0.4, 0.2)], ids=lambda law: type(law).__name__)
+def test_derivatives_are_quotients_of_differences(shape, law):
+    """Central differences of step h with an extrapolation leave h^4 f'''''/30 and the rounding 1e-15 f / h."""
+    numbers = [float(x) for x in law.numbers]
+    place = np.array([*SUN, *OBSERVER, 1.1, 0.9, 1.2, *numbers])
+
+    def value(x):
+        return brightness_of(shape, law.with_numbers(x[9:]), x[:3], x[3:6], x[6:9])
+
+    graph = Graph()
+    symbols = [graph.symbol(f"x{k}") for k in range(len(place))]
+    outputs = [value(symbols)]
+    slopes = [tangents(outputs, {x: 1.0})[0] for x in symbols]
+    found = graph.evaluated([*outputs, *slopes], dict(zip(symbols, place, strict=True)))
+    assert found[0] == pytest.approx(value(list(place)), rel=1e-14, abs=0)
+    for k in np.flatnonzero(place):
+        slope = found[1 + k]
+        change = np.zeros(len(place))
+        change[k] = h = 1e-3 * abs(place[k])
+        each = [(value(list(place + n * change)) - value(list(place - n * change))) / (2 * n * h) for n in (1, 2)]
+        quotient = (4 * each[0] - each[1]) / 3
+        assert slope == pytest.approx(quotient, rel=1e-7, abs=1e-9 * abs(found[0]))
+
+
+@pytest.mark.parametrize("shape", [BOX, pt.shapes.Ellipsoid((3.0, 2.0, 1.5), mass=1.0)], ids=["mesh", "ellipsoid"])
+@pytest.mark.parametrize("law", LAWS[:4], ids=lambda law: type(law).__name__)
+def test_arrays_of_members_and_times_are_as_single_calls(shape, law):
+    generator = np.random.default_rng(1)
+    sun, observer = generator.normal(size=(2, 3, 4, 5))
+    stretch = [1.0, generator.uniform(0.8, 1.2, (4, 1)), 1.1]
+    numbers = [np.asarray(x) * generator.uniform(0.9, 1.0, (4, 1)) for x in law.numbers]
+    found = brightness_of(shape, law.with_numbers(numbers), sun, observer, stretch)
+    assert found.shape == (4, 5)
+    for k, n in np.ndindex(4, 5):
+        own = law.with_numbers([float(x[k, 0]) for x in numbers])
+        factors = [1.0, float(stretch[1][k, 0]), 1.1]
+        one = brightness_of(shape, own, sun[:, k, n], observer[:, k, n], factors)
+        assert found[k, n] == pytest.approx(one, rel=1e-12, abs=1e-14)
+
+
+def test_spheres_have_closed_forms():
+    ball, phases = pt.shapes.Ellipsoid((1.3, 1.3, 1.3), mass=1.0), np.array([1e-3, 0.4, 1.2, 2.0, 2.6])
+    to_observer = [np.cos(phases), np.sin(phases), 0.0]
+    lambert = brightness_of(ball, Lambert(0.7), (1.0, 0.0, 0.0), to_observer)
+    closed = 0.7 * 1.69 * 2 / 3 * (np.sin(phases) + (np.pi - phases) * np.cos(phases))
+    np.testing.assert_allclose(lambert, closed, rtol=1e-13, atol=1e-16)
+    dark = brightness_of(ball, LommelSeeliger(0.2), (1.0, 0.0, 0.0), to_observer)
+    half = 0.5 * phases
+    closed = 0.05 * np.pi * 1.69 / 2 * (1 - np.sin(half) * np.tan(half) * np.log(1 / np.tan(0.5 * half)))
+    np.testing.assert_allclose(dark, closed, rtol=1e-13, atol=1e-16)
+
+
+def test_opposition_and_new_phase_are_finite():
+    ellipsoid = pt.shapes.Ellipsoid((3.0, 2.0, 1.5), mass=1.0)
+    opposite = [-x for x in SUN]
+    for shape in (BOX, ellipsoid):
+        for law in LAWS:
+            graph = Graph()
+            symbols = [graph.symbol(f"x{k}") for k in range(6)]
+            brightness = brightness_of(shape, law, symbols[:3], symbols[3:])
+            slopes = [tangents([brightness], {x: 1.0})[0] for x in symbols]
+            for observer in (SUN, opposite):
+                values = graph.evaluated([brightness, *slopes], dict(zip(symbols, [*SUN, *observer], strict=True)))
+                assert np.all(np.isfinite(values))
+            assert values[0] == pytest.approx(0.0, rel=0, abs=1e-15)
+
+
+def test_phase_angles_are_exact_near_opposition():
+    sun, observer = pt.functions.Vector((1.0, 0.0, 0.0)), pt.functions.Vector((1.0, 1e-9, 0.0))
+    assert phase_angle(sun, observer) == pytest.approx(1e-9, rel=1e-14, abs=0)
+
+
+def test_plates_are_one_sided():
+    plates = pt.forces.Facets([2.0, 3.0], [(0, 0, 1), (0, 0, -1)], [(0, 0, 0), (0, 0, 0)])
+    above = brightness_of(plates, Lambert(0.5), (0, 0, 1), (0, 0, 2.0))
+    below = brightness_of(plates, Lambert(0.5), (0, 0, -1), (0, 0, -2.0))
+    assert (above, below) == (1.0, 1.5)
+    assert brightness_of(plates, Lambert(0.5), (0, 0, 1), (0, 0, -1)) == 0
