@@ -209,7 +209,11 @@ def herpolhode(
         panel.plot(*_circle(radius), color=GREY, linewidth=0.8)
     draw_path(panel, omega[:, :2], color=VERMILION, linewidth=1.1, label=r"$\omega$")
     panel.plot(
-        *omega[-1:, :2].T, "o", color=GREEN, markeredgecolor="white", label=f"at {instant(motion, motion.times[-1], time_unit)}"
+        *omega[-1:, :2].T,
+        "o",
+        color=GREEN,
+        markeredgecolor="white",
+        label=f"at {instant(motion, motion.times[-1], time_unit)}",
     )
     panel.plot(0, 0, "+", color=BLACK, markersize=9, label=r"$\mathbf{G}$, towards the eye")
     room = 1.1 * max(radii[1], 0.02 * np.max(omega[:, 2]))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -31,12 +33,16 @@ __all__ = ["sky"]
 NORTH = (0.0, 0.0, 1.0)
 ARROW, SPACING = 1.45, 3.1
 """Length of the arrows, and distance of neighbouring pictures, in radii of the body."""
+TEXT = (-1.5, 1.5)
+"""Place of the time, in radii of the body from the middle of a picture."""
 MAX_COLUMNS = 4
 """Largest number of pictures in a row."""
-INCHES = 2.3
-"""Side of a picture, inches."""
+INCHES, MIN_WIDTH = 2.3, 4.2
+"""Side of a picture, and smallest width of all pictures, inches."""
 DARK, BRIGHT = 0.12, 0.97
 """Grey of facets without light, and of the brightest facet."""
+SATURATION = 10.0
+"""Brightness over the median of lit facets that is drawn white, so that a glint does not darken the other facets."""
 FINE = 3000
 """Number of triangles up to which the triangles of a mesh with shadows are divided."""
 ARROWS = {"angular momentum": BLACK, "angular velocity": GREEN, "Sun": "#E69F00"}
@@ -93,17 +99,19 @@ def sky(
     columns = min(len(views), MAX_COLUMNS)
     rows = -(-len(views) // columns)
     radius = max(float(np.max(np.linalg.norm(view.corners, axis=-1))) for view in views)
-    brightest = max(float(np.max(view.brightness)) for view in views) or 1.0
-    panel = one_panel((INCHES * columns + 0.6, INCHES * rows + 0.9), **options)
+    lit = np.concatenate([view.brightness[view.brightness > 0] for view in views])
+    brightest = min(float(np.max(lit)), SATURATION * float(np.median(lit))) if lit.size else 1.0
+    width = max(INCHES * columns, MIN_WIDTH)
+    panel = one_panel((width + 0.6, width * rows / columns + 0.9), **options)
     for i, (view, time) in enumerate(zip(views, at, strict=True)):
         centre = SPACING * radius * np.array([i % columns, -(i // columns)])
         _draw(panel, view, centre, radius, brightest, labelled=not i)
-        words = {"ha": "center", "va": "bottom", "fontsize": "small"}
-        panel.text(*(centre + (0, 1.12 * radius)), instant(motion, time, time_unit), **words)
+        x, y = centre + radius * np.array(TEXT)
+        panel.text(x, y, instant(motion, time, time_unit), ha="left", va="top", fontsize="small")
     half = 0.5 * SPACING * radius
     panel.set(xlim=(-half, (2 * columns - 1) * half), ylim=((1 - 2 * rows) * half, half), xticks=[], yticks=[])
     panel.set_aspect("equal")
-    _draw_scale(panel, radius, motion.system.units.get("length", "1"))
+    _draw_scale(panel, radius, _length_unit(motion.system.units))
     dress(panel, "east to the left", "north upwards")
     return panel
 
@@ -225,9 +233,9 @@ def _draw(panel: Axes, view: _View, centre: Array, radius: float, brightest: flo
     """Draw a view about a point of the panel."""
     from matplotlib.collections import PolyCollection
 
-    grey = DARK + (BRIGHT - DARK) * np.sqrt(view.brightness / brightest)
+    grey = DARK + (BRIGHT - DARK) * np.sqrt(np.minimum(view.brightness / brightest, 1))
     colours = np.repeat(np.where(view.brightness > 0, grey, DARK)[:, None], 3, axis=1)
-    look: Any = {"facecolors": colours, "edgecolors": colours, "linewidths": 0.3, "zorder": 2, "rasterized": True}
+    look: Any = {"facecolors": colours, "edgecolors": colours, "linewidths": 0.8, "zorder": 2, "rasterized": True}
     panel.add_collection(PolyCollection(list(centre + view.corners[..., :2]), **look))
     for name, colour in ARROWS.items():
         x, y, depth = ARROW * radius * view.arrows[name]
@@ -236,6 +244,12 @@ def _draw(panel: Axes, view: _View, centre: Array, radius: float, brightest: flo
         panel.annotate("", tuple(tip), tuple(centre), arrowprops={**style, "zorder": order}, zorder=order)
         if labelled:
             panel.plot([], [], color=colour, linewidth=1.6, label=name)
+
+
+def _length_unit(units: Mapping[str, str]) -> str:
+    """Return the unit of length, from the unit of inertia for one body: "km" for "kg km2"."""
+    found = re.search(r"(\w+)2\b", units["inertia"])
+    return units.get("length") or (found[1] if found else "1")
 
 
 def _draw_scale(panel: Axes, radius: float, unit: str) -> None:
