@@ -414,6 +414,9 @@ def files(folder):
             + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in FACES),
         ),
         "field": text(folder / "g.tab", FIELD),
+        "gyro": text(folder / "gyro.csv", GYRO),
+        "spin": text(folder / "spin.txt", SPIN),
+        "alcdef": text(folder / "alcdef.txt", ALCDEF),
         "spk": kernel(folder / "m.bsp"),
         "oem": text(folder / "m.oem", OEM),
     }
@@ -449,6 +452,20 @@ FIELD = (
     " 1.0E+00, 4.9E+03, 1.0E-04,     2,     2,     1, 0.0, 0.0\r\n"
     "    2,    0, -1.0E-03, 0.0, 0.0, 0.0\r\n    2,    1, 0.0, 0.0, 0.0, 0.0\r\n    2,    2, 1.0E-04, 0.0, 0.0, 0.0\r\n"
 )
+GYRO = "t_s,wx,wy,wz\n0.0,0.1,0.2,0.3\n0.01,0.1,0.2,0.31\n0.02,0.1,0.21,0.31\n"
+SPIN = "251 -63 5.27\n2433827.771536 10\n0.5 0.1 -0.5\n0.1\n"
+ALCDEF = """STARTMETADATA
+OBJECTNUMBER=1
+OBJECTNAME=Ceres
+SESSIONDATE=2011-09-13
+SESSIONTIME=07:46:00
+LTCAPP=NONE
+DELIMITER=PIPE
+ENDMETADATA
+DATA=2455817.735937|7.328|0.004
+DATA=2455817.736235|7.317|0.004
+ENDDATA
+"""
 OEM = """CCSDS_OEM_VERS = 2.0
 CREATION_DATE = 2026-11-21T00:00:00
 ORIGINATOR = X
@@ -782,7 +799,10 @@ def public_calls(folder):
             {"system": SATELLITE, "frame": CIRCLE.frame, "guesses": (1.0, 0, 0, 0), "time": 0.0},
         ),
         "free_motion": (pt.free_motion, {"body": BODY, "state": START, "times": TIMES, "units": {"time": "s"}}),
-        "frequencies": (pt.analysis.frequencies, {"signal": SIGNAL, "times": 0.1, "count": 1}),
+        "frequencies": (
+            pt.analysis.frequencies,
+            {"signal": SIGNAL, "times": 0.1, "count": 1, "sigma": 0.1, "highest": 20.0},
+        ),
         "load": (pt.load, {"source": at["nc"]}),
         "lyapunov_spectrum": (pt.analysis.lyapunov_spectrum, {**here, **run}),
         "omm_orbit": (pt.files.omm_orbit, {"message": OMM, **dates, "reference_frame": "TEME"}),

@@ -26,12 +26,14 @@ SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
     "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* "
-    "polynomial_search.* *.CROSSING_TOLERANCE *.HALF_TURNS *.bifurcations *.grows_with_time *.motion_at",
+    "polynomial_search.* uneven_lines.* *.CROSSING_TOLERANCE *.HALF_TURNS *.coordinate_names *.bifurcations "
+    "*.grows_with_time *.motion_at",
     "control": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "
-    "*.attitude_formats *.parsed_scenario *.repetition",
+    "*.attitude_formats *.parsed_scenario *.repetition "
+    "observations.julian_rows.* *.*_in *.stated_calendar netcdf.READINGS *.ReadingsFoundError *_dataset",
     "forces": "point_masses.* same_body.* directional_torque.stream_torques directional_torque.sphere_nodes "
     "radiation.[A-Z][A-Z]* radiation.Sunlight radiation.visible_fraction facets.PLATE_DRAG_COEFFICIENT",
     "observables": "",

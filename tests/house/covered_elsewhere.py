@@ -13,6 +13,7 @@ COVERED_BY = {
     "cli/app.py": "house/test_cli_terminal.py",
     "cli/checks.py": "house/test_cli_terminal.py",
     "cli/formats.py": "house/test_cli_files.py",
+    "cli/observations.py": "laws/test_scenarios_of_observables.py",
     "cli/plots.py": "house/test_cli_scenarios.py",
     "cli/runs.py": "house/test_cli_scenarios.py",
     "cli/terminal.py": "house/test_cli_terminal.py",

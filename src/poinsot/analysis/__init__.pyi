@@ -7,6 +7,7 @@ from .free_rotation import FreeRotation
 from .libration import Librations, librations
 from .line_spectrum import LineSpectrum, diffusion, frequencies
 from .mutual_orbit import Revolutions, apsidal_precession, revolutions
+from .observed_partials import ObservedPartials, observed_partials
 from .pair_equilibrium import PairEquilibrium, pair_equilibria
 from .periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
 from .relaxation import InelasticRelaxation
@@ -27,6 +28,7 @@ __all__ = [
     "Librations",
     "LineSpectrum",
     "LyapunovSpectrum",
+    "ObservedPartials",
     "PairEquilibrium",
     "PeriodicMotion",
     "Revolutions",
@@ -46,6 +48,7 @@ __all__ = [
     "frequencies",
     "librations",
     "lyapunov_spectrum",
+    "observed_partials",
     "pair_equilibria",
     "periodic_motion",
     "revolutions",

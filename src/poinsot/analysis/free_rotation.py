@@ -11,7 +11,7 @@ from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted, rounded
 from poinsot.double_double import DoubleDouble
-from poinsot.errors import exactly_one
+from poinsot.errors import exactly_one, member_array
 from poinsot.immutable import cached_property
 from poinsot.kinematics.andoyer import Andoyer
 from poinsot.kinematics.attitude import quaternion_from_matrix
@@ -112,7 +112,7 @@ class FreeRotation(Summarized):
         """
         given = {"precession_period": precession_period, "long_axis_precession_period": long_axis_precession_period}
         precession = exactly_one("the rotation", given)
-        nodes = pole_attitude(longitude, latitude, precession_angle, axes)
+        nodes = pole_attitude(longitude, latitude, member_array("precession_angle", precession_angle, ()), axes)
         return cls(body, state_with_periods(body, mode, rotation_period, precession, nodes, rotation_angle, time))
 
     # ------------------------------------------------------------------ what kind of rotation

@@ -1,5 +1,7 @@
 """Frequencies of a motion: decomposition of a signal into lines, and the drift of the lines.
 
+A signal at uneven times is decomposed by least squares, see `uneven_lines.py`.
+
 An evenly sampled signal is decomposed into lines a exp(i nu t) as by Laskar (1990, Icarus 88, 266; 1993, Physica D 67,
 257): the highest maximum of the windowed spectrum of the residual gives the next line. Laskar's frequency of a single
 line, the maximum itself, minimises the squares of the difference in the windowed inner product. Here all lines found
@@ -23,11 +25,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
+from poinsot.analysis.uneven_lines import fitted_lines, grid_size
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted
-from poinsot.errors import array_of, level_of_user, real_array, refuse_nonpositive
+from poinsot.errors import array_of, level_of_user, real_array, real_numbers, refuse_nonpositive
 from poinsot.printable import kind_of
-from poinsot.quantities import Times
+from poinsot.quantities import AngularVelocity, Times
 from poinsot.records.units import PER_TIME
 
 __all__ = ["LineSpectrum", "diffusion", "frequencies"]
@@ -67,6 +70,10 @@ LINES_PER_HALF = 8
 """Number of lines fitted in each half of a run."""
 UNEVENNESS_TOLERANCE = 1e-9
 """Tolerance of uneven times, in steps, in addition to their rounding."""
+EXCLUDED = 16
+"""Increase of the sum of squares, in units of the variance of the noise, that excludes an alias."""
+MAX_GRID = 2**20
+"""Largest number of frequencies of the spectrum of a signal at uneven times."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -89,7 +96,13 @@ class LineSpectrum(Summarized):
         False if the residual within two turns over the run of a line exceeds the noise around it: another line is too
         close, or frequency or amplitude change during the run. False for absent lines.
     residual : float
-        RMS residual, weighted by the window.
+        RMS residual, weighted by the window, or by 1/sigma^2 for uneven times.
+    aliases : array (lines, 4) or None
+        For uneven times the best other frequencies of each line, if the samples have a maximum of the spectrum there:
+        fits of all lines with this line at the alias.
+    alias_chi2 : array (lines, 4) or None
+        Increase of the sum of squares by an alias, in units of the variance of the noise. A small one, such as below 9,
+        does not exclude the alias.
 
     Examples
     --------
@@ -104,6 +117,8 @@ class LineSpectrum(Summarized):
     errors: Array
     resolved: Array
     residual: Any
+    aliases: Array | None = None
+    alias_chi2: Array | None = None
 
     @property
     def _unresolved(self) -> int:
@@ -119,17 +134,27 @@ class LineSpectrum(Summarized):
             else "",
             "amplitudes": formatted(np.abs(self.amplitudes)),
             "residual": formatted(self.residual),
+            "aliases not excluded": ""
+            if self.aliases is None or self.alias_chi2 is None or not np.any(self.alias_chi2 < EXCLUDED)
+            else formatted(self.aliases[self.alias_chi2 < EXCLUDED], PER_TIME),
         }
 
 
 @checked
-def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectrum:
-    """Return the line spectrum of an evenly sampled signal: frequencies, amplitudes and errors of the frequencies.
+def frequencies(
+    signal: ArrayLike,
+    times: Times,
+    count: int = 10,
+    *,
+    sigma: ArrayLike | None = None,
+    highest: AngularVelocity | None = None,
+) -> LineSpectrum:
+    """Return the line spectrum of a signal: frequencies, amplitudes and errors of the frequencies.
 
     All lines together minimise the mean of w |signal - sum of a exp(i nu t)|^2, or of w |signal - Re sum|^2 for a real
-    signal, with the window w = (1 + cos pi x)^3, x from -1 to 1 along the samples. Two lines closer than about two
-    turns over the run are fitted as a pair if the noise allows it. A warning names strong unresolved lines, whose
-    errors are large.
+    signal. For even times w is the window (1 + cos pi x)^3, x from -1 to 1 along the samples, and two lines closer than
+    about two turns over the run are fitted as a pair if the noise allows it. For uneven times w is 1/sigma^2, and lines
+    are at least half a turn over the run apart. A warning names strong unresolved lines, whose errors are large.
 
     Parameters
     ----------
@@ -137,9 +162,14 @@ def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectru
         Real or complex signal: an angle, q0 + i q3, G1 + i G2, exp(i theta). Each signal of an array is decomposed
         alone.
     times : array (n,) or float
-        Evenly spaced times, or the time step, with the first sample at t = 0.
+        Times with any spacing and gaps, or the time step, with the first sample at t = 0.
     count : int
-        Largest number of lines. The result contains fewer if the residual is white noise or rounding.
+        Largest number of lines, a mean included. The result contains fewer if the residual is white noise or rounding.
+    sigma : float or array (..., n), optional
+        Standard deviations of the samples, which then are fitted as at uneven times. Without them, and where the
+        residual exceeds them, errors follow from the residual.
+    highest : float, optional
+        Highest frequency of a line, radians per unit of time, for uneven times. Default: pi/(median step).
 
     Returns
     -------
@@ -149,8 +179,8 @@ def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectru
     Raises
     ------
     TypeError, ValueError
-        If the signal is not finite, has fewer than 8 samples per line or 32 in all, or times are uneven. Aliasing of
-        frequencies beyond pi/step cannot be detected.
+        If the signal is not finite or has fewer than 8 samples per line or 32 in all, or sigma is not positive.
+        Aliasing of frequencies beyond pi/step of even times cannot be detected.
 
     Examples
     --------
@@ -159,9 +189,10 @@ def frequencies(signal: ArrayLike, times: Times, count: int = 10) -> LineSpectru
     array([-1.5])
     """
     refuse_nonpositive("count", count)
-    signals, t = _checked(signal, times, count)
-    found = _lines(signals, t, count)
-    _warn_of_merged(found, (t[-1] - t[0]) / (2 * np.pi))
+    signals, t = _samples(signal, times, count)
+    even = sigma is None and highest is None and _evenness(t)[0]
+    found = _lines(*_ascending(signals, t), count) if even else _uneven_lines(signals, t, count, sigma, highest)
+    _warn_of_merged(found, np.ptp(t) / (2 * np.pi))
     return found
 
 
@@ -176,6 +207,42 @@ def _lines(signals: Array, t: Array, count: int) -> LineSpectrum:
     missing, shape = (np.nan, np.nan, np.nan, False), signals.shape[:-1]
     nu, sizes, errors, resolved = (_padded(each, none, shape) for each, none in zip(lines, missing, strict=True))
     return LineSpectrum(nu, sizes, errors, resolved, np.reshape(residuals, shape)[()])
+
+
+def _uneven_lines(
+    signals: Array, t: Array, count: int, sigma: ArrayLike | None, highest: AngularVelocity | None
+) -> LineSpectrum:
+    """Return the lines of signals at times in any order with any spacing."""
+    order, shape = np.argsort(t, kind="stable"), signals.shape[:-1]
+    times, run = t[order], float(np.ptp(t))
+    if run == 0:
+        raise ValueError(f"times must differ, got {t.size} times {t[0]}.")
+    steps = np.diff(times)
+    limit = float(np.pi / np.median(steps[steps > 0]) if highest is None else real_array("highest", highest, ()))
+    refuse_nonpositive("highest", limit)
+    if (size := grid_size(run, limit, not np.iscomplexobj(signals))) > MAX_GRID:
+        raise ValueError(
+            f"highest must be below {limit * MAX_GRID / size:.6g} for a run of {run:.6g}, got {limit:.6g}. "
+            f"A spectrum has at most {MAX_GRID} frequencies."
+        )
+    weights = None if sigma is None else _sigmas(sigma, signals.shape)[..., order].reshape(-1, t.size)
+    rows = [
+        fitted_lines(row, times, None if weights is None else weights[i], limit, count)
+        for i, row in enumerate(signals[..., order].reshape(-1, t.size))
+    ]
+    longest = max(row.frequencies.size for row in rows)
+    arrays = map(np.stack, zip(*(row.padded(longest) for row in rows), strict=True))
+    return LineSpectrum(*(array.reshape((*shape, *array.shape[1:]))[()] for array in arrays))
+
+
+def _sigmas(sigma: ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Return positive standard deviations of the shape of the signals."""
+    given = real_numbers("sigma", sigma)
+    refuse_nonpositive("sigma", given, "Give the standard deviation of a sample.")
+    try:
+        return np.broadcast_to(given, shape)
+    except ValueError:
+        raise ValueError(f"sigma must have the shape of the signal, {shape}, got shape {given.shape}.") from None
 
 
 def _padded(rows: Sequence[Array], missing: float, shape: tuple[int, ...]) -> Array:
@@ -586,7 +653,19 @@ def _followed(first: tuple[Array, ...], second: tuple[Array, ...]) -> Array:
 
 
 def _checked(signal: ArrayLike, times: Times, lines: int, halves: int = 1) -> tuple[Array, Array]:
-    """Return signals (..., n), real or complex, and ascending times (n,)."""
+    """Return signals (..., n), real or complex, and ascending even times (n,)."""
+    values, t = _samples(signal, times, lines, halves)
+    even, worst, off = _evenness(t)
+    if not even:
+        raise ValueError(
+            f"times must be evenly spaced, but times[{worst}] = {t[worst]} is {off:.3g} from even ones. "
+            "Propagate at np.linspace(...)."
+        )
+    return _ascending(values, t)
+
+
+def _samples(signal: ArrayLike, times: Times, lines: int, halves: int = 1) -> tuple[Array, Array]:
+    """Return signals (..., n), real or complex, and their times (n,)."""
     values = _numbers(signal)
     n, needed = values.shape[-1] if values.ndim else 1, halves * max(32, 8 * lines)
     if n < needed or values.size == 0:
@@ -602,20 +681,20 @@ def _checked(signal: ArrayLike, times: Times, lines: int, halves: int = 1) -> tu
     t = real_array("times", times, (None,))
     if t.size != n:
         raise ValueError(f"times must be as many as the samples, got {t.size} for {n}.")
-    return (values, t) if _refuse_uneven(t) > 0 else (values[..., ::-1], t[::-1])
+    return values, t
 
 
-def _refuse_uneven(t: Array) -> float:
-    """Return the step of even times."""
+def _ascending(values: Array, t: Array) -> tuple[Array, Array]:
+    return (values, t) if t[-1] > t[0] else (values[..., ::-1], t[::-1])
+
+
+def _evenness(t: Array) -> tuple[bool, int, float]:
+    """Return True if times are even, the index of the time farthest from even times, and its distance."""
     step = float(t[-1] - t[0]) / (t.size - 1)
     off = np.abs(t - (t[0] + step * np.arange(t.size)))
     worst = int(np.argmax(off))
-    if step == 0 or off[worst] > UNEVENNESS_TOLERANCE * abs(step) + 8 * np.finfo(float).eps * np.max(np.abs(t)):
-        raise ValueError(
-            f"times must be evenly spaced, but times[{worst}] = {t[worst]} is {off[worst]:.3g} from even ones. "
-            "Propagate at np.linspace(...)."
-        )
-    return step
+    tolerance = UNEVENNESS_TOLERANCE * abs(step) + 8 * np.finfo(float).eps * np.max(np.abs(t))
+    return bool(step != 0 and off[worst] <= tolerance), worst, float(off[worst])
 
 
 def _numbers(signal: ArrayLike) -> Array:

@@ -39,7 +39,7 @@ from poinsot.systems.times import checked_times
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["StateTransition", "state_transition"]
+__all__ = ["StateTransition", "coordinate_names", "state_transition"]
 
 Share = tuple[Sequence[int], Sequence[Sequence[int]]]
 """Parameters, and groups of columns, each group the directions of one integration."""
@@ -98,12 +98,8 @@ class StateTransition(Summarized):
         k = 6 without parts. For planar motion k = 2: the rotation about the third axis and the third component of g.
         For two bodies k = 18: "primary.theta_1", ..., "secondary.g_3", "position_1", ..., "momentum_3".
         """
-        bodies, kinds = self.motion.initial.of_bodies, ("theta", "g")
-        axes = (3,) if self._k == 2 * len(bodies) else (1, 2, 3)
-        rigid = [f"{body and f'{body}.'}{kind}_{i}" for body in bodies for kind in kinds for i in axes]
-        parts = (f"{part.name}.{name}" for part in self.motion.system.parts for name in components(part))
-        orbit = (f"{name}_{i}" for name in ("position", "momentum") for i in (1, 2, 3)) if len(bodies) > 1 else ()
-        return *rigid, *parts, *orbit
+        axes = (3,) if self._k == 2 * len(self.motion.initial.of_bodies) else (1, 2, 3)
+        return coordinate_names(self.motion.system, axes)
 
     @cached_property
     def _columns(self) -> Array:
@@ -160,6 +156,15 @@ class StateTransition(Summarized):
             return np.asarray(total)
         own = _covariance("of_parameters", of_parameters, len(self.parameters))
         return np.asarray(total + self.sensitivity @ own @ np.swapaxes(self.sensitivity, -1, -2))
+
+
+def coordinate_names(system: System, axes: tuple[int, ...] = (1, 2, 3)) -> tuple[str, ...]:
+    """Return the names of tangent coordinates, with the rotations about some axes."""
+    bodies = system.of_bodies
+    rigid = [f"{body and f'{body}.'}{kind}_{i}" for body in bodies for kind in ("theta", "g") for i in axes]
+    parts = (f"{part.name}.{name}" for part in system.parts for name in components(part))
+    orbit = (f"{name}_{i}" for name in ("position", "momentum") for i in (1, 2, 3)) if len(bodies) > 1 else ()
+    return *rigid, *parts, *orbit
 
 
 @checked

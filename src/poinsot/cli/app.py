@@ -11,6 +11,7 @@ import typer
 
 from poinsot.cli.checks import paper, verify
 from poinsot.cli.formats import convert, info
+from poinsot.cli.observations import observe
 from poinsot.cli.plots import animate, plot, view
 from poinsot.cli.runs import new, run
 from poinsot.cli.terminal import DIFFERS, IMPORT, STOPPED, Command, Commands, Group, answer, exit_statuses
@@ -90,10 +91,13 @@ OWN = {
         DIFFERS: "the repeated result differs from the original",
         STOPPED: "the propagation, or the propagation of an ensemble member, stopped before its last output time",
     },
+    observe: {
+        STOPPED: "the propagation, or the propagation of an ensemble member, stopped before its last output time"
+    },
     verify: {DIFFERS: "a difference exceeds its tolerance"},
 }
 for panel, commands in {
-    "Scenarios and results": (new, run, info, plot, view, animate, convert),
+    "Scenarios and results": (new, run, observe, info, plot, view, animate, convert),
     "Verification": (verify, paper),
 }.items():
     for command in commands:

@@ -37,11 +37,12 @@ if TYPE_CHECKING:
     from poinsot.files.attitudes.attitude_table import AttitudeTable
     from poinsot.files.scenario import Scenario
     from poinsot.kinematics.state import AnyState
+    from poinsot.observables.readings import Readings
     from poinsot.propagation.recorded import RecordedSystem
     from poinsot.propagation.trajectory import Trajectory
     from poinsot.systems.system import System
 
-__all__ = ["convert", "info"]
+__all__ = ["convert", "facts_of_readings", "info"]
 
 Lines = list[str]
 
@@ -53,7 +54,8 @@ class Contents:
     Attributes
     ----------
     kind : str
-        "result", "ensemble", "store" (of an ensemble, not whole), "dataset", "scenario", "attitudes" or "other".
+        "result", "ensemble", "store" (of an ensemble, not whole), "dataset", "readings", "scenario", "attitudes" or
+        "other".
     lines : list of str
         A title, and "  name: text" for each fact.
     scenario : str, optional
@@ -94,8 +96,9 @@ def info(
     quantities, and whether the run can be repeated. For a scenario it lists body, forces, initial state, output times
     and output files.
 
-    For attitude files ({attitudes}, CCSDS APM), orbits (OEM), shapes (OBJ, PLY, STL, plate tables) and gravity fields
-    (ICGEM, SHADR) it describes the contents and names the Python function that reads the file.
+    For readings it lists the observables and their values. For attitude files ({attitudes}, CCSDS APM), orbits (OEM),
+    light curves (DAMIT, ALCDEF), shapes (OBJ, PLY, STL, plate tables, DAMIT) and gravity fields (ICGEM, SHADR) it
+    describes the contents and names the Python function that reads the file.
 
     For example:
 
@@ -130,6 +133,8 @@ def _next_steps(kind: str, file: Path) -> tuple[tuple[str, str], ...]:
             (f"{opened('view', file)} --member 0", "writes a 3D view of one member"),
             (opened("plot", file), "plots the result"),
         )
+    if kind == "readings":
+        return ((opened("plot", file), "plots the readings"),)
     if kind == "result":
         return tuple((opened(name, file), what) for name, what in OF_RESULTS.items())
     if kind == "attitudes":
@@ -209,7 +214,8 @@ def _of_other(file: Path) -> Contents:
     if known is None:
         raise ValueError(
             f"{file} must be a result (.nc, .zarr), a scenario (.toml), attitudes ({listed_formats()}, CCSDS APM), an "
-            "orbit (OEM), a shape (.obj, .ply, .stl, .tab) or a gravity field (.gfc, .tab), but it is none of them."
+            "orbit (OEM), light curves (DAMIT, ALCDEF), a shape (.obj, .ply, .stl, .tab, .txt) or a gravity field "
+            "(.gfc, .tab), but it is none of them."
         )
     lines = _attitudes(f"Attitudes, {known.title}", known.read(file))
     return Contents("attitudes", [*lines, f"  in Python: {known.in_python.format(path=str(file))}"])
@@ -221,7 +227,16 @@ def _kind_of(file: Path, head: bytes) -> str:
         return f".{(message[1] or message[2]).decode().lower()}"
     if file.suffix.lower() == ".tab":
         return ".gfc" if b"," in head.partition(b"\n")[0] else ".obj"
-    return file.suffix.lower()
+    return next((kind for kind, mark in TEXTS.items() if mark.match(head)), file.suffix.lower())
+
+
+TEXTS = {
+    "alcdef": re.compile(rb"(#[^\n]*\n|\s)*STARTMETADATA"),
+    "damit shape": re.compile(rb"\s*\d+[ \t]+\d+[ \t\r]*\n\s*(?:[-+.\deE]+[ \t]+){2}[-+.\deE]+[ \t\r]*\n"),
+    "damit spin": re.compile(rb"\s*(?:[-+.\d]+[ \t]+){2}[-+.\d]+[ \t\r]*\n[ \t]*\d{7}[.\d]*[ \t]+[-+.\d]+\s"),
+    "readings": re.compile(rb"# (readings|observable): "),
+}
+"""Marks of observations by their kind: files of text whose names end as the names of other files do."""
 
 
 def _of_scenario(file: Path) -> Contents:
@@ -243,9 +258,12 @@ def _of_scenario(file: Path) -> Contents:
 def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
     import xarray
 
-    from poinsot.files.netcdf import load
+    from poinsot.files.netcdf import ReadingsFoundError, load
 
-    found: Trajectory | xarray.Dataset = load(file)
+    try:
+        found: Trajectory | xarray.Dataset = load(file)
+    except ReadingsFoundError:
+        return _of_readings(file)
     if isinstance(found, xarray.Dataset):
         return _of_dataset(file, found)
     motion = found if member is None else found.member(member)
@@ -272,6 +290,32 @@ def _of_result(file: Path, member: int | None, time: float | None) -> Contents:
     partial = motion.store is not None and not motion.store.whole.all()
     kind = "store" if partial else "ensemble" if motion.is_ensemble else "result"
     return Contents(kind, lines, motion.provenance.get("scenario"), data)
+
+
+def _of_readings(file: Path) -> Contents:
+    """Return the contents of a file of readings."""
+    found = files.read_readings(file)
+    lines = [f"Readings {file.name}"]
+    for each in found:
+        title, *facts = repr(each).splitlines()
+        lines += [f"  {title}", *(f"  {fact}" for fact in facts)]
+    return Contents("readings", lines, data={"readings": [facts_of_readings(each) for each in found]})
+
+
+def facts_of_readings(readings: Readings) -> dict[str, Any]:
+    """Return facts about readings for programs."""
+    import numpy as np
+
+    values = readings.values
+    return {
+        "name": readings.name,
+        "observable": repr(readings.observable),
+        "components": list(readings.observable.components),
+        "times": _ends(readings.times),
+        "units": readings.attributes.get("units"),
+        "members": len(values) if readings.is_ensemble and values is not None else None,
+        "absent": None if values is None else int(np.isnan(values).sum()),
+    }
 
 
 def _of_dataset(file: Path, found: xarray.Dataset) -> Contents:
@@ -410,6 +454,27 @@ def _of_omm(file: Path) -> Lines:
     return [f"Mean elements of an orbit, for SGP4: {file.name}", "  in Python: pt.files.omm_orbit, pt.files.tle_orbit"]
 
 
+def _of_alcdef(file: Path) -> Lines:
+    from poinsot.files.observations import alcdef
+
+    blocks = alcdef.blocks_in(file)
+    objects = dict.fromkeys(block.rows.metadata.get("OBJECTNAME", "unknown") for block in blocks)
+    return [
+        f"Light curves, ALCDEF: {len(blocks)}",
+        f"  objects: {', '.join(objects)}",
+        f"  data: {sum(len(block.rows.dates) for block in blocks)}",
+        f"  in Python: pt.files.read_alcdef({str(file)!r}, light_curve)",
+    ]
+
+
+def _of_damit_spin(file: Path) -> Lines:
+    return [*repr(files.read_damit_spin(file)).splitlines(), f"  in Python: pt.files.read_damit_spin({str(file)!r})"]
+
+
+def _of_csv(file: Path) -> Lines:
+    return [f"Readings: {file.name}", f"  in Python: pt.files.read_readings_csv({str(file)!r}, observable)"]
+
+
 def _of_mesh(file: Path) -> Lines:
     mesh = files.read_mesh(file, density=1.0)
     return [
@@ -437,7 +502,8 @@ def _of_kernel(file: Path) -> Lines:
 
 OF_OTHERS: dict[str, Callable[[Path], Lines]] = {
     **{".apm": _of_apm, ".oem": _of_oem, ".omm": _of_omm, ".tle": _of_omm},
-    **dict.fromkeys((".obj", ".ply", ".stl"), _of_mesh),
+    **{"alcdef": _of_alcdef, "damit spin": _of_damit_spin, "readings": _of_csv},
+    **dict.fromkeys((".obj", ".ply", ".stl", "damit shape"), _of_mesh),
     **dict.fromkeys((".gfc", ".sha"), _of_field),
     **dict.fromkeys((".bsp", ".tsc", ".tf", ".tls", ".tpc", ".tm"), _of_kernel),
 }

@@ -34,13 +34,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from poinsot.mechanics.environment import Orbit
+    from poinsot.observables.readings import Readings
     from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["KINDS", "animate", "drawn", "plot", "usual_kind", "view", "viewed"]
 
 OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty", "yorp"}
-OF_READINGS = {"phase_plane", "phased", "readings"}
-KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES | OF_READINGS)
+OF_READINGS = ("readings", "phased", "phase_plane")
+"""The kinds of plot of readings."""
+KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES | {*OF_READINGS})
 """The kinds of plot of a result: the functions of `poinsot.plot` that need only a motion."""
 
 Window = Annotated[
@@ -61,7 +63,7 @@ OFTEN = ("angular_velocity", "drift", "polhode")
 
 
 def plot(
-    file: Annotated[Path, typer.Argument(help="Result (.nc, .zarr).")],
+    file: Annotated[Path, typer.Argument(help="Result (.nc, .zarr), or readings (.nc).")],
     picture: Annotated[
         Path | None,
         typer.Argument(help="Image file to write (.png, .pdf, .svg); default: FILE-KIND.png in the folder of FILE."),
@@ -69,13 +71,26 @@ def plot(
     kind: Annotated[
         str | None,
         typer.Option(
-            help=f"Kind of plot: {', '.join(KINDS)}; default: quaternions, for two bodies mutual_orbit.",
-            autocompletion=one_of(*KINDS),
+            help=f"Kind of plot: {', '.join(KINDS)}; default: quaternions, for two bodies mutual_orbit. Of readings: "
+            f"{', '.join(OF_READINGS)}; default: readings.",
+            autocompletion=one_of(*KINDS, *OF_READINGS),
         ),
     ] = None,
     other: Annotated[
         Path | None,
-        typer.Option("--with", help="Second result at the same times, for --kind difference or attitude_error."),
+        typer.Option(
+            "--with",
+            help="Second result at the same times, for --kind difference or attitude_error, or computed readings, for "
+            "--kind phased or phase_plane.",
+        ),
+    ] = None,
+    period: Annotated[
+        str | None,
+        typer.Option(
+            metavar="P",
+            help="Period, for --kind phased, or two periods P1,P2 for --kind phase_plane, in the time unit "
+            "of the readings.",
+        ),
     ] = None,
     orbit: Annotated[
         int | None,
@@ -119,7 +134,7 @@ def plot(
     body: OfTwo = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Plot a result. The kinds of plots are functions of the module `poinsot.plot`.
+    """Plot a result, or readings. The kinds of plots are functions of the module `poinsot.plot`.
 
     For example:
 
@@ -131,10 +146,24 @@ def plot(
     - `poinsot plot tops.zarr --kind histogram --quantity effective_rate` plots all members
     - `poinsot plot binary.nc` plots the mutual orbit and both rotations in binary-mutual_orbit.png
     - `poinsot plot binary.nc --kind euler_angles --body secondary`
+    - `poinsot plot asteroid.readings.nc --kind phased --period 5.27`
     """
+    from poinsot.files.netcdf import ReadingsFoundError
+
     checked_result(file)
     with busy(f"Reading {file}"):
-        motion = _loaded(file, member, time)
+        try:
+            motion = _loaded(file, member, time)
+        except ReadingsFoundError:
+            motion = None
+    if motion is None:
+        given = {"other": other, "orbit": orbit, "part": part, "quantity": quantity, "body": body}
+        given |= {"angle_unit": angle_unit, "rate_unit": rate_unit}
+        options = {"period": period, "time_unit": time_unit, "time": time, "member": member}
+        _plot_readings(file, picture, kind or "readings", overwrite, dpi, given, options)
+        return
+    if period is not None:
+        raise ValueError(f"--period must go with readings, got the result {file}.")
     kind = kind or usual_kind(_chosen(motion, body))
     path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
     words = {
@@ -154,6 +183,46 @@ def plot(
         (f"{opened('plot', file)} --kind NAME", f"other plots: {', '.join(OFTEN)}, ..."),
         (opened("view", file), "writes a 3D view"),
     )
+
+
+def _plot_readings(
+    file: Path,
+    picture: Path | None,
+    kind: str,
+    overwrite: bool,
+    dpi: int,
+    given: dict[str, Any],
+    options: dict[str, Any],
+) -> None:
+    """Plot the readings in a file."""
+    if kind not in OF_READINGS:
+        raise ValueError(f"--kind must be one of {', '.join(OF_READINGS)} for readings, got {quoted(kind)}.")
+    for name, value in given.items():
+        if value is not None and not (name == "other" and "model" in _wanted(kind)):
+            raise ValueError(f"{OPTIONS[name]} must go with a result, got the readings {file}.")
+    if options["period"] is None and kind != "readings":
+        raise ValueError(f"--period must be given for --kind {kind}, got none.")
+    if options["period"] is not None and kind == "readings":
+        raise ValueError("--period must go with --kind phased or phase_plane, got --kind readings.")
+    path = file.with_name(f"{file.stem}-{kind}.png") if picture is None else picture
+    check_new(path, overwrite)
+    member, window = options.pop("member"), options.pop("time")
+    found = _readings_in(file, member, window)
+    model = None if given["other"] is None else _readings_in(given["other"], member, window)
+    report_path(drawn(found, kind, path, overwrite, dpi, model=model, **options))
+    advise((f"{opened('plot', file)} --kind NAME", f"other plots: {', '.join(OF_READINGS)}"))
+
+
+def _readings_in(file: Path, member: int | None, window: str | None) -> tuple[Readings, ...]:
+    """Return the readings in a file, of one of the members, at their times or at those within a window."""
+    from poinsot.files import read_readings
+
+    found = read_readings(file)
+    if member is not None:
+        found = tuple(each.isel(member=member) for each in found)
+    if window is not None:
+        found = tuple(each.isel(time=_places(each.times, window)) for each in found)
+    return found
 
 
 def view(
@@ -226,8 +295,13 @@ def usual_kind(motion: Trajectory) -> str:
     return "distance" if motion.is_ensemble else "mutual_orbit"
 
 
-def drawn(motion: Trajectory, kind: str, path: Path, overwrite: bool, dpi: int = 150, **options: Any) -> Path:
-    """Draw a motion into a file, whole or not at all, and return its path; `options` are options of the command."""
+def drawn(
+    motion: Trajectory | tuple[Readings, ...], kind: str, path: Path, overwrite: bool, dpi: int = 150, **options: Any
+) -> Path:
+    """Draw a motion or readings into a file, whole or not at all, and return its path.
+
+    `options` are options of the command.
+    """
     check_ending(path, ".png", ".pdf", ".svg")
     check_new(path, overwrite)
     import matplotlib as mpl
@@ -240,7 +314,10 @@ def drawn(motion: Trajectory, kind: str, path: Path, overwrite: bool, dpi: int =
 
     draw = getattr(poinsot.plot, kind)
     with busy(f"Writing {path}"):
-        figure = np.ravel(draw(**_arguments(kind, motion, **options)))[0].figure
+        arguments = (
+            _of_readings(kind, motion, **options) if isinstance(motion, tuple) else _arguments(kind, motion, **options)
+        )
+        figure = np.ravel(draw(**arguments))[0].figure
         content = io.BytesIO()
         figure.savefig(content, format=path.suffix[1:], **({"dpi": dpi} if path.suffix == ".png" else {}))
         plt.close(figure)
@@ -296,6 +373,33 @@ def _arguments(
     }
     given = {name: made[name]() for name in _wanted(kind) if name in made}
     return given | {name: word for name, word in words.items() if word is not None}
+
+
+def _of_readings(
+    kind: str,
+    readings: tuple[Readings, ...],
+    model: tuple[Readings, ...] | None,
+    period: str | None,
+    time_unit: str | None,
+) -> dict[str, Any]:
+    """Return the arguments of a function that draws readings, from the options."""
+    made: dict[str, Any] = {"readings": readings, "model": model, "time_unit": time_unit}
+    made["title"] = next((each.attributes["title"] for each in readings if "title" in each.attributes), "")
+    periods = _numbers("--period", period)
+    count = 1 + (kind == "phase_plane")
+    if period is not None and len(periods) != count:
+        raise ValueError(f"--period must be {count} numbers for --kind {kind}, got {quoted(period)}.")
+    if period is not None:
+        made["periods" if count > 1 else "period"] = periods if count > 1 else periods[0]
+    return {name: value for name, value in made.items() if value is not None and name in _wanted(kind)}
+
+
+def _numbers(option: str, text: str | None) -> list[float]:
+    """Return the numbers in an option, separated by commas."""
+    try:
+        return [] if text is None else [float(word) for word in text.split(",")]
+    except ValueError:
+        raise ValueError(f"{option} must be numbers separated by commas, got {quoted(text)}.") from None
 
 
 def _orbit(motion: Trajectory, number: int | None) -> Orbit:

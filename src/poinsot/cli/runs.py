@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from poinsot.propagation.trajectory import Trajectory
     from poinsot.storage.chunk_plan import Chunking
 
-__all__ = ["new", "run"]
+__all__ = ["job_in", "new", "run"]
 
 MIN_BYTES_PER_ROW = 150
 """Smallest size of a result in bytes, for each time and member."""
@@ -154,7 +154,7 @@ def run(
     - `poinsot run tops.toml --out /shared/tops.zarr --resume --scheduler tcp://host:8786`
     - `poinsot run top.toml --json`
     """
-    job, original = _job_in(file)
+    job, original = job_in(file)
     if resume and file.suffix == ".zarr" and out in (None, file):
         out, original = file, None
     store = _store(job, out, resume=resume, chunk=chunk, scheduler=scheduler)
@@ -259,7 +259,7 @@ def _store(job: Scenario, out: Path | None, **of_stores: object) -> Path | None:
     return None
 
 
-def _job_in(file: Path) -> tuple[Scenario, Trajectory | None]:
+def job_in(file: Path) -> tuple[Scenario, Trajectory | None]:
     """Return the job that a file describes, and the original motion if the file is a result."""
     from poinsot.files.scenario import read_scenario, repetition
 

@@ -88,6 +88,18 @@ class Keys:
             stacklevel=level_of_user(),
         )
 
+    def in_comment(self, line: str, place: str, after_columns: bool) -> list[Entry]:
+        """Return the value that a comment line "# key: value" states, if its key is, or resembles, a key of the format.
+
+        A ValueError refuses a statement after the names of the columns, whose meaning it would change.
+        """
+        key, colon, value = (part.strip() for part in line[1:].partition(":"))
+        if not colon or not self.resembles(key.lower()):
+            return []
+        if after_columns:
+            raise ValueError(f"{place} must come before the names of the columns, got {quoted(line)}.")
+        return [Entry(key.lower(), value, place)]
+
     def resembles(self, key: str) -> bool:
         """Return True if a key is used, or is the misspelling of a used key."""
         return bool(difflib.get_close_matches(key[:40], sorted(self.used), 1, MISSPELLING_SIMILARITY))

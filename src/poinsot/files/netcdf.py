@@ -54,7 +54,7 @@ from poinsot.systems.system import System, is_of_two_bodies
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["load", "save"]
+__all__ = ["READINGS", "ReadingsFoundError", "load", "read_dataset", "save", "write_dataset"]
 
 Array = NDArray[np.float64]
 
@@ -73,6 +73,9 @@ RECORDED = "recorded_"
 
 OF_STATES = {name for sizes in PHASES for each in sizes for name in (each, f"initial_{each}")}
 OF_BODIES = [named(body, name) for body in (*ONE, *BODIES) for name in ("moments", "principal_axes", "mass")]
+READINGS = "readings"
+"""Attribute of a file of readings, which describes them."""
+
 SHAPES = tuple(named(body, "shape_") for body in (*ONE, *BODIES))
 PREFIXES = (
     "integral_",
@@ -83,6 +86,8 @@ PREFIXES = (
     RECORDED,
     "event_",
     "system_",
+    "readings_",
+    "observable_",
     *SHAPES,
 )
 """Prefixes of the names of variables that are read. The last ones belong to arrays that a text names."""
@@ -153,13 +158,7 @@ def save(motion: Trajectory, path: str | Path, *, overwrite: bool = False) -> Pa
     ).assign(_happened(motion))
     data = data.assign_attrs(event_attributes(motion._rows.events.watched))
     if path.suffix == ".nc":
-        data.attrs["digest"] = _digest(data)
-        with new_file(path, overwrite) as part:
-            try:
-                write_netcdf(data, part)
-            except (OSError, RuntimeError) as error:  # the library does not name the cause
-                reason = f"netCDF says: {getattr(error, 'strerror', None) or error}"
-                raise OSError(f"{unwritable(path, reason)} Is the disk full?") from error
+        write_dataset(data, path, overwrite)
     else:
         with new_folder(path, overwrite, GROUP) as part:
             summary = {name: of_all.attrs[name] for name in of_all.attrs.keys() - motion.variables(()).attrs.keys()}
@@ -206,11 +205,39 @@ def load(source: str | Path | xarray.Dataset) -> Trajectory:
     if path.suffix == ".zarr":
         return _in_store(path)
     data = _opened(path)
+    if READINGS in data.attrs:
+        raise ReadingsFoundError(f"{shortened(path)} must have a motion, got readings. Use pt.files.read_readings.")
     reading = _Reading(data, shortened(path))
+    _check_digest(data, path)
+    return reading.trajectory()
+
+
+class ReadingsFoundError(ValueError):
+    """Error of a file that contains readings in place of a motion."""
+
+
+def write_dataset(data: xarray.Dataset, path: Path, overwrite: bool) -> None:
+    """Write a dataset to a NetCDF file with the digest of its numbers."""
+    data.attrs["digest"] = _digest(data)
+    with new_file(path, overwrite) as part:
+        try:
+            write_netcdf(data, part)
+        except (OSError, RuntimeError) as error:  # the library does not name the cause
+            reason = f"netCDF says: {getattr(error, 'strerror', None) or error}"
+            raise OSError(f"{unwritable(path, reason)} Is the disk full?") from error
+
+
+def read_dataset(path: Path) -> xarray.Dataset:
+    """Return the variables of a NetCDF file that are read; raise a ValueError if its numbers are not as written."""
+    data = _opened(path)
+    _check_digest(data, path)
+    return data
+
+
+def _check_digest(data: xarray.Dataset, path: Path) -> None:
     if data.attrs.get("digest") != _digest(data):
         given = "others: the digest differs" if "digest" in data.attrs else "no digest"
         raise ValueError(f"{shortened(path)} must have the numbers that were saved, got {given}.")
-    return reading.trajectory()
 
 
 # ------------------------------------------------------------------ files

@@ -17,8 +17,10 @@ from poinsot.display.html_text import Summarized, formatted, formatted_times, ro
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.untrusted import read_text
 from poinsot.kinematics.state import AnyState
+from poinsot.observables.readings import Readings
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.free_motion.motion import free_motion
+from poinsot.propagation.observe import observe
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.scenario_of_motion import WHOLE, WITH_FILES, scenario_of
 from poinsot.propagation.trajectory import Trajectory
@@ -49,6 +51,8 @@ class Scenario(Summarized):
         Options of the run: `method`, `formulation`, `tolerance`, `precision`, `dense`.
     outputs : mapping
         File names of the requested outputs `result`, `plot` and `view`.
+    plans : tuple of Readings
+        Readings without values of the tables `[[observe]]`, which `observe` reads along a motion.
     provenance : mapping
         Entries stored in a result: `title`, `seed`, and the text `scenario`.
 
@@ -65,6 +69,7 @@ class Scenario(Summarized):
     run: Mapping[str, Any] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    plans: tuple[Readings, ...] = ()
 
     @override
     def _summary(self) -> tuple[str, dict[str, str]]:
@@ -74,6 +79,7 @@ class Scenario(Summarized):
             "start": formatted(self.state.time, self.system.units["time"]),
             "times": formatted_times(self.times, self.system.units["time"]),
             "run": rounded(", ".join(f"{name} {value}" for name, value in self.run.items())),
+            "observes": ", ".join(plan.name for plan in self.plans),
             "writes": ", ".join(self.outputs.values()),
         }
 
@@ -106,6 +112,32 @@ class Scenario(Summarized):
         if isinstance(motion, Trajectory):  # a store of chosen variables or of reductions is a dataset
             motion._complete(provenance=self.provenance)
         return motion
+
+    @checked
+    def observe(self, motion: Trajectory | None = None, *, noise: int | None = None) -> tuple[Readings, ...]:
+        """Return the readings of the tables `[[observe]]` along a motion, with the arguments of `pt.observe`.
+
+        Parameters
+        ----------
+        motion : Trajectory, optional
+            Motion of the scenario. Default: the scenario is propagated.
+        noise : int, optional
+            Seed of normally distributed errors with the standard deviations of the readings. The second observable has
+            the next seed, and so on. Default: no errors.
+
+        Raises
+        ------
+        ValueError
+            If the scenario has no observables, or `pt.observe` raises an error.
+        PropagationError, PropagationInterrupted
+            If the propagation raises them.
+        """
+        if not self.plans:
+            raise ValueError(f"{self.name} must have a table [[observe]] to be observed, got none.")
+        motion = self.propagate() if motion is None else motion
+        found = [observe(motion, plan) for plan in self.plans]
+        seen = [each for each in found if isinstance(each, Readings)]
+        return tuple(seen if noise is None else [each.simulated(noise + i) for i, each in enumerate(seen)])
 
 
 @checked
@@ -165,7 +197,7 @@ def parsed_scenario(text: str, name: str, folder: Path | None = None) -> Scenari
         **({} if system.calendar or parts.calendar is None else {"calendar": parts.calendar}),
     }
     times = parts.times(system, state)
-    return Scenario(name, system, state, times, parts.run(system), parts.outputs(), provenance)
+    return Scenario(name, system, state, times, parts.run(system), parts.outputs(), provenance, parts.plans(times))
 
 
 def repetition(motion: Trajectory, name: str) -> Scenario:

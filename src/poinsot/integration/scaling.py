@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -205,14 +205,14 @@ def sample_torque(system: BodyDynamics) -> float:
     The difference of the energies at two samples replaces the torque of a potential if the difference is larger.
     """
     first = [number.item(0) for number in system.numbers]
-    times = [sample_time(orbits_of(force)) + 0.25 for force in system.forces]
+    times = [(sample_time(orbits_of(force)) if system.orbits else 0.0) + 0.25 for force in system.forces]
     if "traced samples" not in system.alike:
         system.alike["traced samples"] = _traced_samples(system)
     traced = system.alike["traced samples"]
     with np.errstate(all="ignore"):
         found = traced([*first, *times]) if traced else [*_samples(system.with_numbers(map(np.float64, first)), times)]
-        each = np.reshape(np.array(found, dtype=float), (-1, 5)).tolist()
-    return math.fsum(_larger(*sample) for sample in each)
+        values = iter([*map(float, cast("Iterable[float]", found))])
+    return math.fsum([_larger(*sample) for sample in zip(*[values] * 5, strict=True)])
 
 
 def _larger(*sample: float) -> float:

@@ -217,7 +217,7 @@ class StateVector:
         own = sum(map(len, self.parts.values()))
         return rigid + list(range(6 * len(self.ratios), 6 * len(self.ratios) + own))
 
-    @property
+    @cached_property
     def tangent_scales(self) -> tuple[bool, ...]:
         """Mask of the tangent coordinates that scale like momenta."""
         rigid = (place >= 3 for _ in self.ratios for place in self.formulation.tangent)
@@ -276,7 +276,7 @@ class StateVector:
             return rigid
         columns, own = [], state.own
         for name in self.parts:
-            columns += self.slots[name].scaled(np.moveaxis(np.asarray(own[name]), -1, 0), self.scale)
+            columns += self.slots[name].scaled(quat.components(own[name]), self.scale)
         return np.concatenate([rigid, np.stack([*map(np.asarray, columns)], axis=-1).astype(rigid.dtype)], axis=-1)
 
     def _turn(self, rigid: Array, turn: Array) -> None:
@@ -329,7 +329,7 @@ class StateVector:
     def environment(self, problem: Problem, times: Array, values: Array) -> Environment:
         """Return the environment at the times with variables of orbits, shape (..., n, along_orbits)."""
         blocks = viewed(problem.broadcast_to(values.shape[:-1]).orbits, self.views)
-        columns = np.moveaxis(values, -1, 0)
+        columns = quat.components(values)
         places = itertools.accumulate((block.size for block in blocks), initial=0)
         own = (Vector(columns[place : place + block.size]) for block, place in zip(blocks, places, strict=False))
         return Environment(times, list(zip(blocks, own, strict=True)))

@@ -30,7 +30,15 @@ from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross
 from poinsot.taylor.graph import GraphScalar, Node, tangents
 
-__all__ = ["INPUT_UNIT", "STEPS_AT_A_TIME", "TangentVector", "TurningBody", "VariationalEquations", "Variations"]
+__all__ = [
+    "INPUT_UNIT",
+    "STEPS_AT_A_TIME",
+    "TangentSpace",
+    "TangentVector",
+    "TurningBody",
+    "VariationalEquations",
+    "Variations",
+]
 
 Element = TypeVar("Element")
 
@@ -154,25 +162,60 @@ class Variations:
 
 
 class TurningBody(NamedTuple):
-    """Attitude and momentum of a body, nodes or numbers, with their rates along the body axes."""
+    """Attitude and momentum of a body, nodes or numbers, with their rates along the body axes, if these are known."""
 
     matrix: NDArray[np.object_]
     quaternion: Scalars
     momentum: Scalars
-    omega: Scalars
-    momentum_rate: Scalars
+    omega: Scalars = ()
+    momentum_rate: Scalars = ()
 
 
-class VariationalEquations:
-    """Rates of tangent coordinates to first and second order.
+class TangentSpace:
+    """Tangent vectors at a state: how their coordinates change the nodes of attitudes, momenta and other variables.
 
     Parameters
     ----------
     chosen : sequence of int
         Numbers of the coordinates in use: theta, gamma of each body, and the changes of other variables.
     bodies : sequence of TurningBody
-    variables, rates : sequences
-        The variables of parts, and their time derivatives.
+    variables : sequence of scalars
+        The variables of parts, or of the relative orbit.
+    """
+
+    def __init__(self, chosen: Sequence[int], bodies: Sequence[TurningBody], variables: Scalars) -> None:
+        self._chosen, self._bodies = chosen, bodies
+        self._rows = [[Vector(row) for row in body.matrix] for body in bodies]
+        self._quaternions = [Vector(body.quaternion) for body in bodies]
+        self._momenta = [x for body in bodies for x in body.momentum] + list(variables)
+
+    def vector(self, xi: Scalars, inputs: Mapping[Node, GraphScalar]) -> TangentVector:
+        """Return the tangent vector of the coordinates in use and of changes of inputs."""
+        bodies = len(self._bodies)
+        full = list[GraphScalar]([0.0] * (3 * bodies + len(self._momenta)))
+        for place, x in zip(self._chosen, xi, strict=True):
+            full[place] = x
+        thetas = [Vector(full[6 * i : 6 * i + 3]) for i in range(bodies)]
+        gamma = [x for i in range(bodies) for x in full[6 * i + 3 : 6 * i + 6]] + full[6 * bodies :]
+        row_changes = [[cross(row, theta) for row in rows] for rows, theta in zip(self._rows, thetas, strict=True)]
+        turns = self._turns(thetas)
+        seeds = _seeds([*_flat(self._rows), *self._quaternions], [*_flat(row_changes), *turns])
+        seeds |= _seeds([self._momenta], [gamma]) | dict(inputs)
+        return TangentVector(thetas, gamma, row_changes, turns, seeds)
+
+    def _turns(self, thetas: Sequence[Vector]) -> list[Vector]:
+        return [_half_product(q, theta) for q, theta in zip(self._quaternions, thetas, strict=True)]
+
+
+class VariationalEquations(TangentSpace):
+    """Rates of tangent coordinates to first and second order.
+
+    Parameters
+    ----------
+    chosen, bodies, variables
+        Same as in `TangentSpace`.
+    rates : sequence of scalars
+        The time derivatives of the variables.
     inputs : callable
         Function from the number of an input of the run to its node.
 
@@ -190,10 +233,8 @@ class VariationalEquations:
         rates: Scalars,
         inputs: Callable[[int], Node],
     ) -> None:
-        self._chosen, self._bodies, self._inputs = chosen, bodies, inputs
-        self._rows = [[Vector(row) for row in body.matrix] for body in bodies]
-        self._quaternions = [Vector(body.quaternion) for body in bodies]
-        self._momenta = [x for body in bodies for x in body.momentum] + list(variables)
+        super().__init__(chosen, bodies, variables)
+        self._inputs = inputs
         self.velocity = [x for body in bodies for x in (*body.omega, *body.momentum_rate)] + list(rates)
 
     def of(self, variations: Variations, symbols: Scalars) -> list[GraphScalar]:
@@ -224,19 +265,6 @@ class VariationalEquations:
             for numbers, unit in zip(variations.inputs, units, strict=True)
         ]
         return [self.vector(x, given) for x, given in zip(u, own, strict=True)], pairs
-
-    def vector(self, xi: Scalars, inputs: Mapping[Node, GraphScalar]) -> TangentVector:
-        """Return the tangent vector of the coordinates in use and of changes of inputs."""
-        bodies, full = len(self._bodies), list[GraphScalar]([0.0] * len(self.velocity))
-        for place, x in zip(self._chosen, xi, strict=True):
-            full[place] = x
-        thetas = [Vector(full[6 * i : 6 * i + 3]) for i in range(bodies)]
-        gamma = [x for i in range(bodies) for x in full[6 * i + 3 : 6 * i + 6]] + full[6 * bodies :]
-        row_changes = [[cross(row, theta) for row in rows] for rows, theta in zip(self._rows, thetas, strict=True)]
-        turns = self._turns(thetas)
-        seeds = _seeds([*_flat(self._rows), *self._quaternions], [*_flat(row_changes), *turns])
-        seeds |= _seeds([self._momenta], [gamma]) | dict(inputs)
-        return TangentVector(thetas, gamma, row_changes, turns, seeds)
 
     def second(self, changes: Scalars, pair: TangentVector, a: TangentVector, b: TangentVector) -> list[GraphScalar]:
         """Return second differentials in two tangent vectors, from the differentials along the first vector.
@@ -277,9 +305,6 @@ class VariationalEquations:
             mixed = cross(a.thetas[i], changes[1][own]) + cross(b.thetas[i], changes[0][own])
             rates[own] = Vector(rates[own]) - cross(body.omega, theta) + 0.5 * mixed
         return self.chosen(rates)
-
-    def _turns(self, thetas: Sequence[Vector]) -> list[Vector]:
-        return [_half_product(q, theta) for q, theta in zip(self._quaternions, thetas, strict=True)]
 
 
 class TangentVector(NamedTuple):

@@ -426,7 +426,7 @@ def inertia_of_spread(spread: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _check_moments(moments: NDArray[np.float64]) -> None:
-    small, middle, large = np.moveaxis(np.sort(moments, axis=-1), -1, 0)
+    small, middle, large = np.sort(moments, axis=-1).T
     with np.errstate(over="ignore"):
         broken = large > (small + middle) * (1 + TRIANGLE_TOLERANCE)
     if np.any(broken | (small <= 0)) and moments.shape == (3, 3) and np.array_equal(moments, moments.T):

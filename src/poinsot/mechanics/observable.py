@@ -7,7 +7,7 @@ formula. The base class makes it a frozen dataclass.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,14 +16,16 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar
-from poinsot.mechanics.environment import orbits_of
+from poinsot.mechanics.block import default_name
+from poinsot.mechanics.environment import Orbit, orbits_of
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.light_time import emission_time, speed_of_light
 from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.records.members import expanded, of_scalars
 from poinsot.records.parameters import Parametric, kinds_of
 from poinsot.records.units import DerivedUnits
 
-__all__ = ["Observable"]
+__all__ = ["Observable", "ObservableOn", "deviation_of", "observables_by_name"]
 
 Array = NDArray[np.float64]
 
@@ -84,24 +86,20 @@ class Observable(Parametric, ABC):
     def check_values(self, values: Array) -> None:
         """Raise a ValueError for values that the instrument cannot read; NaN where there is no reading."""
 
-    def time_of_body(self, time: Array, units: DerivedUnits) -> Array:  # noqa: ARG002
+    @property
+    def light_path(self) -> Orbit | None:
+        """Orbit of the body relative to the observer, whose light time is subtracted; None without light time."""
+        return None
+
+    def time_of_body(self, time: Array, units: DerivedUnits) -> Array:
         """Return the times at which the body was as it is read at the given times: earlier by the light time.
 
         Times have the shape (n,). If the light time depends on the member, the result has the shape (members, n).
         """
-        return time
+        path = self.light_path
+        return time if path is None else emission_time(path, time, speed_of_light(units))
 
     # ------------------------------------------------------------------ errors of readings
-
-    @property
-    def sigma(self) -> Array:
-        """Standard deviation of the errors where data state none: the field `noise` of a class, or 0.
-
-        It broadcasts against errors, members and times first.
-        """
-        noise = np.asarray(getattr(self, "noise", 0.0), dtype=float)
-        own = len(kinds_of(type(self)).get("noise", ()))
-        return expanded(noise, 2, own) if noise.ndim > own else noise
 
     @property
     def errors(self) -> tuple[str, ...]:
@@ -168,14 +166,14 @@ class ObservableOn(Observable):
     def validity(self, instant: Any) -> Mapping[str, Scalar]:
         return self.observable.validity(getattr(instant, self.body))
 
+    @property
+    @override
+    def light_path(self) -> Orbit | None:
+        return self.observable.light_path
+
     @override
     def time_of_body(self, time: Array, units: DerivedUnits) -> Array:
         return self.observable.time_of_body(time, units)
-
-    @property
-    @override
-    def sigma(self) -> Array:
-        return self.observable.sigma
 
     @property
     @override
@@ -189,3 +187,30 @@ class ObservableOn(Observable):
     @override
     def disturbed(self, readings: Array, errors: Array) -> Array:
         return self.observable.disturbed(readings, errors)
+
+
+def deviation_of(observable: Observable) -> Array:
+    """Return the standard deviation of errors where data state none: the field `noise` of an observable, or 0.
+
+    It broadcasts against errors, members and times first.
+    """
+    record = observable.observable if isinstance(observable, ObservableOn) else observable
+    noise = np.asarray(getattr(record, "noise", 0.0), dtype=float)
+    own = len(kinds_of(type(record)).get("noise", ()))
+    return expanded(noise, 2, own) if noise.ndim > own else noise
+
+
+def observables_by_name(observables: Iterable[Observable]) -> dict[str, Observable]:
+    """Return observables by names: a class in lower case with underscores; the second gyro is `gyro_2`."""
+    found: dict[str, Observable] = {}
+    for each in observables:
+        name = _name_of(each)
+        count = sum(known == name or known.startswith(f"{name}_") for known in found)
+        found[f"{name}_{count + 1}" if count else name] = each
+    return found
+
+
+def _name_of(observable: Observable) -> str:
+    if isinstance(observable, ObservableOn):
+        return f"{observable.body}_{_name_of(observable.observable)}"
+    return default_name(type(observable))

@@ -13,7 +13,7 @@ from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, curves, formatted, formatted_times
 from poinsot.errors import real_numbers, reals_or_nan
 from poinsot.mechanics.environment import orbits_of
-from poinsot.mechanics.observable import Observable
+from poinsot.mechanics.observable import Observable, deviation_of
 from poinsot.printable import quoted
 from poinsot.quantities import Times
 from poinsot.random_numbers import normal_numbers
@@ -105,7 +105,7 @@ class Readings(Summarized):
 
     def _checked_sigma(self, sigma: ArrayLike | None) -> Array | None:
         """Return the standard deviation of errors, that broadcasts against them; None if it is unknown."""
-        own = self.observable.sigma
+        own = deviation_of(self.observable)
         given = np.asarray(own) if sigma is None else real_numbers("sigma", sigma)
         if sigma is None and not np.all(own > 0):
             return None

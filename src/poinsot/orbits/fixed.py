@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
+from poinsot.algebra import quaternion as quat
 from poinsot.errors import refuse_zero
 from poinsot.functions import Scalar
 from poinsot.kinematics.frame import Frame
@@ -75,4 +76,4 @@ class FixedPosition(HeldPosition):
 
 def components(vector: Any) -> functions.Vector:
     """Return the three components of a field, scalars of any kind or arrays of members."""
-    return vector if isinstance(vector, functions.Vector) else functions.Vector(np.moveaxis(np.asarray(vector), -1, 0))
+    return functions.Vector(quat.components(vector))

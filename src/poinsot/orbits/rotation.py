@@ -12,7 +12,7 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import real_array, real_numbers, refuse_nonpositive
+from poinsot.errors import member_array, real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar, Vector
 from poinsot.kinematics.attitude import rotation_matrix
 from poinsot.kinematics.euler import quaternion_from_angles
@@ -153,14 +153,13 @@ class RotationModel(PlanetAxes):
         ValueError
             If the period is not positive or the axes are unknown.
         """
-        refuse_nonpositive(
-            "period", real_numbers("period", period), "The pole of a retrograde rotation has a negative latitude."
-        )
+        turn = member_array("period", period, ())
+        refuse_nonpositive("period", turn, "The pole of a retrograde rotation has a negative latitude.")
         rising, _, pole = np.moveaxis(rotation_matrix(pole_attitude(longitude, latitude, angle, axes)), -1, 0)
         ascension, declination = np.arctan2(pole[..., 1], pole[..., 0]), np.arctan2(pole[..., 2], np.hypot(*pole.T[:2]))
         node = np.stack([-np.sin(ascension), np.cos(ascension), np.zeros_like(ascension)], axis=-1)
         meridian = np.arctan2(np.vecdot(np.cross(pole, node), rising), np.vecdot(node, rising))
-        rate = 2 * np.pi / np.asarray(period, dtype=float)
+        rate = np.asarray(2 * np.pi / turn)
         fields: dict[str, Any] = {"epoch": epoch, "reference_frame": REFERENCE_FRAMES[axes], "calendar": calendar}
         return cls(ascension[()], declination[()], meridian[()], rate=rate[()], **fields)
 

@@ -17,7 +17,7 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.kinematics.state import RIGID, AnyState, Phase, changed, state_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Dated, Environment, within
-from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, columns_of
+from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, ColumnTable
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.storage.run_record import RunRecord
@@ -186,10 +186,11 @@ class ColumnReader:
 
     def __init__(self, system: System, initial: AnyState, times: Array, rows: MotionRows, run: RunRecord) -> None:
         self.system, self.initial, self.times, self.rows, self.run = system, initial, times, rows, run
+        self._columns = ColumnTable(system)
 
     def __getstate__(self) -> dict[str, object]:
         """Return the reader without values that follow from the rows."""
-        return {name: value for name, value in vars(self).items() if name not in ("_variables", "_systems", "table")}
+        return {name: value for name, value in vars(self).items() if name not in ("_variables", "_of_bodies", "table")}
 
     @property
     def is_ensemble(self) -> bool:
@@ -204,7 +205,7 @@ class ColumnReader:
     @cached_property
     def table(self) -> dict[str, Column]:
         """Columns of the motion by name."""
-        return columns_of(self.system, self._recorded)
+        return self._columns.of_motion(self._recorded)
 
     def environment(self, rows: MotionRows | None = None, times: Array | None = None) -> Environment:
         """Return the environment at the times, or at the times of some rows."""
@@ -222,8 +223,8 @@ class ColumnReader:
         return problem, equations.state_vector(problem, self.initial, formulation, self.run.precision)
 
     @cached_property
-    def _systems(self) -> Mapping[str, System]:
-        return body_systems(self.system)
+    def _of_bodies(self) -> Mapping[str, ColumnTable]:
+        return {name: ColumnTable(system) for name, system in body_systems(self.system).items()}
 
     @property
     def _recorded(self) -> LazyColumns:
@@ -231,7 +232,10 @@ class ColumnReader:
 
     def block(self, environment: Callable[[], Environment]) -> ColumnBlock:
         """Return all rows, with the function that returns their environment."""
-        return ColumnBlock(self.system, self.state, environment, self.rows.columns, lambda: self._systems)
+        return self._block(self.state, environment, self.rows.columns)
+
+    def _block(self, state: AnyState, environment: Callable[[], Environment], recorded: Columns) -> ColumnBlock:
+        return ColumnBlock(self._columns, state, environment, recorded, lambda: self._of_bodies)
 
     def read(self, names: Collection[str]) -> dict[str, Array]:
         """Return columns by name: recorded columns as they are, others computed in blocks of times."""
@@ -272,12 +276,7 @@ class ColumnReader:
             at = slice(first, first + step)
             some, times = rows.isel(members, at), self.times[at]
             state = state_of(some.phase, times)
-            yield (
-                at,
-                ColumnBlock(
-                    self.system, state, partial(self.environment, some, times), some.columns, lambda: self._systems
-                ),
-            )
+            yield at, self._block(state, partial(self.environment, some, times), some.columns)
 
     @property
     def members(self) -> int:

@@ -6,6 +6,7 @@ files, stores of ensembles and labels of plots read the table.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
@@ -15,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
-from poinsot.immutable import cached_property
+from poinsot.immutable import cached_property, read_only
 from poinsot.kinematics.each_body import no_attribute
 from poinsot.kinematics.state import AnyState, PairState, named
 from poinsot.mechanics.environment import Environment
@@ -32,10 +33,9 @@ __all__ = [
     "RENAMED",
     "Column",
     "ColumnBlock",
+    "ColumnTable",
     "Requirement",
     "Scope",
-    "columns_of",
-    "columns_of_states",
     "names_with",
     "static_columns",
     "unit_of_column",
@@ -63,7 +63,7 @@ class Requirement(Enum):
     ORBITS = auto()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Column:
     """Output variable of a motion along its times.
 
@@ -212,7 +212,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("tangency_error", "1", "q . Q / |Q|", _tangency_error),
     Column(ORBIT_VARIABLES, "1", "variables of integrated orbits", None, "variable", requires=ORBITS),
 )
-"""The table of output variables. Parts and integrals of a system add columns of their own: see `columns_of`."""
+"""The table of output variables. Parts and integrals of a system add columns of their own: see `ColumnTable`."""
 
 RENAMED = {"carried": ORBIT_VARIABLES}
 """Names of variables in files of version 0.2, with the present names."""
@@ -221,62 +221,75 @@ RENAMED = {"carried": ORBIT_VARIABLES}
 # ---------------------------------------------------------------------- columns of a system
 
 
-def static_columns(bodies: tuple[str, ...]) -> dict[str, Column]:
+def static_columns(bodies: tuple[str, ...]) -> Mapping[str, Column]:
     """Return the columns of the table for a motion of bodies with the given names, ("",) for one body."""
+    return _static_columns(COLUMNS, bodies)
+
+
+@functools.lru_cache
+def _static_columns(table: tuple[Column, ...], bodies: tuple[str, ...]) -> Mapping[str, Column]:
     if bodies == ("",):
-        return {each.name: each for each in COLUMNS if each.scope is not TWO_BODIES}
-    each_body = [each.of_body(body) for body in bodies for each in COLUMNS if each.scope is OF_BODY]
-    together = [each for each in COLUMNS if each.scope in (TWO_BODIES, Scope.MOTION)]
-    return {each.name: each for each in (*each_body, *together)}
+        return read_only({each.name: each for each in table if each.scope is not TWO_BODIES})
+    each_body = [each.of_body(body) for body in bodies for each in table if each.scope is OF_BODY]
+    together = [each for each in table if each.scope in (TWO_BODIES, Scope.MOTION)]
+    return read_only({each.name: each for each in (*each_body, *together)})
 
 
-def columns_of(system: System, recorded: Collection[str]) -> dict[str, Column]:
-    """Return the columns of a motion by name: those of the table, of the system's parts and of its integrals.
+class ColumnTable:
+    """Columns of the motions of a system: columns of the table, of the system's parts and of its integrals.
 
     Parameters
     ----------
     system : System
-        System of the motion.
-    recorded : collection of str
-        Names of the columns that the motion contains. Others must be computable.
     """
-    every, unknown = {**columns_of_states(system), **_of_integrals(system)}, _unknown_formulas(system)
-    return {name: each for name, each in every.items() if name in recorded or _is_computable(each, unknown)}
 
+    def __init__(self, system: System) -> None:
+        self.system = system
 
-def _column(name: str, system: System) -> Column | None:
-    """Return one column, by the shortest way."""
-    scopes = {Scope.MOTION, *((OF_BODY, ONE_BODY) if len(system.of_bodies) == 1 else (TWO_BODIES,))}
-    found = next((each for each in COLUMNS if each.name == name and each.scope in scopes), None)
-    return found or columns_of_states(system).get(name) or _of_integrals(system).get(name)
+    def __reduce__(self) -> tuple[type[ColumnTable], tuple[System]]:
+        return ColumnTable, (self.system,)
+
+    @cached_property
+    def _of_states(self) -> Mapping[str, Column]:
+        """Columns of the table and of the parts, by name."""
+        static, system = static_columns(tuple(self.system.of_bodies)), self.system
+        return {**static, **_of_parts(system)} if system.parts else static
+
+    @cached_property
+    def _of_integrals(self) -> dict[str, Column]:
+        """Columns of the integrals, by name."""
+        return _of_integrals(self.system)
+
+    @cached_property
+    def _unknown(self) -> frozenset[Requirement]:
+        """Kinds of formulas that a system from a file, or one of two bodies, does not have."""
+        parts = any(not isinstance(part, Part) for part in self.system.parts)
+        return (PARTS if parts else NOTHING) | (NOTHING if self.system.dynamics.moves_alone else FORCES)
+
+    def find(self, name: str) -> Column | None:
+        """Return a column; None for an unknown name."""
+        return self._of_states.get(name) or self._of_integrals.get(name)
+
+    def is_computable(self, column: Column) -> bool:
+        """Return True if a column follows from states, without formulas that are unknown."""
+        return (column.compute is not None or column.drift_of is not None) and not column.requires & self._unknown
+
+    def of_motion(self, recorded: Collection[str]) -> dict[str, Column]:
+        """Return the columns of a motion that contains some columns, by name: recorded and computable columns."""
+        every = {**self._of_states, **self._of_integrals}
+        return {name: each for name, each in every.items() if name in recorded or self.is_computable(each)}
 
 
 def unit_of_column(system: System, name: str) -> str:
     """Return the unit of an output variable of a motion in CF notation; "" if it is unknown."""
-    column = _column(name, system)
+    column = ColumnTable(system).find(name)
     return "" if column is None else column.unit_in(DerivedUnits(system.units))
-
-
-def columns_of_states(system: System) -> dict[str, Column]:
-    """Return the columns of the table and of the system's parts, by name."""
-    return {**static_columns(tuple(system.of_bodies)), **_of_parts(system)}
 
 
 def names_with(requirement: Requirement) -> list[str]:
     """Return the names of the columns of the table with a requirement, for motions of one body and of two."""
     each = (*static_columns(("",)).values(), *static_columns(PairState.body_names).values())
     return list(dict.fromkeys(column.name for column in each if requirement in column.requires))
-
-
-def _is_computable(column: Column, unknown: frozenset[Requirement]) -> bool:
-    """Return True if a column follows from states, without formulas that are unknown."""
-    return (column.compute is not None or column.drift_of is not None) and not column.requires & unknown
-
-
-def _unknown_formulas(system: System) -> frozenset[Requirement]:
-    """Return the kinds of formulas that a system from a file, or one of two bodies, does not have."""
-    parts = any(not isinstance(part, Part) for part in system.parts)
-    return (PARTS if parts else frozenset()) | (frozenset() if system.dynamics.moves_alone else FORCES)
 
 
 def _of_parts(system: System) -> dict[str, Column]:
@@ -322,29 +335,29 @@ class ColumnBlock:
 
     Parameters
     ----------
-    system : System
-        System of the motion.
+    columns : ColumnTable
+        Columns of the system of the motion.
     state : State
         States in the rows.
     environment : callable
         Returns the environment at the times of the rows.
     recorded : mapping
         Recorded columns by name.
-    systems : callable
-        Returns the systems of the single bodies by name.
+    of_bodies : callable
+        Returns the columns of the single bodies by the name of the body.
     """
 
     def __init__(
         self,
-        system: System,
+        columns: ColumnTable,
         state: AnyState,
         environment: Callable[[], Environment],
         recorded: Mapping[str, Array],
-        systems: Callable[[], Mapping[str, System]],
+        of_bodies: Callable[[], Mapping[str, ColumnTable]],
     ) -> None:
-        self.system: System = system
-        self.state: AnyState = state
-        self._environment, self._systems, self._recorded = environment, systems, recorded
+        self.system, self.state = columns.system, state
+        self._columns, self._of_bodies = columns, of_bodies
+        self._environment, self._recorded = environment, recorded
         self._computed: dict[str, Array] = {}
 
     @property
@@ -357,9 +370,9 @@ class ColumnBlock:
         """The rows of each rigid body by name; {"": self} for one body."""
         if len(self.system.of_bodies) == 1:
             return {"": self}
-        systems = self._systems()
+        columns = self._of_bodies()
         return {
-            name: ColumnBlock(systems[name], state, self._environment, {}, self._systems)
+            name: ColumnBlock(columns[name], state, self._environment, {}, self._of_bodies)
             for name, state in self.state.of_bodies.items()
         }
 
@@ -372,8 +385,8 @@ class ColumnBlock:
         return self._computed[name]
 
     def _value(self, name: str) -> Array:
-        column = _column(name, self.system)
-        if column is None or column.compute is None or not _is_computable(column, _unknown_formulas(self.system)):
+        column = self._columns.find(name)
+        if column is None or column.compute is None or not self._columns.is_computable(column):
             raise self._missing(name)
         return column.compute(self)
 
@@ -388,5 +401,5 @@ class ColumnBlock:
             return self.system.formula_missing(name)
         if scopes:
             return AttributeError(f"one of two bodies has no {name} of its own: take the {name} of the pair.")
-        known = ", ".join((*columns_of(self.system, self._recorded), *self._recorded))
+        known = ", ".join((*self._columns.of_motion(self._recorded), *self._recorded))
         return ValueError(f"name must be some of {known}, got {quoted(name)}.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,9 +26,10 @@ from poinsot.records.members import expanded, members_of
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.collection import Collection
 from poinsot.systems.formula_trials import try_observable
+from poinsot.systems.system import System
 from poinsot.systems.times import checked_times
 
-__all__ = ["observe", "states_at"]
+__all__ = ["absent_readings", "checked_observables", "observe", "refuse_unfit", "states_at"]
 
 Array = NDArray[np.float64]
 
@@ -79,18 +80,25 @@ def observe(
     >>> pt.observe(motion, Rate()).values
     array([2., 2.])
     """
-    if not observables:
-        raise TypeError("observe must have at least one observable after the motion, got none.")
-    found = tuple([_observed(motion, each, times) for each in observables])
+    found = tuple([_observed(motion, each, times) for each in checked_observables(observables)])
     return found[0] if len(found) == 1 else found
+
+
+def checked_observables(given: Sequence[Observable | Readings]) -> Sequence[Observable | Readings]:
+    """Return observables or readings, of which there must be one at least; raise a TypeError for others."""
+    if not given:
+        raise TypeError("observe must have at least one observable after the motion, got none.")
+    for each in given:
+        if isinstance(each, type):
+            name = each.__name__
+            raise TypeError(f"observable must be an instance, got the class {name}. Write {name}(...).")
+        if not isinstance(each, Observable | Readings):
+            raise TypeError(f"observable must be an Observable or Readings, got {described(each)}.")
+    return given
 
 
 def _observed(motion: Trajectory, given: Observable | Readings, times: Times | None) -> Readings:
     """Return the readings of one observable, or of a plan."""
-    if isinstance(given, type):
-        raise TypeError(f"observable must be an instance, got the class {given.__name__}. Write {given.__name__}(...).")
-    if not isinstance(given, Observable | Readings):
-        raise TypeError(f"observable must be an Observable or Readings, got {described(given)}.")
     plan = given if isinstance(given, Readings) else None
     observable = given if isinstance(given, Observable) else given.observable
     if motion._pair is not None:
@@ -140,7 +148,7 @@ def values_along(motion: Trajectory, observable: Observable, times: Array) -> Ar
 
     The result has the shape (n,) or (n, components), with members first.
     """
-    _check(motion, observable, times)
+    refuse_unfit(motion.system, observable, (len(motion),) if motion.is_ensemble else (), times)
     seen = observable.time_of_body(times, DerivedUnits(motion.system.units))
     parts = [_read(each, own, at) for each, own, at in _parts(motion, observable, seen)]
     values = parts[0].values if len(parts) == 1 else np.concatenate([part.values for part in parts])
@@ -156,17 +164,14 @@ class _System(Collection):
         return _System(tuple(records))
 
 
-def _check(motion: Trajectory, observable: Observable, times: Array) -> None:
-    """Raise an error for an observable that does not fit the motion, or for times at which an orbit is unknown."""
-    system = motion.system
-    together = _System((*system.dynamics.records, observable))
-    together.refuse_other_axes()
+def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...], times: Array) -> None:
+    """Raise an error for an observable that does not fit a system of members, or times at which an orbit is unknown."""
+    _System((*system.dynamics.records, observable)).refuse_other_axes()
     if not isinstance(system, RecordedSystem):
         try_observable(system.dynamics, observable)
-    count = {(len(motion),)} if motion.is_ensemble else set()
-    if observable.member_axis and count and {observable.member_axis} != count:
+    if observable.member_axis and members and observable.member_axis != members:
         raise ValueError(
-            f"the observable must have as many members as the motion, {len(motion)}, got {observable.member_axis[0]}."
+            f"the observable must have as many members as the motion, {members[0]}, got {observable.member_axis[0]}."
         )
     first, last = _System((observable,)).span
     outside = times[(times < first) | (times > last)]
@@ -266,18 +271,34 @@ def _evaluated(motion: Trajectory, observable: Observable, state: AnyState, envi
     twin = observable.with_numbers(expanded(number, len(shape)) for number in observable.numbers)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         reading = twin.reading(instant)
-        reasons = twin.validity(instant)
     scalars = list(reading) if observable.components else [reading]
     columns = [np.array(np.broadcast_to(np.asarray(x, dtype=float), shape)) for x in scalars]
     values = np.stack(columns, axis=-1)
+    absent = absent_readings(twin, instant, values)
+    values[np.logical_or.reduce([*absent.values(), np.zeros(shape, dtype=bool)])] = np.nan
+    return _Values(values if observable.components else values[..., 0], absent)
+
+
+def absent_readings(observable: Observable, instant: Any, values: Array) -> dict[str, NDArray[np.bool_]]:
+    """Return, by reason, True where an instrument has no reading of an instant of the motion.
+
+    Parameters
+    ----------
+    observable : Observable
+        Observable whose numbers broadcast against the instant.
+    instant : Instant or PairInstant
+        States at several times.
+    values : array (..., components)
+        Readings, which are absent where one is not finite.
+    """
+    shape = values.shape[:-1]
     there = np.broadcast_to(_is_there(instant), shape)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        reasons = observable.validity(instant)
     absent = {name: np.broadcast_to(np.asarray(where, dtype=bool), shape) & there for name, where in reasons.items()}
     known = np.logical_or.reduce([*absent.values(), np.zeros(shape, dtype=bool)])
     infinite = there & ~known & ~np.isfinite(values).all(axis=-1)
-    if infinite.any():
-        absent[observable.not_finite] = infinite
-    values[known | infinite] = np.nan
-    return _Values(values if observable.components else values[..., 0], absent)
+    return {**absent, observable.not_finite: infinite} if infinite.any() else absent
 
 
 def _is_there(instant: AnyInstant) -> NDArray[np.bool_]:

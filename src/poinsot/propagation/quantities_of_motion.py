@@ -113,7 +113,8 @@ class QuantitiesOfMotion(Summarized):
     @property
     def energy(self) -> Array:
         """Total energy T + U; shape (n,)."""
-        return self.kinetic_energy + self.potential_energy
+        block = self._reader.block(lambda: self.environment)
+        return block["kinetic_energy"] + block["potential_energy"]
 
     @property
     def norm_error(self) -> Array:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import datetime as dt
+import decimal
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,17 @@ from poinsot.immutable import Immutable
 from poinsot.printable import kind_of, quoted, shortened
 from poinsot.quantities import MAX_AXES
 
-__all__ = ["SCALES", "Calendar", "attributes_of_time", "checked_calendar", "holds_dates", "leap_second_gone", "span_of"]
+__all__ = [
+    "SCALES",
+    "Calendar",
+    "attributes_of_time",
+    "checked_calendar",
+    "holds_dates",
+    "julian_dates",
+    "leap_second_gone",
+    "span_of",
+    "times_of_julian_dates",
+]
 
 SCALES = {"UTC": "tai", "TAI": "tai", "GPS": "tai", "TT": "tt", "TDB": "tdb", "TCB": "tcb", "TCG": "tcg"}
 """Scales, each with the uniform one in which its time is counted."""
@@ -37,6 +49,19 @@ MAX_SECONDS = 1e12
 """Largest distance of a date from the zero of the calendar, seconds."""
 
 FIRST_YEAR_OF_UTC = 1960
+FIRST_JULIAN_DATE_OF_UTC = Decimal("2436934.5")
+
+JULIAN_DATE_OF_YEAR_1 = Decimal("1721424.5")
+"""Julian date of the day before 0001-01-01, of which Python counts the days that follow."""
+
+JULIAN_DIGITS = 50
+"""Decimal digits of the arithmetic of Julian dates."""
+
+JULIAN_DECIMALS_OF_SECOND = 26
+"""Decimals to which seconds since a zero within a day are rounded, as no decimal number is a third of a day."""
+
+MIN_DECIMALS, MAX_DECIMALS, MAX_DECIMALS_CONVERTED = 6, 32, 16
+"""Numbers of decimals of a written Julian date. Conversions between scales are exact to 16 decimals."""
 
 _DATE = r"(?P<year>\d{4})-(?P<day>\d\d-\d\d|\d{3})"
 _CLOCK = r"(?P<clock>\d\d:\d\d(:\d\d(\.\d*)?)?)"
@@ -222,6 +247,64 @@ def span_of(calendar: Any, start: Any, stop: Any) -> tuple[float, float]:
     if not first < last:
         raise ValueError(f"stop must be later than start, got {quoted(stop)} and {quoted(start)}.")
     return first, last
+
+
+def times_of_julian_dates(dates: Sequence[Decimal], scale: str, calendar: Calendar) -> NDArray[np.float64]:
+    """Return the times of Julian dates in a time scale, correctly rounded if the calendar counts in this scale."""
+    with decimal.localcontext() as context:
+        context.prec = JULIAN_DIGITS
+        if _counts_in(calendar, scale):
+            zero, day = _julian_zero(calendar), Decimal(SECONDS["d"])
+            seconds = [round((date - zero) * day, JULIAN_DECIMALS_OF_SECOND) for date in dates]
+            return np.array([float(passed / SECONDS[calendar.unit]) for passed in seconds])
+        if scale == "UTC" and dates and min(dates) < FIRST_JULIAN_DATE_OF_UTC:
+            raise ValueError(f"Julian dates must be in {FIRST_YEAR_OF_UTC} or later in UTC, got {min(dates)}.")
+        whole = [float(date // 1) for date in dates]
+        rest = [float(date % 1) for date in dates]
+    with _offline() as astropy:
+        instants = astropy.Time(whole, rest, format="jd", scale=scale.lower())
+        return np.asarray(calendar.time(instants)).reshape(len(dates))
+
+
+def julian_dates(times: NDArray[np.float64], scale: str, calendar: Calendar) -> list[str]:
+    """Return the Julian dates of times in a time scale as texts with the fewest decimals that restore the times."""
+    with decimal.localcontext() as context:
+        context.prec = JULIAN_DIGITS
+        if _counts_in(calendar, scale):
+            most, zero, day = MAX_DECIMALS, _julian_zero(calendar), Decimal(SECONDS["d"]) / SECONDS[calendar.unit]
+            exact = [zero + Decimal(time) / day for time in times.tolist()]
+        else:
+            most = MAX_DECIMALS_CONVERTED
+            with _offline():
+                instants = getattr(calendar.date(times), scale.lower())
+            exact = [Decimal(a) + Decimal(b) for a, b in zip(instants.jd1.tolist(), instants.jd2.tolist(), strict=True)]
+        return _shortest(exact, times, most, lambda dates: times_of_julian_dates(dates, scale, calendar))
+
+
+def _shortest(
+    exact: list[Decimal], times: NDArray[np.float64], most: int, read: Callable[[list[Decimal]], NDArray[np.float64]]
+) -> list[str]:
+    """Return decimal numbers as texts with the fewest decimals from which `read` restores the times."""
+    texts, missing = [""] * len(exact), np.arange(len(exact))
+    for decimals in range(MIN_DECIMALS, most + 1):
+        for i in missing:
+            texts[i] = f"{exact[i]:.{decimals}f}"
+        if missing.size:
+            missing = missing[read([Decimal(texts[i]) for i in missing]) != times[missing]]
+    return texts
+
+
+def _counts_in(calendar: Calendar, scale: str) -> bool:
+    """Return True if a calendar begins and counts in a scale without leap seconds."""
+    return calendar.scale == scale and SCALES[scale].upper() == scale
+
+
+def _julian_zero(calendar: Calendar) -> Decimal:
+    """Return the Julian date of the time 0 of a calendar, in its scale."""
+    day, _, clock = calendar.zero.partition("T")
+    hours, minutes, seconds = clock.split(":")
+    passed = 3600 * int(hours) + 60 * int(minutes) + Decimal(seconds)
+    return JULIAN_DATE_OF_YEAR_1 + dt.date.fromisoformat(day).toordinal() + passed / SECONDS["d"]
 
 
 def _is_instant(value: Any) -> bool:

@@ -18,7 +18,7 @@ from typing import Any, Protocol, Self, TypeGuard, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.algebra.quaternion import assemble
+from poinsot.algebra.quaternion import assemble, components
 from poinsot.errors import real_numbers, reals_or_nan
 from poinsot.functions import Vector
 
@@ -310,4 +310,4 @@ def _components(record: Any, name: str, value: Any, shape: tuple[Any, ...], take
     array = array[None] if not array.ndim and length == 1 else array
     if array.shape[-1:] != (length,):
         raise ValueError(f"{name} must have shape (..., {length}), got shape {array.shape}.")
-    return Vector(np.moveaxis(array, -1, 0))
+    return Vector(components(array))

@@ -305,7 +305,7 @@ class Parametric(Immutable):
                 yield value
             elif isinstance(kind, tuple):
                 rows = value.reshape(*value.shape[: value.ndim - len(kind)], math.prod(kind))
-                yield from rows if rows.ndim == 1 else np.moveaxis(rows, -1, 0)
+                yield from rows.T
 
     def number_names(self) -> Iterator[tuple[str, tuple[int, str]]]:
         """Yield the name of each of `numbers`, and what is the same for one number of one record."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any
 
 from poinsot.immutable import Immutable
@@ -11,7 +11,7 @@ from poinsot.printable import described, quoted
 from poinsot.quantities import Quantity, plain, said_of
 from poinsot.records.parameters import Parametric, listed
 
-__all__ = ["PER_TIME", "DerivedUnits", "checked_units", "dated_units", "in_units"]
+__all__ = ["PER_TIME", "DerivedUnits", "checked_units", "dated_units", "in_units", "length_of_inertia"]
 
 PER_TIME = "rad per unit of time"
 """Unit of angular velocities of a result without units."""
@@ -86,6 +86,12 @@ def _power(unit: str, exponent: int) -> str:
     return _product(*(f"{word[1]}{int(word[2] or 1) * exponent}" for word in words if word))
 
 
+def length_of_inertia(inertia: str, lengths: Container[str]) -> str:
+    """Return the unit of length in a unit of inertia, "km" in "kg km2"; "" if none of the known lengths is squared."""
+    words = (WORD.fullmatch(word) for word in inertia.split())
+    return next((word[1] for word in words if word and word[1] in lengths and word[2] == "2"), "")
+
+
 def _product(*units: str) -> str:
     """Return a product in which each unit is there once, if all are words with exponents."""
     together = " ".join(unit for unit in units if unit != "1")
@@ -106,11 +112,13 @@ TIME_WORDS = {
 }
 """Words for units of time, by the symbol in which results name the unit; the plural is accepted too."""
 
+SYMBOL_OF_WORD = {word: symbol for symbol, words in TIME_WORDS.items() for word in words}
+
 
 def _time_unit(name: str) -> str:
     """Return the symbol of a unit of time that is given as a word; any other name unchanged."""
     singular = name.strip().lower().removesuffix("s")
-    return next((symbol for symbol, words in TIME_WORDS.items() if singular in words), name)
+    return SYMBOL_OF_WORD.get(singular, name)
 
 
 def checked_units(units: Mapping[str, str] | None, measures: tuple[str, ...]) -> dict[str, str]:

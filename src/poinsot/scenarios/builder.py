@@ -22,6 +22,7 @@ from poinsot.kinematics.frame import Frame, RelativeOrbitFrame, from_roll_pitch_
 from poinsot.kinematics.state import AnyState, PairState, State
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
+from poinsot.observables.readings import Readings
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import quoted
 from poinsot.records.calendar import SECONDS, Calendar, holds_dates
@@ -59,7 +60,7 @@ MAX_ROWS = 100_000_000
 MAX_DRAWN = 10_000_000
 """Numbers in the place of one."""
 
-VARIED = ("body", "state", "forces", "orbits")
+VARIED = ("body", "state", "forces", "orbits", "observe")
 """Tables whose numbers an ensemble can vary."""
 
 STAND_IN: dict[str, Any] = {"state": {}, "times": {}}
@@ -481,6 +482,23 @@ class Parts:
             precision = run.get("precision", "double")
             run["tolerance"] = self._errors.called(("run",), _one, tolerance=run["tolerance"], precision=precision)
         return run
+
+    def plans(self, times: Array) -> tuple[Readings, ...]:
+        """Return the readings without values that the tables of observables describe, by default at some times."""
+        plans = [self._plan(i, table, times) for i, table in enumerate(self.values.get("observe", []))]
+        names = [plan.name for plan in plans]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                rule = "must differ from the names of other readings"
+                raise self._errors.at(("observe", i, "name"), f"{rule}, got {quoted(name)} again.")
+        return tuple(plans)
+
+    def _plan(self, i: int, table: dict[str, Any], times: Array) -> Readings:
+        place = ("observe", i)
+        observable, plan = self._part("observable", table, place)
+        given = {"times": times, **plan, "calendar": self.calendar}
+        made: Readings = self._errors.called(place, Readings, observable, **given)
+        return made
 
     def outputs(self) -> dict[str, str]:
         """Return the names of the files to write, none of which leads out of its folder."""

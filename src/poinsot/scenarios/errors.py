@@ -151,7 +151,13 @@ def _keys_at(data: Any, outer: Path) -> list[str]:
     return list(model.model_fields)
 
 
-GROUPS: dict[Any, str] = {"body": "body", "forces": "force", "orbits": "orbit", "frames": "frame"}
+GROUPS: dict[Any, str] = {
+    "body": "body",
+    "forces": "force",
+    "frames": "frame",
+    "observe": "observable",
+    "orbits": "orbit",
+}
 """Groups of the tables of a scenario."""
 
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import filterfalse
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, Self, Union, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, Self, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.gravity_field import GravityField
+from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
@@ -42,7 +43,18 @@ from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.shape import Shape
 from poinsot.subclasses import is_own, subclasses
 
-__all__ = ["RENAMED", "RENAMED_TYPES", "Group", "Key", "Maker", "default_of", "keys_of", "known_classes", "makers"]
+__all__ = [
+    "RENAMED",
+    "RENAMED_TYPES",
+    "Group",
+    "Key",
+    "Maker",
+    "Planned",
+    "default_of",
+    "keys_of",
+    "known_classes",
+    "makers",
+]
 
 Group = str | type
 """Kind of a table: one of `BASES`, or the class of a record that is a field of another record."""
@@ -53,12 +65,13 @@ BASES: dict[Group, tuple[type, ...]] = {
     "orbit": (Orbit, CirclingPair),
     "frame": (RotatingFrame, RotationModel),
     "shape": (Shape,),
+    "observable": (Observable,),
 }
 
 DEFAULTS: dict[Group, str] = {"body": "Body", "rigid": "Body", "frame": "RotatingFrame"}
 """Default types of tables. The default type of a record is its class."""
 
-PACKAGES = ("control", "forces", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
+PACKAGES = ("control", "forces", "observables", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
 """Their modules have the classes that ship, and functions that make one."""
 
 RENAMED_TYPES = {"in_metres": "kilometres_to_metres", "orbit_sum": "composite_orbit"}
@@ -159,8 +172,10 @@ def _makers(group: Group, classes: tuple[type, ...]) -> dict[str, Maker]:
     found = [maker for name, way in ways if _makes(way, _bases(group)) and (maker := _maker(way, name))]
     if group == "shape":
         found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
-    if group == "force":
+    if group in ("force", "observable"):
         found = [_on_one_of_two(maker) for maker in found]
+    if group == "observable":
+        found = [_planned(maker) for maker in found]
     known = {maker.name: maker for maker in sorted(found, key=lambda maker: is_own(maker.call))}
     return {name: known[name] for name in sorted(known)}
 
@@ -332,17 +347,45 @@ def _placed(maker: Maker) -> Maker:
     return dataclasses.replace(maker, call=call, keys=(*maker.keys, *PLACE))
 
 
-ON = Key("on", "text", "Body of a two-body system on which the force acts.", choices=BODIES)
+ON = Key("on", "text", "Body of a two-body system on which the force acts, or which is observed.", choices=BODIES)
 
 
 def _on_one_of_two(maker: Maker) -> Maker:
-    """Return the maker of a force of one body that can be put on one of two; others as they are."""
+    """Return the maker of a force or an observable of one body that can be put on one of two; others as they are."""
     if getattr(maker.call, "on", None) is Force.on:
         return maker
 
     def call(on: str | None = None, **fields: Any) -> Any:
-        force = maker.call(**fields)
-        return force if on is None else force.on(on)
+        record = maker.call(**fields)
+        return record if on is None else record.on(on)
 
     call.__module__ = maker.call.__module__  # whose it is
     return dataclasses.replace(maker, call=call, keys=(*maker.keys, ON))
+
+
+PLAN = (
+    Key("name", "text", "Name of the readings. Default: the type."),
+    Key("times", "time", "List of the times of the readings. Default: the output times.", 1),
+    Key("sigma", "number", "Standard deviation of a reading. Default: the noise of the observable.", 1, or_number=True),
+)
+"""Keys of an observable in a scenario that belong to its readings."""
+
+
+class Planned(NamedTuple):
+    """An observable, and the arguments of its readings by name."""
+
+    observable: Observable
+    plan: dict[str, Any]
+
+
+def _planned(maker: Maker) -> Maker:
+    """Return the maker of an observable with the keys of its readings, unless a field has the name of one."""
+    own = {key.name for key in maker.keys}
+    keys = tuple(key for key in PLAN if key.name not in own)
+
+    def call(**fields: Any) -> Planned:
+        plan = {key.name: fields.pop(key.name) for key in keys if key.name in fields}
+        return Planned(maker.call(**fields), plan)
+
+    call.__module__ = maker.call.__module__  # whose it is
+    return dataclasses.replace(maker, call=call, keys=(*maker.keys, *keys))

@@ -197,6 +197,7 @@ def _scenario(charts: tuple[str, ...]) -> tuple[Key, ...]:
             "force",
             "Forces and parts that act on the body or on two bodies. Default: none, a torque-free motion.",
         ),
+        Key("observe", "observable", "Instruments whose readings `poinsot observe` writes."),
         Key("orbits", "tables of orbits", "Orbits of the body, by name."),
         Key("frames", "tables of frames", "Rotating axes, by name."),
         Key("times", "table", "Output times.", required=True, keys=TIMES),
@@ -293,6 +294,7 @@ def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
         "named": lambda: dict[StrictStr, _number("number", key.rank)],  # type: ignore[misc]
         "body": lambda: _union("body"),
         "force": lambda: list[_union("force")],  # type: ignore[misc]
+        "observable": lambda: list[_union("observable")],  # type: ignore[misc]
         "tables of orbits": lambda: dict[StrictStr, _union("orbit")],  # type: ignore[misc]
         "tables of frames": lambda: dict[StrictStr, _union("frame")],  # type: ignore[misc]
         "table": lambda: _table(key.name.capitalize(), key.keys),

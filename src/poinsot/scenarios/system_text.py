@@ -1,4 +1,4 @@
-"""Systems and shapes as the text of a scenario: written, and read again."""
+"""Systems, shapes and observables as the text of a scenario: written, and read again."""
 
 from __future__ import annotations
 
@@ -12,16 +12,21 @@ from numpy.typing import NDArray
 
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
+from poinsot.mechanics.observable import Observable
 from poinsot.orbits.restricted_three_body import CirclingPair
+from poinsot.records.calendar import Calendar
 from poinsot.records.parameters import Parametric, records_in
 from poinsot.scenarios.toml_text import MAX_CHARACTERS, MAX_KEYS, MAX_NUMBERS
 from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.shape import Shape
 from poinsot.systems.system import System
 
-__all__ = ["Text", "rebuilt_system", "shape_of", "text_of"]
+__all__ = ["Text", "rebuilt_observables", "rebuilt_system", "shape_of", "text_of", "text_of_observables"]
 
 MAX_WRITTEN = 100
 """Largest size of an array in a text. The text names longer arrays, which are variables of the same file."""
+
+NO_MORE: Mapping[str, Any] = {}
 
 HEADER = "# Written for a system made in Python. State and times are variables of the file that has this text.\n"
 
@@ -39,19 +44,13 @@ def text_of(system: System, run: Mapping[str, Any]) -> Text:
     A ValueError names classes from outside the package, and too many numbers.
     """
     writer = _Writer("system")
-    outside = {type(x).__qualname__: None for x in _all((system.body, *system.forces)) if _is_outside(x)}
-    if outside:
-        raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
+    _refuse_outside((system.body, *system.forces))
     units = {name: unit for name, unit in system.units.items() if unit != "1"}
     parts = [_table("[units]", units)] if units else []
     parts += [_table("[calendar]", vars(system.calendar))] if system.calendar else []
     parts += [writer.section("[body]", system.body)]
     parts += [writer.section("[[forces]]", force) for force in system.forces]
-    text = "\n".join([HEADER, *parts, *writer.orbits, _table("[run]", dict(run))])
-    if len(text) > MAX_CHARACTERS or text.count(",") > MAX_NUMBERS:
-        given = text.count(",")
-        raise ValueError(f"a scenario must have at most {MAX_NUMBERS} numbers to be stored in a file, got {given}.")
-    return Text(text, writer.data)
+    return Text(_bounded([HEADER, *parts, *writer.orbits, _table("[run]", dict(run))]), writer.data)
 
 
 def rebuilt_system(text: str, name: str, *, data: Mapping[str, Any] | None = None) -> System:
@@ -59,6 +58,46 @@ def rebuilt_system(text: str, name: str, *, data: Mapping[str, Any] | None = Non
     from poinsot.scenarios.builder import Parts
 
     return Parts(text, name, whole=False, data=data).system()
+
+
+OF_OBSERVABLES = "# Written for readings, which are variables of the file that has this text.\n"
+NO_BODY = "[body]  # of no meaning: the text describes observables alone\nmoments = [1, 1, 1]\n"
+
+
+def text_of_observables(observables: Mapping[str, Observable], calendar: Calendar | None) -> Text:
+    """Return observables by the names of their readings as TOML, with their orbits; numbers have all digits.
+
+    A ValueError names classes from outside the package, and too many numbers.
+    """
+    _refuse_outside(observables.values())
+    writer = _Writer("observable")
+    parts = [_table("[calendar]", vars(calendar))] if calendar else []
+    parts += [writer.section("[[observe]]", each, {"name": name}) for name, each in observables.items()]
+    return Text(_bounded([OF_OBSERVABLES, NO_BODY, *parts, *writer.orbits]), writer.data)
+
+
+def rebuilt_observables(text: str, name: str, *, data: Mapping[str, Any] | None = None) -> tuple[Observable, ...]:
+    """Return the observables that a text describes, which may name arrays in the data."""
+    from poinsot.scenarios.builder import Parts
+
+    plans = Parts(text, name, whole=False, data=data).plans(np.zeros(1))
+    return tuple(plan.observable for plan in plans)
+
+
+def _refuse_outside(records: Iterable[Parametric]) -> None:
+    """Raise a ValueError for records, or records in them, of classes from outside the package."""
+    outside = {type(x).__qualname__: None for x in _all(records) if _is_outside(x)}
+    if outside:
+        raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
+
+
+def _bounded(parts: Iterable[str]) -> str:
+    """Return tables as one text; raise a ValueError for one that is too long to be read."""
+    text = "\n".join(parts)
+    if len(text) > MAX_CHARACTERS or text.count(",") > MAX_NUMBERS:
+        given = text.count(",")
+        raise ValueError(f"a scenario must have at most {MAX_NUMBERS} numbers to be stored in a file, got {given}.")
+    return text
 
 
 def shape_of(body: Body, name: str) -> Text | None:
@@ -102,16 +141,18 @@ class _Writer:
         self._name = name
         self._names: dict[int, str] = {}
 
-    def section(self, heading: str, record: Any) -> str:
+    def section(self, heading: str, record: Any, more: Mapping[str, Any] = NO_MORE) -> str:
         """Return a record or a shape as a table, the records in it and the parts of a shape as tables in that."""
         kind, made_of = record.definition
-        fields: dict[str, Any] = {"type": kind}
+        fields: dict[str, Any] = {"type": kind, **more}
         inner = []
         if isinstance(record, Assembly):
             made_of, inner = {}, [self.section(f"[[{heading.strip('[]')}.parts]]", part) for part in _parts_of(record)]
         for name, value in made_of.items():
             records, place = records_in(value), f"{heading.strip('[]')}.{name}"
-            if not records:
+            if isinstance(value, Shape):
+                inner.append(self.section(f"[{place}]", value))
+            elif not records:
                 fields[name] = self._short_or_named(value)
             elif isinstance(records[0], Orbit | CirclingPair):
                 names = [self._name_of(orbit) for orbit in records]

@@ -51,9 +51,10 @@ class BodyDynamics(Dynamics[Body, Instant]):
     @override
     def check_forces(self) -> None:
         check_parts(self.body, self.forces)
-        own = {part.name: Vector((1.0,) * part.size) for part in self.parts}  # no variable is zero
-        parts = self.with_numbers(self.numbers).parts
-        body = CompositeBody.of(self.body, parts, own, 0.0) if parts else self.body
+        body = self.body
+        if self.parts:
+            own = {part.name: Vector((1.0,) * part.size) for part in self.parts}  # no variable is zero
+            body = CompositeBody.of(body, self.with_numbers(self.numbers).parts, own, 0.0)
         for force in self.forces:
             force.check(body)
 

@@ -307,4 +307,4 @@ def stacked(vector: Iterable[Any], shape: tuple[int, ...]) -> NDArray[np.float64
 
 def scalars(array: ArrayLike) -> Vector:
     """Return the last axis of an array as the scalars of a formula."""
-    return functions.Vector(np.moveaxis(np.asarray(array), -1, 0))
+    return functions.Vector(quat.components(array))

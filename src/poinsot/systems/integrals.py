@@ -97,16 +97,16 @@ class SampledRates:
         self.counts = [SAMPLE_STATES, *[BRANCH_SAMPLES] * branching]
         if branching:
             others, _ = _evaluated(system, trace, BRANCH_SAMPLES, forced=True)
-            found = [np.concatenate(pair, axis=-1) for pair in zip(found, others, strict=True)]
-        plain, moved = ([row[..., half, :] for row in found] for half in (0, 1))
+            found = np.concatenate((found, others), axis=-1)
+        plain, moved = found[..., 0, :], found[..., 1, :]
         self.between_times, *self.rows = plain
-        _, *self.noise = (largest(other - value) for value, other in zip(plain, moved, strict=True))
+        _, *self.noise = largest(moved - plain)
 
 
 def _evaluated(
     system: Collection, trace: Callable[[Graph, int], TracedRates], count: int, forced: bool
-) -> tuple[list[Array], bool]:
-    """Return the change of the energy and the rows, each (..., 2, n), and whether formulas have conditions.
+) -> tuple[Array, bool]:
+    """Return the change of the energy and the rows, shape (rows, ..., 2, n), and True if formulas have conditions.
 
     The axis of length two separates the samples and the neighbours a rounding away. With `forced`, the conditions take
     every branch, and the change of the energy is the difference to the other branches.
@@ -119,9 +119,10 @@ def _evaluated(
         rows = on_branches(graph, traced.rows, n)
     else:
         here, there, *rows = graph.evaluated([timed, traced.energy_at(traced.later), *traced.rows])
-    shape = (*system.members, n)
-    found = [np.broadcast_to(np.asarray(row, dtype=float), shape) for row in (here - there, *rows)]
-    return [row.reshape(*row.shape[:-1], 2, -1) for row in found], branching
+    found = np.empty((1 + len(rows), *system.members, n))
+    for place, row in enumerate((here - there, *rows)):
+        found[place] = row
+    return found.reshape(*found.shape[:-1], 2, -1), branching
 
 
 def shaken(values: Array, random: np.random.Generator) -> Array:

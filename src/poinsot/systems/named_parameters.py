@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, NoReturn
 
 import numpy as np
 
+from poinsot.mechanics.environment import Orbit
 from poinsot.printable import quoted
 from poinsot.quantities import Quantity, said_of
 from poinsot.records.parameters import Parametric, of_each
 from poinsot.systems.dynamics import AnyDynamics
 from poinsot.systems.system import System
 
-__all__ = ["NamedNumber", "binary_size", "named_numbers", "resolve"]
+__all__ = [
+    "NamedNumber",
+    "binary_size",
+    "named_numbers",
+    "names_of_numbers",
+    "refuse_integrated",
+    "refuse_name_of_number",
+    "resolve",
+]
 
 
 def named_numbers(system: System) -> dict[str, tuple[int, ...]]:
@@ -29,8 +39,17 @@ def named_numbers(system: System) -> dict[str, tuple[int, ...]]:
     return {names[0]: tuple(count[name] for name in names) for names in groups.values() if names[0] in count}
 
 
-def _names(system: AnyDynamics) -> list[tuple[str, tuple[int, str]]]:
-    records = [("body", system.body), *((f"forces[{i}]", force) for i, force in enumerate(system.forces))]
+Own = tuple[int, str]
+"""Identity of a number: the record that has it, and its name there."""
+
+
+def _names(system: AnyDynamics) -> list[tuple[str, Own]]:
+    forces = [(f"forces[{i}]", force) for i, force in enumerate(system.forces)]
+    return names_of_numbers([("body", system.body), *forces])
+
+
+def names_of_numbers(records: Iterable[tuple[str, Parametric]]) -> list[tuple[str, Own]]:
+    """Return the name and the identity of each number of named records, in the order of `numbers`."""
     return [(f"{start}.{name}", own) for start, record in records for name, own in record.number_names()]
 
 
@@ -45,22 +64,28 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
     known = named_numbers(system)
     full = [each for each in known if each == name or each.endswith(f".{name}")]
     if len(full) != 1:
-        tails = {each.rpartition(".")[2]: each for each in known}
-        last = str(name).rpartition(".")[2]
-        import difflib
+        refuse_name_of_number(name, full, known, "the system")
+    refuse_integrated(system.orbits, dict(_names(system.dynamics))[full[0]], name)
+    return known[full[0]]
 
-        near = full or [tails[tail] for tail in difflib.get_close_matches(last, tails, 3, 0.0)]
-        raise ValueError(
-            f"parameters must name single numbers of the system, got {quoted(name)}. Near: {', '.join(near)}."
-        )
-    integrated = {own for orbit in system.orbits if not orbit.closed_form for own in _owners(orbit)}
-    if dict(_names(system.dynamics))[full[0]][0] in integrated:
+
+def refuse_name_of_number(name: str, found: Sequence[str], known: Iterable[str], owner: str) -> NoReturn:
+    """Raise a ValueError about a name that stands for no number or for several, with the nearest names."""
+    import difflib
+
+    tails = {each.rpartition(".")[2]: each for each in known}
+    last = str(name).rpartition(".")[2]
+    near = found or [tails[tail] for tail in difflib.get_close_matches(last, tails, 3, 0.0)]
+    raise ValueError(f"parameters must name single numbers of {owner}, got {quoted(name)}. Near: {', '.join(near)}.")
+
+
+def refuse_integrated(orbits: Iterable[Orbit], own: Own, name: str) -> None:
+    """Raise a ValueError if a number belongs to an orbit that is integrated with the motion."""
+    if own[0] in {owner for orbit in orbits if not orbit.closed_form for owner in _owners(orbit)}:
         raise ValueError(
             f"parameters must not belong to an orbit that is integrated with the motion, got {quoted(name)}. "
-            f"Take differences "
-            "of two runs."
+            "Take differences of two runs."
         )
-    return known[full[0]]
 
 
 def _owners(record: Parametric) -> set[int]:

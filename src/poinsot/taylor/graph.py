@@ -166,7 +166,7 @@ class Graph:
                 return simple
         if name in COMMUTATIVE:
             a, b = operands
-            if not isinstance(b, Node) or (isinstance(a, Node) and b.place < a.place):
+            if b.__class__ is not Node or (a.__class__ is Node and b.place < a.place):
                 operands = b, a
         return self.node(name, operands)
 
@@ -273,7 +273,7 @@ def _negated(a: Node) -> GraphScalar | None:
 def _multiplied(a: GraphScalar, b: GraphScalar) -> GraphScalar | None:
     inner: GraphScalar
     for one, other in ((a, b), (b, a)):
-        if isinstance(one, Node):
+        if one.__class__ is Node:
             if one.name == "neg":
                 inner = one.operands[0]
                 return -(inner * other)
@@ -281,7 +281,7 @@ def _multiplied(a: GraphScalar, b: GraphScalar) -> GraphScalar | None:
             return 0.0
         elif one in UNITS:
             return other if one == 1 else -other
-        elif isinstance(other, Node) and other.name == "mul" and not isinstance(other.operands[0], Node):
+        elif other.__class__ is Node and other.name == "mul" and other.operands[0].__class__ is not Node:
             number, rest = other.operands
             inner = (one * number) * rest
             return inner
@@ -582,8 +582,8 @@ wide: Callable[[Number], Number] = np.longdouble(1).__mul__  # type: ignore[assi
 MAX_SELECTIONS = 8
 """Sets of inputs that change together, for which an evaluator stores the operations to repeat."""
 
-_Operation: TypeAlias = tuple[int, Callable[..., Number], tuple[int, ...], int]
-"""Register of the result, function, registers of the operands, and the inputs that it depends on, as bits."""
+_Operation: TypeAlias = tuple[int, Callable[..., Number], Callable[[list[Number]], Sequence[Number]], int]
+"""Register of the result, function, choice of its operands among all registers, and its inputs, as bits."""
 
 _LastCall: TypeAlias = tuple[Sequence[Number], list[Number], tuple[Number, ...]]
 """Numbers of a call, all registers, and the values of the outputs."""
@@ -628,7 +628,7 @@ class Evaluator:
                 )
                 places[node.place] = result = self._register()
                 bits[result] = functools.reduce(operator.or_, (bits.get(x, 0) for x in operands), 0)
-                self._operations.append((result, operation_of(node, path), operands, bits[result]))
+                self._operations.append((result, operation_of(node, path), _choice(operands), bits[result]))
         self._outputs = [places[x.place] if isinstance(x, Node) else self._register(x) for x in outputs]
         self._selections: dict[int, list[_Operation]] = {}
         self._count, self._last = max([number + 1 for number, _ in self._given], default=0), NO_CALL
@@ -654,7 +654,7 @@ class Evaluator:
                 if changed >> number & 1:
                     known[place] = self._typed(given[number])
             for result, function, operands, _ in self._selection(changed):
-                known[result] = function(*[known[place] for place in operands])
+                known[result] = function(*operands(known))
             values = tuple([known[place] for place in self._outputs])
             self._last = (tuple(given), known, values) if scalars else NO_CALL
         return values
@@ -666,3 +666,8 @@ class Evaluator:
         if changed not in self._selections:
             self._selections[changed] = [one for one in self._operations if one[3] & changed]
         return self._selections[changed]
+
+
+def _choice(places: tuple[int, ...]) -> Callable[[list[Number]], Sequence[Number]]:
+    """Return the function that chooses the registers of an operation; faster than a loop over their places."""
+    return operator.itemgetter(*places) if len(places) > 1 else operator.itemgetter(slice(places[0], places[0] + 1))

@@ -270,7 +270,7 @@ def with_nan():
 
 
 def shifted():
-    times = EVEN.copy()
+    times = 0.1 * np.arange(2 * EVEN.size)
     times[40] += 0.01
     return times
 
@@ -295,7 +295,7 @@ def shifted():
             "signal must have at least 128 samples along its last axis for 8 lines in each half, got shape (100,).",
         ),
         (
-            lambda: pt.analysis.frequencies(SIGNAL, shifted()),
+            lambda: pt.analysis.diffusion(np.tile(SIGNAL, 2), shifted()),
             ValueError,
             "times must be evenly spaced, but times[40] = 4.01 is 0.01 from even ones. Propagate at np.linspace(...).",
         ),

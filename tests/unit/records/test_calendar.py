@@ -5,6 +5,7 @@ import fractions
 import socket
 import subprocess
 import sys
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from astropy.utils import iers
 from hypothesis import given
 from hypothesis import strategies as st
 
-from poinsot.records.calendar import Calendar, span_of
+from poinsot.records.calendar import Calendar, julian_dates, span_of, times_of_julian_dates
 
 J2000 = Calendar("2000-01-01T12:00:00", "TDB")
 LEAP = Calendar("2016-12-31T23:59:58", "UTC")
@@ -257,3 +258,43 @@ def test_dates_in_a_matrix_are_dates():
 def test_a_list_that_contains_itself_is_no_list_of_dates():
     with pytest.raises(TypeError, match=r"^epoch must be real numbers, got list \[\[\.\.\.\]\]\.$"):
         Calendar("2026-11-21T00:00:00", "TAI").time(itself())
+
+
+def read_again(times, scale, calendar):
+    return times_of_julian_dates([Decimal(text) for text in julian_dates(times, scale, calendar)], scale, calendar)
+
+
+@given(times=st.lists(st.floats(-1e5, 1e5).filter(lambda t: t == 0 or abs(t) > 1e-9), min_size=1, max_size=5))
+@pytest.mark.parametrize("unit", ["s", "min", "h", "d"])
+def test_julian_dates_in_the_scale_of_a_calendar_restore_times_exactly(unit, times):
+    calendar = Calendar("2012-10-10T01:02:03.5", "TDB", unit)
+    assert read_again(np.array(times), "TDB", calendar).tolist() == times
+
+
+@given(seed=st.integers(0, 2**32))
+@pytest.mark.parametrize("calendar", [Calendar("2012-10-10", "TDB", "d"), Calendar("2012-10-10", "UTC", "h"), J2000])
+def test_julian_dates_in_another_scale_restore_times_to_a_rounding_of_dates(calendar, seed):
+    times = np.random.default_rng(seed).uniform(-500, 500, 5)
+    seconds = {"s": 1, "h": 3600, "d": 86400}[calendar.unit]
+    # Times are counted in steps of 1e-10 s, and days of 1e-16 have 9e-12 s.
+    np.testing.assert_allclose(seconds * read_again(times, "UTC", calendar), seconds * times, rtol=1e-15, atol=1.2e-10)
+
+
+@pytest.mark.parametrize("scale", ["UTC", "TAI", "TT", "TDB"])
+def test_julian_dates_are_those_of_astropy(scale):
+    calendar = Calendar("2011-09-13", "TDB", "d")
+    (time,) = times_of_julian_dates([Decimal("2455817.735937")], scale, calendar)
+    instant = Time(2455817.0, 0.735937, format="jd", scale=scale.lower())
+    assert time == pytest.approx((instant.tdb - Time("2011-09-13", scale="tdb")).jd, rel=0, abs=1e-15)
+    assert julian_dates(np.array([time]), scale, calendar) == ["2455817.735937"]
+
+
+def test_utc_differs_from_tdb_by_leap_seconds_and_32_seconds():
+    calendar, date = Calendar("2011-09-13", "TDB"), [Decimal("2455817.5")]
+    late = times_of_julian_dates(date, "UTC", calendar) - times_of_julian_dates(date, "TDB", calendar)
+    assert late[0] == pytest.approx(34 + 32.184, rel=0, abs=2e-3)  # TDB is within 2 ms of TT
+
+
+def test_julian_dates_of_utc_begin_in_1960():
+    with pytest.raises(ValueError, match=r"^Julian dates must be in 1960 or later in UTC, got 2400000\.5\.$"):
+        times_of_julian_dates([Decimal("2400000.5")], "UTC", J2000)

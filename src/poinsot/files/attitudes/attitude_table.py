@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +30,15 @@ from poinsot.systems.system import System
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["AttitudeTable", "calendar_of", "dated_calendar", "rates_per_second", "table_of"]
+__all__ = [
+    "AttitudeTable",
+    "calendar_of",
+    "dated_calendar",
+    "rates_per_second",
+    "stated_calendar",
+    "statement_of",
+    "table_of",
+]
 
 Array = NDArray[np.float64]
 
@@ -245,6 +254,18 @@ def dated_calendar(date: str, scale: str, unit: str, name: str, example: str, gi
         return calendar
     except ValueError:
         raise ValueError(f"{name} must be a date such as {example}, got {quoted(given)}.") from None
+
+
+def stated_calendar(statement: str, name: str) -> Calendar:
+    """Return the calendar that a line of a file states, such as "s from 2026-11-21T00:00:00 UTC"."""
+    match = re.fullmatch(r"(\w+) from (\S+) (\w+)", statement)
+    unit, date, scale = match.groups() if match else ("s", "", "UTC")
+    return dated_calendar(date, scale, unit, name, "s from 2026-11-21T00:00:00 UTC", statement)
+
+
+def statement_of(calendar: Calendar) -> str:
+    """Return the line from which `stated_calendar` makes the calendar again."""
+    return f"{calendar.unit} from {calendar.zero} {calendar.scale}"
 
 
 def _named(own: str, given: str | None, dated: bool) -> str:

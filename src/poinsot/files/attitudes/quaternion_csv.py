@@ -13,7 +13,7 @@ from poinsot.checked import checked
 from poinsot.files import ccsds
 from poinsot.files.attitudes import adm
 from poinsot.files.attitudes.attitude_format import AttitudeFormat
-from poinsot.files.attitudes.attitude_table import AttitudeTable, dated_calendar, table_of
+from poinsot.files.attitudes.attitude_table import AttitudeTable, stated_calendar, statement_of, table_of
 from poinsot.files.keys import Entry, Keys
 from poinsot.files.rows import TextRows
 from poinsot.files.untrusted import read_text
@@ -78,10 +78,7 @@ def read_quaternion_csv(path: str | Path, *, calendar: Calendar | None = None) -
     rows = _parsed(read_text(path), name)
     own, (times,) = None, rows.stacked("t").T
     if "time" in rows.metadata:
-        match = re.fullmatch(r"(\w+) from (\S+) (\w+)", rows.metadata["time"])
-        unit, date, scale = match.groups() if match else ("s", "", "UTC")
-        example = "s from 2026-11-21T00:00:00 UTC"
-        own = dated_calendar(date, scale, unit, f"time in {name}", example, rows.metadata["time"])
+        own = stated_calendar(rows.metadata["time"], f"time in {name}")
     rows.check_rising(times)
     factor = 1.0
     if own is not None and calendar is not None and calendar != own:
@@ -101,7 +98,7 @@ def _parsed(text: str, name: str) -> TextRows:
     for count, line in enumerate(text.splitlines(), start=1):
         place = f"{name}, line {count}"
         if line.startswith("#"):
-            header += _stated(line, place, bool(rows.columns))
+            header += KEYS.in_comment(line, place, bool(rows.columns))
         elif line.strip() and not rows.columns:
             rows.metadata |= {key: entry.value for key, entry in KEYS.by_key(header).items()}
             rows.columns = _columns(line, rows.metadata, name, place)
@@ -110,16 +107,6 @@ def _parsed(text: str, name: str) -> TextRows:
     if not rows.numbers:
         raise ValueError(f"{name} must have the names of columns and rows, got no rows.")
     return rows
-
-
-def _stated(line: str, place: str, after_columns: bool) -> list[Entry]:
-    """Return the value that a comment line states, if its key is, or resembles, a key of the format."""
-    key, colon, value = (part.strip() for part in line[1:].partition(":"))
-    if not colon or not KEYS.resembles(key.lower()):
-        return []
-    if after_columns:
-        raise ValueError(f"{place} must come before the names of the columns, got {quoted(line)}.")
-    return [Entry(key.lower(), value, place)]
 
 
 def _columns(line: str, stated: dict[str, str], name: str, place: str) -> tuple[str, ...]:
@@ -205,7 +192,7 @@ def write_quaternion_csv(
         "body_frame": ccsds.word("body_frame", table.body_frame),
     }
     if table.calendar is not None:
-        stated["time"] = f"{table.calendar.unit} from {table.calendar.zero} {table.calendar.scale}"
+        stated["time"] = statement_of(table.calendar)
     if rates and table.omega_body is not None:
         stated["rate"] = RATE
         columns, names = [*columns, table.omega_body], ",".join((names, *OMEGA))

@@ -1,4 +1,4 @@
-"""Shapes from files of triangles: OBJ, PLY, STL and tables of plates."""
+"""Shapes in files of triangles: OBJ, PLY, STL, tables of plates and shapes of DAMIT."""
 
 from __future__ import annotations
 
@@ -12,24 +12,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.errors import optional, real_array, refuse_nonpositive
 from poinsot.files.untrusted import read_bytes
 from poinsot.printable import shortened
 from poinsot.shapes.mesh import Mesh
 
-__all__ = ["read_mesh"]
+__all__ = ["read_mesh", "write_damit_shape"]
 
 MAX_BYTES = 200_000_000
 MAX_FACES = 5_000_000
 
-KINDS = {".obj": "OBJ", ".tab": "OBJ", ".ply": "PLY", ".stl": "STL"}
+KINDS = {".obj": "OBJ", ".tab": "OBJ", ".ply": "PLY", ".stl": "STL", ".txt": "DAMIT"}
 """Formats by the end of the name; a shape model in .tab is the lines of OBJ or a table of plates."""
 
 TABLE = re.compile(rb"\s*\d{1,9}(?:[ \t]+\d{1,9})?[ \t\r]*\n")
 """First line of a table of plates: the number of vertices, or the numbers of vertices and plates."""
 
 PLATES = "a table of plates must be counts, rows of i x y z and rows of i a b c, got"
+
+SHAPE = "a shape of DAMIT must be the numbers of vertices and facets, rows of x y z and rows of a b c, got"
 
 VERTEX = re.compile(rb"vertex", re.IGNORECASE)
 
@@ -52,12 +55,14 @@ def read_mesh(
     unit: float = 1.0,
     repair: bool = False,
 ) -> Mesh:
-    """Return the homogeneous body inside the surface in a file: OBJ, PLY, STL or a table of plates (.tab).
+    """Return the homogeneous body inside the surface in a file: OBJ, PLY, STL, a table of plates or a shape of DAMIT.
 
     The reader ignores materials and textures and opens no other file. It merges vertices at equal positions and splits
     quadrilaterals into two triangles. A table of plates, as in the PDS, contains a line with the number of vertices,
     one line "i x y z" for each vertex, a line with the number of plates, and one line "i a b c" for each plate,
-    numbered from 1. Both numbers may also be in the first line. A .tab file may also contain v and f lines of OBJ.
+    numbered from 1. Both numbers may also be in the first line. A .tab file may also contain v and f lines of OBJ. A
+    shape of DAMIT (.txt) contains the numbers of vertices and facets, one line "x y z" for each vertex and one line
+    "a b c" for each facet, numbered from 1.
 
     Parameters
     ----------
@@ -98,6 +103,8 @@ def read_mesh(
     try:
         if path.suffix.lower() == ".tab" and TABLE.match(content):
             found = _plates(content.lstrip())
+        elif kind == "DAMIT":
+            found = _shape(content)
         else:
             _refuse_many(_most_faces(kind, content))
             found = _parsed(kind, content)
@@ -140,12 +147,7 @@ def _refuse_spare(vertices: int, faces: int) -> int:
 
 def _plates(content: bytes) -> tuple[Any, Any]:
     """Return vertices and faces of a table of plates, checked by its length and by the numbers of its rows."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # some NumPy only warn of other text
-            numbers = np.fromstring(content, sep=" ")
-    except (DeprecationWarning, ValueError):
-        raise ValueError(f"{PLATES} text that is no number.") from None
+    numbers = _numbers(content, PLATES)
     given = len(content.split(b"\n", 1)[0].split())
     middle = given + 4 * int(numbers[0])
     counted = numbers[1:2] if given == 2 else numbers[middle : middle + 1]
@@ -157,11 +159,84 @@ def _plates(content: bytes) -> tuple[Any, Any]:
     for rows in (places, corners):
         if not np.array_equal(rows[:, 0], np.arange(1, len(rows) + 1)):
             raise ValueError(f"{PLATES} rows that are not numbered from 1 on.")
-    plates = corners[:, 1:]
-    wrong = plates[~((plates == np.floor(plates)) & (plates >= 1) & (plates <= len(places)))]
+    return places[:, 1:], _from_zero(corners[:, 1:], len(places), "plates")
+
+
+def _shape(content: bytes) -> tuple[Any, Any]:
+    """Return vertices and faces of a shape of DAMIT, checked by its length."""
+    numbers = _numbers(content, SHAPE)
+    counts = numbers[:2]
+    if len(counts) < 2 or np.any(counts != np.floor(counts)) or np.any(counts < 1):
+        raise ValueError(f"{SHAPE} other numbers in the first line.")
+    if numbers.size != 2 + 3 * counts.sum():
+        raise ValueError(f"{SHAPE} a length that differs from its numbers.")
+    _refuse_many(int(counts[1]))
+    rows = numbers[2:].reshape(-1, 3)
+    places, corners = np.split(rows, [int(counts[0])])
+    return places, _from_zero(corners, len(places), "facets")
+
+
+def _numbers(content: bytes, rule: str) -> NDArray[np.float64]:
+    """Return the numbers of a text that has nothing else."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # some NumPy only warn of other text
+            return np.fromstring(content, sep=" ")
+    except (DeprecationWarning, ValueError):
+        raise ValueError(f"{rule} text that is no number.") from None
+
+
+def _from_zero(corners: NDArray[np.float64], vertices: int, name: str) -> NDArray[np.int64]:
+    """Return the numbers of vertices from 0, of triangles that number them from 1."""
+    wrong = corners[~((corners == np.floor(corners)) & (corners >= 1) & (corners <= vertices))]
     if wrong.size:
-        raise ValueError(f"plates must name vertices from 1 to {len(places)}, got {wrong[0]:g}.")
-    return places[:, 1:], plates.astype(np.int64) - 1
+        raise ValueError(f"{name} must name vertices from 1 to {vertices}, got {wrong[0]:g}.")
+    return corners.astype(np.int64) - 1
+
+
+@checked
+def write_damit_shape(mesh: Mesh, path: str | Path, *, unit: float = 1.0, overwrite: bool = False) -> Path:
+    """Write the vertices and faces of a mesh as a shape of DAMIT (.txt).
+
+    Numbers are written with all digits, so that `read_mesh` restores the vertices exactly, in the order of their
+    coordinates.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Mesh to write.
+    path : str or Path
+        Name of the file, which ends in .txt.
+    unit : float
+        Unit of length of the file in the unit of the mesh.
+    overwrite : bool
+        True to replace an existing file.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    TypeError, ValueError, OSError
+        If the name has another ending, or the file exists.
+
+    Examples
+    --------
+    >>> path = pt.files.write_damit_shape(pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0), "box.txt")
+    >>> pt.files.read_mesh(path, mass=1.0)
+    Mesh(8 vertices, 12 faces, mass=1)
+    """
+    path = Path(path)
+    if KINDS.get(path.suffix.lower()) != "DAMIT":
+        raise ValueError(f"path must end in .txt, got {shortened(path.name)}.")
+    factor = float(real_array("unit", unit, ()))
+    refuse_nonpositive("unit", factor)
+    lines = [f"{len(mesh.vertices)} {len(mesh.faces)}"]
+    lines += [" ".join(map(repr, row)) for row in (mesh.vertices / factor).tolist()]
+    lines += [" ".join(map(str, row)) for row in (mesh.faces + 1).tolist()]
+    return write_text(path, "\n".join(lines) + "\n", overwrite)
 
 
 def _parsed(kind: str, content: bytes) -> tuple[Any, Any]:

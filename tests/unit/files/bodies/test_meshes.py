@@ -60,7 +60,13 @@ def plates(apart=True, faces=BOX.faces + 1, first=1):
     return "\r\n".join([f"  {counts[0]}" if apart else "{}\t{}".format(*counts), *rows, ""])
 
 
+def shape(faces=BOX.faces + 1):
+    rows = [" ".join(map(str, row)) for part in (BOX.vertices, faces) for row in part]
+    return "\n".join([f"{len(BOX.vertices)} {len(faces)}", *rows, ""])
+
+
 FILES = {
+    "shape.txt": shape(),
     "box.obj": obj(),
     "box.OBJ": obj(face="f {0}/{0}/{0} {1}/{0}/{1} {2}/{0}/{0}"),
     "eros.tab": obj(),
@@ -187,6 +193,15 @@ def test_surfaces_that_are_not_closed_or_inverted_name_the_file(tmp_path):
         ("a.tab", plates(faces=BOX.faces + 2), "plates must name vertices from 1 to 8, got 9"),
         ("a.tab", plates(faces=BOX.faces + 0.5), "plates must name vertices from 1 to 8, got 0.5"),
         ("a.tab", plates(faces=[]), "faces must not be empty"),
+        ("a.txt", "", r"a shape of DAMIT must be .* rows of a b c, got other numbers in the first line"),
+        ("a.txt", shape().replace("8 12", "8.5 12", 1), "got other numbers in the first line"),
+        ("a.txt", shape().replace("8 12", "8 nan", 1), "got other numbers in the first line"),
+        ("a.txt", shape().replace("8 12", "8 13", 1), "got a length that differs from its numbers"),
+        ("a.txt", shape().replace("8 12", "800000000 12", 1), "got a length that differs from its numbers"),
+        ("a.txt", shape()[:-8], "got a length that differs from its numbers"),
+        ("a.txt", "v " + shape(), "got text that is no number"),
+        ("a.txt", shape(BOX.faces), "facets must name vertices from 1 to 8, got 0"),
+        ("a.txt", shape().replace("-0.5", "nan", 1), "vertices must be finite"),
         ("a.ply", b"", "a PLY file must have a header with an end"),
         ("a.ply", b"ply\nend_header\n", "the file must be PLY"),
         ("a.ply", ply("ascii").replace(b"face 12", b"face 12000000"), "a PLY file must have a byte for each element"),
@@ -208,13 +223,13 @@ def test_bad_files_end_in_one_sentence(name, content, sentence, tmp_path):
 def test_too_large_files_and_other_formats_are_refused(tmp_path, monkeypatch):
     path = written(tmp_path, "box.stl", stl_binary())
     monkeypatch.setattr(meshes, "MAX_FACES", 11)
-    for name in ("box.stl", "box.obj", "text.ply", "text.stl", "plates.tab", "counts.TAB"):
+    for name in ("box.stl", "box.obj", "text.ply", "text.stl", "plates.tab", "counts.TAB", "shape.txt"):
         with pytest.raises(ValueError, match="a mesh must have at most 11 faces, got 12"):
             pt.files.read_mesh(written(tmp_path, name, FILES.get(name, stl_binary())), mass=1)
     monkeypatch.setattr(meshes, "MAX_BYTES", 100)
     with pytest.raises(ValueError, match="must have at most 100 bytes, got more"):
         pt.files.read_mesh(path, mass=1)
-    with pytest.raises(ValueError, match=r"path must end in \.obj, \.tab, \.ply, \.stl, got box\.glb"):
+    with pytest.raises(ValueError, match=r"path must end in \.obj, \.tab, \.ply, \.stl, \.txt, got box\.glb"):
         pt.files.read_mesh(tmp_path / "box.glb", mass=1)
     with pytest.raises(FileNotFoundError):
         pt.files.read_mesh(tmp_path / "none.obj", mass=1)
@@ -247,3 +262,26 @@ def test_without_trimesh_the_message_names_the_extra(monkeypatch, tmp_path):
         match=r"^trimesh must be installed for OBJ files, got none\. `pip install 'poinsot\[meshes\]'` brings it\.$",
     ):
         pt.files.read_mesh(tmp_path / "it.obj", mass=1.0)
+
+
+@given(seed=st.integers(0, 2**32))
+@settings(max_examples=10, deadline=None)
+def test_a_written_shape_comes_back(tmp_path_factory, seed):
+    rng = np.random.default_rng(seed)
+    mesh = pt.shapes.Mesh(BOX.vertices * rng.uniform(0.1, 10, 3) + rng.normal(size=3), BOX.faces, density=2.0)
+    folder = tmp_path_factory.mktemp("shape")
+    first = pt.files.read_mesh(pt.files.write_damit_shape(mesh, folder / "a.txt"), density=2.0)
+    again = pt.files.read_mesh(pt.files.write_damit_shape(first, folder / "b.txt"), density=2.0)
+    order = np.lexsort(mesh.vertices.T)
+    assert np.array_equal(first.vertices, mesh.vertices[order])
+    assert np.array_equal(again.vertices, first.vertices)
+    assert np.array_equal(again.faces, first.faces)
+
+
+def test_a_shape_is_written_in_the_unit_of_the_file(tmp_path):
+    path = pt.files.write_damit_shape(BOX, tmp_path / "a.txt", unit=0.5)
+    assert path.read_text().split()[:5] == ["8", "12", *map(repr, (2 * BOX.vertices[0]).tolist())]
+    with pytest.raises(FileExistsError):
+        pt.files.write_damit_shape(BOX, path)
+    with pytest.raises(ValueError, match=r"^path must end in \.txt, got a\.obj\.$"):
+        pt.files.write_damit_shape(BOX, tmp_path / "a.obj")

@@ -1,0 +1,238 @@
+"""Readings as comma-separated values with named columns: gyros, star trackers, light curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from poinsot.atomic_write import write_text
+from poinsot.checked import checked
+from poinsot.files.attitudes.attitude_table import stated_calendar, statement_of
+from poinsot.files.keys import Entry, Keys
+from poinsot.files.observations.julian_rows import check_not_falling
+from poinsot.files.rows import TextRows, number
+from poinsot.files.untrusted import read_text
+from poinsot.mechanics.observable import Observable
+from poinsot.observables.readings import Readings
+from poinsot.printable import quoted, shortened
+from poinsot.records.calendar import Calendar
+from poinsot.suggestions import nearest
+
+__all__ = ["read_readings_csv", "write_readings_csv"]
+
+Array = NDArray[np.float64]
+
+KEYS = Keys(frozenset(("readings", "time", "time_unit", "unit", "frame", "sigma")), ("observable",))
+
+TIME, VALUE, SIGMA = "t", "value", "sigma"
+"""Names of the columns of readings of one number; those of several numbers have the names of the components."""
+
+
+@checked
+def read_readings_csv(
+    path: str | Path,
+    observable: Observable,
+    *,
+    columns: Sequence[str] | None = None,
+    sigma: ArrayLike | None = None,
+    calendar: Calendar | None = None,
+) -> Readings:
+    """Return the readings of an observable in a CSV file whose first line names its columns.
+
+    The columns are the time, the components of the reading, and optionally their standard deviations. The reader
+    ignores other columns. Comment lines before the names may state `# time: d from 2012-10-10T00:00:00 TDB`, `# unit:
+    mag`, `# frame: body`, `# readings: NAME` and `# sigma: 0.02`. An empty cell is the absence of a reading.
+
+    Parameters
+    ----------
+    path : str or Path
+        Name of the file.
+    observable : Observable
+        Instrument of the readings.
+    columns : sequence of str, optional
+        Names of the columns in the file: the time, each component, and optionally each standard deviation. Default:
+        t and the names of the components, or t and value, with sigma_NAME or sigma if the file has these columns.
+    sigma : float or array, optional
+        Standard deviation of each value, if the file states none.
+    calendar : Calendar, optional
+        Calendar of the times. Default: the calendar that the file states, or none.
+
+    Returns
+    -------
+    Readings
+        Readings in the order of the file.
+
+    Raises
+    ------
+    OSError, TypeError, ValueError, ImportError
+        If the file cannot be read or lacks a column, a row is incomplete or not finite, times fall, or calendars
+        differ and astropy is not installed.
+
+    Examples
+    --------
+    >>> class Rates(pt.Observable):
+    ...     components = ("x", "y", "z")
+    ...     def reading(self, instant):
+    ...         return instant.omega_body
+    >>> pt.files.read_readings_csv("gyro.csv", Rates(), columns=["t_s", "wx", "wy", "wz"]).values.shape
+    (3, 3)
+    """
+    name = shortened(path)
+    own = () if columns is None else tuple(columns)
+    rows, values = _parsed(read_text(path), name, observable, own)
+    stated, times = rows.metadata, values[:, 0]
+    check_not_falling(times, rows.places)
+    if "time" in stated:
+        counted = stated_calendar(stated["time"], f"time in {name}")
+        times = times if calendar is None else calendar.converted(times, counted)
+        calendar = calendar or counted
+    count = max(len(observable.components), 1)
+    readings, errors = values[:, 1 : 1 + count], values[:, 1 + count :]
+    if errors.size or "sigma" in stated:
+        if sigma is not None:
+            raise ValueError(f"sigma must not be given for {name}, which states it, got both.")
+        sigma = errors if errors.size else number("sigma", stated["sigma"], name)
+    attributes = {"time_units": stated.get("time_unit") or "1"} if calendar is None else {}
+    attributes |= {key: stated[own] for key, own in (("units", "unit"), ("frame", "frame")) if stated.get(own)}
+    given: dict[str, Any] = {"name": stated.get("readings", ""), "calendar": calendar, "attributes": attributes}
+    if not observable.components:
+        readings = readings[:, 0]
+        sigma = errors[:, 0] if errors.size else sigma
+    try:
+        return Readings(observable, times, readings, sigma, **given)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+
+
+def _parsed(text: str, name: str, observable: Observable, given: tuple[str, ...]) -> tuple[TextRows, Array]:
+    """Return the rows of a text and the numbers in the columns of time, components and standard deviations."""
+    rows, header, found = TextRows(name), list[Entry](), list[int]()
+    numbers = list[list[float]]()
+    for count, line in enumerate(text.splitlines(), start=1):
+        place = f"{name}, line {count}"
+        if line.startswith("#"):
+            header += KEYS.in_comment(line, place, bool(found))
+        elif line.strip() and not found:
+            rows.metadata |= {key: entry.value for key, entry in KEYS.by_key(header).items()}
+            rows.columns = tuple(column.strip() for column in line.split(","))
+            found = _places_of_columns(rows.columns, observable, given, place)
+        elif line.strip():
+            cells = [cell.strip() for cell in line.split(",")]
+            if len(cells) != len(rows.columns):
+                raise ValueError(f"{place} must have {len(rows.columns)} cells, got {len(cells)}.")
+            rows.places.append(place)
+            numbers.append([_cell(rows.columns[i], cells[i], place, k) for k, i in enumerate(found)])
+    if not numbers:
+        raise ValueError(f"{name} must have the names of columns and rows, got no rows.")
+    return rows, np.array(numbers)
+
+
+def _cell(column: str, text: str, place: str, k: int) -> float:
+    """Return a cell as a number: NaN if a reading is absent, which a time cannot be."""
+    return number(column, text, place) if text or k == 0 else np.nan
+
+
+def _places_of_columns(
+    columns: tuple[str, ...], observable: Observable, given: tuple[str, ...], place: str
+) -> list[int]:
+    """Return the places of the columns of the time, the components and, if there are any, the standard deviations."""
+    components = observable.components or (VALUE,)
+    errors = tuple(f"{SIGMA}_{error}" for error in observable.errors) or (SIGMA,)
+    wanted = given or (TIME, *components)
+    lengths = (1 + len(components), 1 + len(components) + len(errors))
+    if len(wanted) not in lengths or len(set(wanted)) < len(wanted):
+        raise ValueError(
+            f"columns must be {lengths[0]} or {lengths[1]} different names: the time, {', '.join(components)} and "
+            f"their standard deviations, got {', '.join(map(quoted, wanted))}."
+        )
+    for column in wanted:
+        if columns.count(column) != 1:
+            known = nearest(column, columns)
+            times = "none" if column not in columns else "several"
+            raise ValueError(f"{place} must name the column {quoted(column)} once, got {times}.{known}")
+    if not given and set(errors) <= set(columns):
+        wanted = (*wanted, *errors)
+    return [columns.index(column) for column in wanted]
+
+
+@checked
+def write_readings_csv(readings: Readings, path: str | Path, *, overwrite: bool = False) -> Path:
+    """Write readings of one body as comma-separated values with named columns.
+
+    Numbers are written with all digits, so that `read_readings_csv` restores them exactly.
+
+    Parameters
+    ----------
+    readings : Readings
+        Readings with values.
+    path : str or Path
+        Name of the file.
+    overwrite : bool
+        True to replace an existing file.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    TypeError, ValueError, OSError
+        If the readings are a plan or of an ensemble, or the file exists.
+
+    Examples
+    --------
+    >>> class Rates(pt.Observable):
+    ...     components = ("x", "y", "z")
+    ...     def reading(self, instant):
+    ...         return instant.omega_body
+    >>> path = pt.files.write_readings_csv(pt.observe(motion, Rates()), "rates.csv")
+    >>> path.read_text().splitlines()[-1][:4]
+    '20.0'
+    """
+    values, observable = values_of_one_body(readings), readings.observable
+    components, errors = observable.components or (VALUE,), observable.errors
+    names, columns = [TIME, *components], [readings.times[:, None], values.reshape(readings.times.size, -1)]
+    stated = {"readings": readings.name, "observable": repr(observable)}
+    if readings.calendar is not None:
+        stated["time"] = statement_of(readings.calendar)
+    elif readings.attributes["time_units"] != "1":
+        stated["time_unit"] = readings.attributes["time_units"]
+    stated |= {own: readings.attributes.get(key, "") for key, own in (("units", "unit"), ("frame", "frame"))}
+    if readings.sigma is not None and readings.sigma.ndim == 0:
+        stated["sigma"] = repr(float(readings.sigma))
+    elif readings.sigma is not None:
+        names += [f"{SIGMA}_{error}" for error in errors] or [SIGMA]
+        full = np.broadcast_to(readings.sigma, (readings.times.size, *((len(errors),) if errors else ())))
+        columns.append(full.reshape(readings.times.size, -1))
+    lines = [f"# {key}: {' '.join(value.split())}" for key, value in stated.items() if value] + [",".join(names)]
+    rows = np.concatenate(columns, axis=1).tolist()
+    lines += [",".join("" if value != value else repr(value) for value in row) for row in rows]
+    return write_text(path, "\n".join(lines) + "\n", overwrite)
+
+
+def values_of_one_body(readings: Readings) -> Array:
+    """Return the values of readings; refuse a plan and an ensemble."""
+    if readings.values is None:
+        raise ValueError("readings must have values to be written, got a plan of measurements.")
+    if readings.is_ensemble:
+        raise ValueError(
+            f"readings must be of one body, got {len(readings.values)} members. Take readings.isel(member=0)."
+        )
+    return readings.values
+
+
+def present_values(readings: Readings) -> Array:
+    """Return the values of readings of one body, none of which is NaN; files of light curves cannot omit one."""
+    values = values_of_one_body(readings)
+    absent = np.flatnonzero(np.isnan(values).reshape(readings.times.size, -1).any(axis=1))
+    if absent.size:
+        raise ValueError(
+            f"readings must be present at all times, got none of {readings.name} at t = "
+            f"{readings.times[absent[0]]:.10g}. Take readings.isel(time=~np.isnan(readings.values))."
+        )
+    return values
