@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from poinsot.errors import real_array
+from poinsot.forces.facets import Facets
 from poinsot.functions import Vector
 from poinsot.mechanics.instant import Instant
 from poinsot.observables.light_curve import LightCurve
@@ -25,7 +26,9 @@ from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array, Times
 from poinsot.records.units import DerivedUnits
 from poinsot.shapes.illumination import ray_hits
+from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.scattering import Reflection
+from poinsot.shapes.solids import Ellipsoid
 from poinsot.systems.times import checked_times
 
 __all__ = ["sky"]
@@ -49,8 +52,10 @@ ARROWS = {"angular momentum": BLACK, "angular velocity": GREEN, "Sun": "#E69F00"
 """Colours of the arrows."""
 MIN_SINE, TINY = 1e-6, 1e-300
 """Smallest sine between north and the line of sight, and smallest denominator."""
-MAX_RAYS = 2_000_000
-"""Largest number of pairs of a ray and a triangle in one block."""
+MAX_PAIRS = 1_000_000
+"""Largest number of pairs of a triangle and a face in one block."""
+ROUNDING = 1e-9
+"""Height over a face, relative to the size of the body, that is rounding."""
 
 
 @plot
@@ -94,7 +99,8 @@ def sky(
     >>> pt.plot.sky(motion, curve, [0.0, 2.0]).get_xlabel()
     'east to the left'
     """
-    at = one_body(motion).times[:1] if times is None else checked_times(np.atleast_1d(times), motion.system)
+    one_body(motion)
+    at = motion.times[:1] if times is None else checked_times(np.atleast_1d(times), motion.system)
     views = _views(motion, curve, at, real_array("north", north, (3,)))
     columns = min(len(views), MAX_COLUMNS)
     rows = -(-len(views) // columns)
@@ -153,9 +159,16 @@ def _views(motion: Trajectory, curve: LightCurve, times: Array, north: Array) ->
     }
     units = {name: _unit_rows(vector, wanted) for name, vector in vectors.items()}
     axes = np.stack([_unit_rows(in_space(Vector(axis)), wanted) for axis in np.eye(3)], axis=1)
-    surface = _Surface(triangles_of(curve.shape) * np.asarray(curve.stretch))
-    views = [_view(curve, surface, axes[i], {name: rows[i] for name, rows in units.items()}, north) for i in place]
-    return views
+    surface = _Surface(triangles_of(_shape_of(curve)) * np.asarray(curve.stretch))
+    return [_view(curve, surface, axes[i], {name: rows[i] for name, rows in units.items()}, north) for i in place]
+
+
+def _shape_of(curve: LightCurve) -> Mesh | Ellipsoid | Facets:
+    """Return the shape of the light curve of one body."""
+    shapes = curve._surfaces.each
+    if len(shapes) > 1:
+        raise ValueError("curve must be of one body, got a light curve of two bodies. Draw a light curve of each.")
+    return shapes[0]
 
 
 def _view(curve: LightCurve, surface: _Surface, axes: Array, units: dict[str, Array], north: Array) -> _View:
@@ -164,7 +177,7 @@ def _view(curve: LightCurve, surface: _Surface, axes: Array, units: dict[str, Ar
     sun, observer = axes @ units["Sun"], axes @ units["observer"]
     corners, mu0, mu = surface.corners, surface.normals @ sun, surface.normals @ observer
     lit = (mu0 > 0) & (mu > 0)
-    if curve.shadows:
+    if isinstance(_shape_of(curve), Mesh):
         lit[lit] &= ~surface.shaded(np.flatnonzero(lit), sun)
     light = Reflection(mu0[lit], mu[lit], np.arccos(np.clip(sun @ observer, -1, 1)))
     brightness = np.zeros(len(corners))
@@ -179,7 +192,7 @@ def _view(curve: LightCurve, surface: _Surface, axes: Array, units: dict[str, Ar
 def _screen(observer: Array, north: Array) -> Array:
     """Return the directions to the right, upwards and towards the observer as rows; east is to the left."""
     east = np.cross(north, -observer)
-    if np.linalg.norm(east) < MIN_SINE * np.linalg.norm(north):
+    if np.linalg.norm(east) <= MIN_SINE * np.linalg.norm(north):
         raise ValueError(f"north must not be zero or along the line of sight, got {north}. Give another direction.")
     right = -east / np.linalg.norm(east)
     return np.stack([right, np.cross(observer, right), observer])
@@ -196,18 +209,19 @@ class _Surface:
         across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         self.of_faces = across / np.maximum(np.linalg.norm(across, axis=-1, keepdims=True), TINY)
         self.normals = self.of_faces[self.of_face]
+        self.rounding = ROUNDING * float(np.max(np.abs(triangles)))
 
     def shaded(self, triangles: NDArray[np.int_], sun: Array) -> NDArray[np.bool_]:
         """Return True for triangles with their middle in the shadow of other faces."""
         found = np.zeros(len(triangles), dtype=bool)
-        middles = np.mean(self.corners[triangles], axis=1)
-        facing = np.flatnonzero(self.of_faces @ sun > 0)  # a ray that leaves the body meets such a face last
-        rows = max(1, MAX_RAYS // max(1, len(facing)))
+        middles, normals = np.mean(self.corners[triangles], axis=1), self.normals[triangles]
+        facing = self.faces[self.of_faces @ sun > 0]  # a ray that leaves the body meets such a face last
+        rows = max(1, MAX_PAIRS // max(1, len(facing)))
         for start in range(0, len(triangles), rows):
-            part = slice(start, start + rows)
-            other = facing != self.of_face[triangles[part]][:, None]
-            ray, face = np.nonzero(other)
-            hit = ray_hits(np.broadcast_to(sun, (ray.size, 3)), self.faces[facing[face]] - middles[part][ray][:, None])
+            place, normal = middles[start : start + rows], normals[start : start + rows]
+            heights = np.einsum("ni,fki->nfk", normal, facing) - np.vecdot(normal, place)[:, None, None]
+            ray, face = np.nonzero(np.max(heights, axis=-1) > self.rounding)
+            hit = ray_hits(np.broadcast_to(sun, (ray.size, 3)), facing[face] - place[ray][:, None])
             found[start + ray[hit]] = True
         return found
 
@@ -223,7 +237,7 @@ def _quartered(triangles: Array) -> Array:
 def _unit_rows(vector: Vector, times: Array) -> Array:
     """Return a vector at times over its length, 0 without length; shape (n, 3)."""
     rows = np.stack([np.broadcast_to(np.asarray(x, dtype=float), times.shape) for x in vector], axis=-1)
-    return rows / np.maximum(np.linalg.norm(rows, axis=-1, keepdims=True), TINY)
+    return np.asarray(rows / np.maximum(np.linalg.norm(rows, axis=-1, keepdims=True), TINY))
 
 
 # ---------------------------------------------------------------------- drawing
@@ -239,7 +253,7 @@ def _draw(panel: Axes, view: _View, centre: Array, radius: float, brightest: flo
     panel.add_collection(PolyCollection(list(centre + view.corners[..., :2]), **look))
     for name, colour in ARROWS.items():
         x, y, depth = ARROW * radius * view.arrows[name]
-        tip, order = centre + (x, y), 3 if depth >= 0 else 1
+        tip, order = centre + np.array((x, y)), 3 if depth >= 0 else 1
         style: Any = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}
         panel.annotate("", tuple(tip), tuple(centre), arrowprops={**style, "zorder": order}, zorder=order)
         if labelled:
