@@ -25,10 +25,10 @@ from poinsot.propagation.observe import states_at
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array, Times
 from poinsot.records.units import DerivedUnits
-from poinsot.shapes.illumination import ray_hits
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.scattering import Reflection
 from poinsot.shapes.solids import Ellipsoid
+from poinsot.shapes.views import ray_hits
 from poinsot.systems.times import checked_times
 
 __all__ = ["sky"]
