@@ -2,11 +2,11 @@
 
 A tumbling rocket stage glints whenever its side mirrors the Sun to the observer, at times that geometry predicts.
 
-The stage is a cylinder with 72 shiny facets, 10 m long, on a circular orbit 850 km high. It turns end over end in half a
-minute and rolls slowly. A station on the rotating Earth sees it after sunset. Its side is a mirror for directions that
-are symmetric about a normal of the side, so a glint occurs when the long axis is perpendicular to the direction midway
-between the Sun and the observer. The program finds the glints in the light curve, and compares their times with the
-zeros of this scalar product. The axis of the stage for the prediction follows from the closed form for symmetric
+The stage is a cylinder with 72 shiny facets, 10 m long, on a circular orbit 850 km high. It turns end over end in half
+a minute and rolls slowly. A station on the rotating Earth sees it after sunset. Its side is a mirror for directions
+that are symmetric about a normal of the side, so a glint occurs when the long axis is perpendicular to the direction
+midway between the Sun and the observer. The program finds the glints in the light curve, and compares their times with
+the zeros of this scalar product. The axis of the stage for the prediction follows from the closed form for symmetric
 bodies, a uniform rotation about the angular momentum, and not from the simulation.
 """
 
@@ -53,7 +53,9 @@ times = times[station.elevation_at(times) > station.minimum_elevation]
 system = pt.System(body, units={"time": "s", "inertia": "kg m2"})
 motion = pt.propagate(system, body.state(START, omega_body=RATE), np.append(0.0, times), dense=True)
 
-curve = LightCurve(surface, Phong(diffuse=0.1, specular=0.4, n=100), sun=sun, observer=station, kind="magnitude")
+curve = LightCurve(
+    surface, Phong(diffuse=0.1, specular=0.4, n=100), sun, station, kind="magnitude", astronomical_unit=1.495978707e11
+)
 seen = pt.observe(motion, curve, times=times)
 print(f"above 20 deg for {np.ptp(times):.0f} s, magnitudes {np.min(seen.values):.1f} to {np.max(seen.values):.1f}")
 
