@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.shapes.law_program import LawFormula
-from poinsot.shapes.reflected_light import BLOCK, Block, ReflectedLight
+from poinsot.shapes.reflected_light import Block, ReflectedLight
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import Number
 
@@ -42,7 +42,7 @@ class LightOfEllipsoid(ReflectedLight):
     @override
     def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
         rule, epochs = cast("Quadrature", self._rule), vectors.shape[1]
-        rows = max(1, min(epochs, BLOCK // rule.count))
+        rows = max(1, min(epochs, NODES_OF_BLOCK // rule.count))
         space = np.empty((buffers, rows * rule.count))
         for start in range(0, epochs, rows):
             part = slice(start, min(start + rows, epochs))
@@ -174,7 +174,7 @@ class BlockOfEllipsoid(Block):
     """Nodes of the quadrature over the lit and seen part of an ellipsoid at some epochs."""
 
     def __init__(self, epochs: slice, shape: Ellipsoid, rule: Quadrature, vectors: Array, stretch: Array) -> None:
-        self.epochs, self.counts = epochs, rule.count
+        self.epochs, self._count = epochs, rule.count
         to_sphere = shape.to_unit_sphere / stretch
         images = np.stack([to_sphere @ vectors[:3], to_sphere @ vectors[3:]])
         lengths = np.linalg.norm(images, axis=1)
@@ -206,6 +206,11 @@ class BlockOfEllipsoid(Block):
         areas *= volume * 0.5 * np.pi * size * cos_b * (half * weights)[..., None]
         self._areas, self._normals = areas.reshape(len(half), -1), normals.reshape(3, len(half), -1)
 
+    @property
+    @override
+    def counts(self) -> int:
+        return self._count
+
     @override
     def sums(self, values: Array | float, power: int) -> Array:
         weighted = self._areas * np.reshape(values, (-1, 1) if np.ndim(values) == 0 else self._areas.shape)
@@ -213,6 +218,9 @@ class BlockOfEllipsoid(Block):
             return np.asarray(np.sum(weighted, axis=1)[None])
         return np.asarray(np.einsum("ef,kef->ke", weighted, self._normals**power))
 
+
+NODES_OF_BLOCK = 16_384
+"""Number of nodes at all epochs of a block."""
 
 EDGE = 1e-9
 """Smallest half width of a lune, in radians; the light of a narrower one is below 1e-27."""

@@ -18,7 +18,7 @@ __all__ = ["BLOCK", "Block", "LightOfPlates", "Plates", "ReflectedLight"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 16_384
+BLOCK = 65_536
 """Number of facets at all epochs of a block, so that the buffers of a block stay in the cache."""
 
 
@@ -41,16 +41,18 @@ class Block(ABC):
     ----------
     epochs : slice
         Numbers of the epochs.
-    counts : int or array of int
-        Number of facets of each epoch.
     mu0, mu : array (n,)
         Cosines of incidence and emission of all facets of all epochs.
     """
 
     epochs: slice
-    counts: int | NDArray[np.int_]
     mu0: Array
     mu: Array
+
+    @property
+    @abstractmethod
+    def counts(self) -> int | NDArray[np.int_]:
+        """Number of facets of each epoch."""
 
     @abstractmethod
     def sums(self, values: Array | float, power: int) -> Array:
@@ -174,15 +176,21 @@ class BlockOfPlates(Block):
         self, epochs: slice, mu0: Array, mu: Array, dense: Array, chosen: Array, weights: Sequence[Array]
     ) -> None:
         self.epochs, self._dense, self._weights = epochs, dense, weights
-        active = np.minimum(mu0, mu, out=dense) > 0
-        self.counts, self._places = np.count_nonzero(active, axis=1), np.flatnonzero(active)
+        self._places = np.flatnonzero(np.minimum(mu0, mu, out=dense) > 0)
         self.mu0, self.mu = (
             np.take(x, self._places, out=out.reshape(-1)[: self._places.size], mode="clip")
             for x, out in zip((mu0, mu), chosen, strict=True)
         )
+        dense.fill(0.0)
+
+    @property
+    @override
+    def counts(self) -> NDArray[np.int_]:
+        rows, count = self._dense.shape
+        ends = np.searchsorted(self._places, np.arange(rows + 1) * count)
+        return np.asarray(np.diff(ends))
 
     @override
     def sums(self, values: Array | float, power: int) -> Array:
-        self._dense.fill(0.0)
         self._dense.reshape(-1)[self._places] = values
         return np.asarray((self._dense @ self._weights[power]).T)
