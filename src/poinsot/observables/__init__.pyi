@@ -14,6 +14,8 @@ from ..shapes.scattering import (
     ScatteringLaw,
 )
 from .direction_sensors import CoarseSunSensors, VectorSensor
+from .doppler import DopplerBandwidth, DopplerEdges
+from .ranging import Range, RangeRate
 from .readings import Readings
 from .star_tracker import Exclusion, StarTracker
 from .triaxial_sensors import Gyro, Magnetometer
@@ -22,6 +24,8 @@ __all__ = [
     "AshikhminShirley",
     "CoarseSunSensors",
     "CookTorrance",
+    "DopplerBandwidth",
+    "DopplerEdges",
     "Exclusion",
     "Gyro",
     "Hapke",
@@ -32,6 +36,8 @@ __all__ = [
     "Magnetometer",
     "Minnaert",
     "Phong",
+    "Range",
+    "RangeRate",
     "Readings",
     "Reflection",
     "ScatteringLaw",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from abc import abstractmethod
+from collections.abc import Iterable
 from math import factorial
 from typing import Any, Self
 
@@ -11,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot import functions
 from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
+from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.body import Body
 from poinsot.shapes import cubature
 from poinsot.shapes.geodesic import geodesic_sphere
@@ -51,6 +54,15 @@ class Solid(Shape):
     @abstractmethod
     def _own_body(self) -> Body:
         """Return the body about the centre, along the axes of symmetry."""
+
+    @abstractmethod
+    def _own_support(self, direction: Vector) -> Scalar:
+        """Return the support function for a vector along the axes of symmetry."""
+
+    @override
+    def support(self, direction: Iterable[Scalar]) -> Scalar:
+        w = tuple(direction)
+        return self._own_support(Vector(functions.dot(axis, w) for axis in self._axes.T))
 
     @abstractmethod
     def _own_rule(self, degree: int) -> tuple[Array, Array]:
@@ -113,6 +125,10 @@ class Ellipsoid(Solid):
     @override
     def circumscribing_radius(self) -> float:
         return float(self.semiaxes.max())
+
+    @override
+    def _own_support(self, direction: Vector) -> Scalar:
+        return functions.norm(Vector(a * x for a, x in zip(self.semiaxes, direction, strict=True)))
 
     @property
     @override
@@ -261,6 +277,11 @@ class Cylinder(Solid):
     @override
     def circumscribing_radius(self) -> float:
         return float(np.hypot(self.radius, self.height / 2))
+
+    @override
+    def _own_support(self, direction: Vector) -> Scalar:
+        x, y, z = direction
+        return self.radius * functions.norm((x, y)) + 0.5 * self.height * functions.abs(z)
 
     def _own_body(self) -> Body:
         return Body.from_cylinder(self.mass, self.radius, self.height)
