@@ -311,7 +311,7 @@ class Parametric(Immutable):
                 yield value
             elif isinstance(kind, tuple):
                 rows = value.reshape(*value.shape[: value.ndim - len(kind)], math.prod(kind))
-                yield from rows.T
+                yield from rows.T if rows.ndim < 3 else np.moveaxis(rows, -1, 0)
 
     def number_names(self) -> Iterator[tuple[str, tuple[int, str]]]:
         """Yield the name of each of `numbers`, and what is the same for one number of one record."""

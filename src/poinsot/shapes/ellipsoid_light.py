@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import cast
 
 import numpy as np
@@ -26,6 +26,8 @@ class LightOfEllipsoid(ReflectedLight):
     n dA = det L L^-T u dw. The lit and seen part is a lune between two great circles: with the angle gamma between the
     images s' = L^-1 s and e' = L^-1 e, its longitudes from the mean direction in the plane of s' and e' lie within
     (pi - gamma)/2. Integrands vanish at its edges, and so derivatives are integrals of derivatives.
+
+    The quadrature is chosen once, for the stretch and the numbers of the law of the first call.
     """
 
     def __init__(self, shape: Ellipsoid, formula: LawFormula, rule: Quadrature | None = None) -> None:
@@ -35,8 +37,7 @@ class LightOfEllipsoid(ReflectedLight):
     @override
     def entries(self, numbers: Sequence[int], *variables: Number) -> Mapping[int, Number]:
         if self._rule is None:
-            rule = _quadrature(self._shape, self.formula, [float(np.ravel(x)[0]) for x in variables[6:]])
-            return LightOfEllipsoid(self._shape, self.formula, rule).entries(numbers, *variables)
+            self._rule = _quadrature(self._shape, self.formula, [float(np.ravel(x)[0]) for x in variables[6:]])
         return super().entries(numbers, *variables)
 
     @override
@@ -115,25 +116,12 @@ KINK_TOLERANCE = 1e-5
 PHASES = (0.0, 0.3, 0.8, 1.4, 2.0, 2.4)
 """Phase angles at which rules are compared."""
 
-_quadratures: dict[Hashable, Quadrature] = {}
-
 
 def _quadrature(shape: Ellipsoid, formula: LawFormula, numbers: Sequence[float]) -> Quadrature:
-    """Return the rule of an ellipsoid and a law, chosen for the stretch, phase and numbers of the first call."""
-    key = shape, formula
-    if key not in _quadratures:
-        while len(_quadratures) >= MAX_QUADRATURES:
-            _quadratures.pop(next(iter(_quadratures)), None)
-        _quadratures[key] = _chosen_quadrature(shape, formula, numbers)
-    return _quadratures[key]
+    """Return the first rule that agrees with the rule before it, or the smallest one that nearly agrees.
 
-
-MAX_QUADRATURES = 64
-"""Largest number of quadratures that are stored."""
-
-
-def _chosen_quadrature(shape: Ellipsoid, formula: LawFormula, numbers: Sequence[float]) -> Quadrature:
-    """Return the first rule that agrees with the rule before it, or the smallest one that nearly agrees."""
+    The numbers are the stretch, the phase angle and numbers of the law.
+    """
     sun, observer, towards_sun, towards_observer = _sampled_directions()
     scalars: Sequence[Number] = *numbers[:3], np.array(PHASES), *numbers[4:]
     found: list[tuple[float, Quadrature]] = []
