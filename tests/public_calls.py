@@ -251,7 +251,7 @@ def light_calls():
         "sun_radius": 0.1,
         "occulters": [pt.forces.Occulter(CIRCLE, 0.1)],
     }
-    lit = {"mesh": mesh, "directions": (1.0, 0.2, 0.1)}
+    lit = {"mesh": mesh, "directions": (1.0, 0.2, 0.1), "to_observer": (0.3, 1.0, 0.1)}
     means = pt.analysis.yorp_coefficients(mesh, np.linspace(0, np.pi, 9))
     return {
         "DirectionalTorque": (pt.forces.DirectionalTorque, field),

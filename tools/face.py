@@ -43,8 +43,9 @@ SHARED = {
     "parts": "*.AttachedMass *.refuse_oblique",
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
-    "shapes": "brightness.* cubature.* daily_shadows.* ellipsoid_light.* law_program.* polyhedron.* "
-    "reflected_light.* scattering.* winding.* illumination.Lighting illumination.ray_hits",
+    "shapes": "boxes.* brightness.* clipping.* cubature.* daily_shadows.* ellipsoid_light.* geodesic.* law_program.* "
+    "polyhedron.* reflected_light.* scattering.* surface.* views.* visibility.ClearParts visibility.Slopes "
+    "shape.*_points visibility.clear_* winding.*",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
 

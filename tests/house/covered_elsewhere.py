@@ -101,6 +101,8 @@ COVERED_BY = {
     "shapes/mascons.py": "unit/shapes/test_shape.py",
     "shapes/polyhedron.py": "oracles/test_shapes.py",
     "shapes/reflected_light.py": "unit/shapes/test_brightness.py",
+    "shapes/surface.py": "unit/shapes/test_visibility.py",
+    "shapes/views.py": "unit/shapes/test_visibility.py",
     "shapes/winding.py": "unit/shapes/test_mesh.py",
     "storage/lease.py": "unit/storage/test_ensemble_store.py",
     "storage/reductions.py": "unit/storage/test_chunk_run.py",

@@ -16,6 +16,7 @@ import pytest
 import poinsot as pt
 from fuzzing import mutant
 from poinsot.files.attitudes import ck
+from public_calls import SPIN
 from tumbling import MOTION, NAMED
 from unit.files.bodies import test_fields
 from unit.files.orbits import test_oem, test_tle
@@ -65,6 +66,33 @@ def stl(binary):
     )
 
 
+def damit_shape():
+    rows = [" ".join(map(str, row)) for part in (BOX.vertices, BOX.faces + 1) for row in part]
+    return "\n".join([f"{len(BOX.vertices)} {len(BOX.faces)}", *rows]) + "\n"
+
+
+class Brightness(pt.Observable):
+    noise: float = 0.1
+
+    def reading(self, instant):
+        return instant.omega_body[0]
+
+
+NIGHTS = [
+    pt.observables.Readings(
+        Brightness(),
+        np.linspace(i, i + 0.2, 9),
+        np.linspace(12, 13, 9),
+        np.full(9, 0.01),
+        name=f"night {i}",
+        calendar=pt.Calendar("2012-10-10T00:00:00", "TDB", "d"),
+        attributes={"units": "mag"},
+    )
+    for i in range(3)
+]
+"""Light curves that the files of observations contain."""
+
+
 def kvn():
     return "CCSDS_OMM_VERS = 2.0\nCREATION_DATE = 2020-01-01T00:00:00\nORIGINATOR = IT\n" + "".join(
         f"{key} = {value}\n" for key, value in test_tle.MESSAGE.items()
@@ -89,6 +117,8 @@ TEXTS: dict[str, Any] = {
     "it.ply": ply,
     "it.stl": partial(stl, False),
     "plates.tab": plates,
+    "shape.txt": damit_shape,
+    "spin.txt": lambda: SPIN,
 }
 
 WRITERS: dict[str, Any] = {
@@ -99,6 +129,17 @@ WRITERS: dict[str, Any] = {
     "it.csv": partial(pt.files.write_quaternion_csv, **NAMED),
     "it.bc": partial(pt.files.write_ck, **NAMED),
 }
+
+
+OBSERVATIONS: dict[str, Any] = {
+    "readings.nc": partial(pt.files.write_readings, NIGHTS),
+    "readings.csv": partial(pt.files.write_readings_csv, NIGHTS[0]),
+    "alcdef.txt": partial(pt.files.write_alcdef, NIGHTS),
+}
+
+
+def observed(read, path):
+    return read(path, Brightness())
 
 
 def mesh(path):
@@ -128,13 +169,17 @@ READERS: dict[str, Any] = {
     **dict.fromkeys(("it.omm", "omm.json", "omm.csv"), partial(elements, pt.files.omm_orbit)),
     "it.toml": pt.files.read_scenario,
     **dict.fromkeys(("it.gfc", "field.tab"), field),
-    **dict.fromkeys(("it.obj", "it.ply", "it.stl", "binary.stl", "plates.tab"), mesh),
+    **dict.fromkeys(("it.obj", "it.ply", "it.stl", "binary.stl", "plates.tab", "shape.txt"), mesh),
+    "readings.nc": pt.files.read_readings,
+    "readings.csv": partial(observed, pt.files.read_readings_csv),
+    "alcdef.txt": partial(observed, pt.files.read_alcdef),
+    "spin.txt": pt.files.read_damit_spin,
 }
 """What reads each kind of file, by a name."""
 
 NUMBER = re.compile(rb"(?<![\w.:-])-?\d+(\.\d+)?(e[-+]?\d+)?(?![\w.:])")
 
-BINARY = ("it.nc", "it.bc", "binary.stl")
+BINARY = ("it.nc", "it.bc", "binary.stl", "readings.nc")
 
 
 @pytest.fixture(scope="module")
@@ -143,6 +188,8 @@ def good(tmp_path_factory):
     folder = tmp_path_factory.mktemp("good")
     for name, write in WRITERS.items():
         write(MOTION, folder / name)
+    for name, write in OBSERVATIONS.items():
+        write(folder / name)
     pt.save(MOTION, folder / "it.zarr")
     for name in ("it.apm", "apm.xml"):
         pt.files.write_apm(MOTION.system.body, MOTION.initial, folder / name, **NAMED)

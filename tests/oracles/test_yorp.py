@@ -8,8 +8,9 @@ import pytest
 
 import poinsot as pt
 from poinsot.shapes.daily_shadows import DailyShadows
-from poinsot.shapes.illumination import Lighting
-from unit.shapes.test_daily_shadows import rough
+from poinsot.shapes.surface import Surface
+from poinsot.shapes.visibility import clear_parts
+from unit.shapes.test_visibility import rough
 
 CASES = json.loads((Path(__file__).parent / "yorp_cases.json").read_text())["cases"]
 CONVEX, SHADED = CASES["yorp_convex"], CASES["self_shadowed_mesh"]
@@ -17,6 +18,12 @@ CONVEX, SHADED = CASES["yorp_convex"], CASES["self_shadowed_mesh"]
 
 def mesh_of(case):
     return pt.shapes.Mesh(case["vertices"], case["faces"], density=1.0)
+
+
+def clear_part(light, sun):
+    """Return the areas and the centroids of the illuminated parts."""
+    parts = clear_parts(light, [sun[None]])
+    return parts.areas[0], parts.centers[0]
 
 
 def emitted(light, areas, centers, sun):
@@ -27,12 +34,12 @@ def emitted(light, areas, centers, sun):
 @pytest.mark.parametrize("case", SHADED["cases"], ids=lambda case: str(case["sun"]))
 def test_shadows_of_an_angled_body(case):
     mesh, sun = mesh_of(SHADED), np.array(case["sun"])
-    light, bound = Lighting(mesh), 20 * SHADED["estimated_error_of_reference"]
+    light, bound = Surface(mesh), 20 * SHADED["estimated_error_of_reference"]
     lit = pt.shapes.illuminated_faces(mesh, sun)
     assert list(lit) == case["facet_lit_by_centroid"]
     whole = emitted(light, light.areas * lit, light.centers, sun)
     assert np.max(np.abs(whole - case["torque_by_centroid"])) < bound
-    areas, centers = light.illuminated_parts(sun)
+    areas, centers = clear_part(light, sun)
     assert np.array_equal(pt.shapes.illuminated_areas(mesh, sun), areas)
     assert np.max(np.abs(areas - case["lit_areas_exact"])) < bound
     assert np.max(np.abs(emitted(light, areas, centers, sun) - case["torque_exact"])) < bound
@@ -56,12 +63,12 @@ def test_convex_meshes_have_the_same_means_with_shadows():
 
 def test_absorbed_light_has_no_mean():
     """Light from opposite sides finds the same outline, and its torques cancel."""
-    light = Lighting(mesh_of(SHADED))
+    light = Surface(mesh_of(SHADED))
     for direction in np.random.default_rng(3).normal(size=(5, 3)):
         sun = direction / np.linalg.norm(direction)
         torques = []
         for u in (sun, -sun):
-            areas, centers = light.illuminated_parts(u)
+            areas, centers = clear_part(light, u)
             torques.append(-np.cross((areas * (light.normals @ u)) @ centers, u))
         assert np.max(np.abs(torques)) > 0.01
         assert np.max(np.abs(np.sum(torques, axis=0))) < 1e-14
@@ -69,7 +76,7 @@ def test_absorbed_light_has_no_mean():
 
 def sampled_means(mesh, obliquity, filtered, phases=1024, longitudes=128):
     """Spin and obliquity components by the light on each face in time, filtered harmonic by harmonic."""
-    light = Lighting(mesh)
+    light = Surface(mesh)
     turns = -2 / 3 * light.areas[:, None] * np.cross(light.centers, light.normals)
     angles = 2 * np.pi * np.arange(phases) / phases
     total = np.zeros(3)
@@ -145,7 +152,7 @@ def test_the_error_contains_the_difference_from_many_latitudes():
         mesh, obliquity = rough(seed, 12), np.random.default_rng(seed).uniform(0, np.pi)
         found = pt.analysis.yorp_coefficients(mesh, [obliquity])
         bare = pt.analysis.yorp_coefficients(mesh, [obliquity], shadows=False)
-        light = Lighting(mesh)
+        light = Surface(mesh)
         torques = -2 / 3 * light.areas[:, None] * np.cross(light.centers, light.normals)
         sines = np.sin(obliquity) * np.sin(longitudes)
         order = np.argsort(sines)

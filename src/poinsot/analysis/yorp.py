@@ -16,8 +16,8 @@ from poinsot.errors import real_array, real_numbers, refuse_negative, refuse_non
 from poinsot.forces.directional_torque import DirectionalTorque
 from poinsot.quantities import Angles, Array
 from poinsot.shapes.daily_shadows import DailyShadows
-from poinsot.shapes.illumination import Lighting
 from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.surface import Surface
 
 __all__ = ["YorpCoefficients", "yorp_coefficients"]
 
@@ -194,7 +194,7 @@ def yorp_coefficients(
     if isinstance(surface, DirectionalTorque):
         spin, tilt = _means_of(lambda u: np.stack(surface.torque(u.T), axis=-1), surface.degree + 1, turned, angles)
         return YorpCoefficients(angles, spin, tilt.real, -tilt.imag, np.zeros_like(spin))
-    light = Lighting(surface)
+    light = Surface(surface)
     turns = -2 / 3 * light.areas[:, None] * (np.cross(light.centers, light.normals) @ turned.T)
     spin, tilt = _means_of_convex(light, turns, turned, angles)
     error = np.zeros_like(spin)
@@ -237,7 +237,7 @@ def _means_of(
 
 
 def _lost_to_shadows(
-    light: Lighting, turns: Array, turned: Array, obliquities: Array
+    light: Surface, turns: Array, turned: Array, obliquities: Array
 ) -> tuple[Array, NDArray[np.complex128], Array]:
     """Return the means of the torques that faces in shadow lose, and the estimated error.
 
@@ -272,7 +272,7 @@ def _lost_to_shadows(
 
 
 def _means_of_convex(
-    light: Lighting, t: Array, turned: Array, obliquities: Array
+    light: Surface, t: Array, turned: Array, obliquities: Array
 ) -> tuple[Array, NDArray[np.complex128]]:
     """Return the means of the torque without shadows, by the mean light on each face and its first harmonic."""
     n = light.normals @ turned.T

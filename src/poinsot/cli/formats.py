@@ -232,6 +232,7 @@ def _kind_of(file: Path, head: bytes) -> str:
 
 TEXTS = {
     "alcdef": re.compile(rb"(#[^\n]*\n|\s)*STARTMETADATA"),
+    "damit shape": re.compile(rb"\s*\d+[ \t]+\d+[ \t\r]*\n\s*(?:[-+.\deE]+[ \t]+){2}[-+.\deE]+[ \t\r]*\n"),
     "damit spin": re.compile(rb"\s*(?:[-+.\d]+[ \t]+){2}[-+.\d]+[ \t\r]*\n[ \t]*\d{7}[.\d]*[ \t]+[-+.\d]+\s"),
     "readings": re.compile(rb"# (readings|observable): "),
 }
@@ -502,7 +503,7 @@ def _of_kernel(file: Path) -> Lines:
 OF_OTHERS: dict[str, Callable[[Path], Lines]] = {
     **{".apm": _of_apm, ".oem": _of_oem, ".omm": _of_omm, ".tle": _of_omm},
     **{"alcdef": _of_alcdef, "damit spin": _of_damit_spin, "readings": _of_csv},
-    **dict.fromkeys((".obj", ".ply", ".stl", ".txt"), _of_mesh),
+    **dict.fromkeys((".obj", ".ply", ".stl", "damit shape"), _of_mesh),
     **dict.fromkeys((".gfc", ".sha"), _of_field),
     **dict.fromkeys((".bsp", ".tsc", ".tf", ".tls", ".tpc", ".tm"), _of_kernel),
 }

@@ -15,8 +15,9 @@ from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.gravity_field import norms, whole_degree
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import NotNegative, Parametric
-from poinsot.shapes.illumination import Lighting
 from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.surface import Surface
+from poinsot.shapes.visibility import clear_faces
 
 __all__ = ["DirectionalTorque", "stream_torques"]
 
@@ -157,7 +158,7 @@ class DirectionalTorque(Parametric):
         degree = whole_degree(degree)
         if not 0 <= degree <= MAX_DEGREE:
             raise ValueError(f"degree must be from 0 to {MAX_DEGREE}, got {degree}.")
-        light = Lighting(mesh)
+        light = Surface(mesh)
         directions, weights = sphere_nodes(2 * (degree + 1))
         torques = stream_torques(light, directions, shadows, *shares)
         coefficients = (weights[:, None] * torques).T @ _harmonics(degree, directions)
@@ -169,7 +170,7 @@ class DirectionalTorque(Parametric):
 
 
 def stream_torques(
-    light: Lighting, directions: Array, shadows: bool, along: float, diffuse: float, specular: float
+    light: Surface, directions: Array, shadows: bool, along: float, diffuse: float, specular: float
 ) -> Array:
     """Return the torques (n, 3) of unit pressure from unit vectors (n, 3), by sums over all faces.
 
@@ -183,7 +184,7 @@ def stream_torques(
     for start in range(0, len(directions), rows):
         u = directions[start : start + rows]
         cosines = u @ light.normals.T
-        caught = light.areas * cosines * light.illuminated(u, shadows)
+        caught = light.areas * cosines * clear_faces(light, [u], shadows=shadows)
         pushed = along * np.cross(caught @ light.centers, u)
         torques[start : start + rows] = -pushed - (2 / 3 * diffuse * caught + 2 * specular * caught * cosines) @ turns
     return torques

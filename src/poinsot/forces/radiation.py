@@ -73,7 +73,8 @@ class Occulter(Parametric):
     def covers(self, instant: Instant, target: Orbit) -> Any:
         """Return the condition that this sphere covers the centre of a farther attractor as seen from the body."""
         angle = functions.angle_between(instant.direction(self.orbit), instant.direction(target))
-        return functions.less(angle, functions.asin(self.radius * instant.inverse_distance(self.orbit)))
+        sine = functions.minimum(self.radius * instant.inverse_distance(self.orbit), 1.0)
+        return functions.less(angle, functions.asin(sine))
 
     @of_scalars
     def sunlight(self, instant: Instant, sun: Orbit, sun_radius: Scalar) -> Scalar:

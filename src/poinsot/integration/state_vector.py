@@ -229,7 +229,7 @@ class StateVector:
         each = zip(self.ratios, self.scales(self.scale), strict=True)
         rigid = [own if place >= 3 else 1.0 for _, own in each for place in self.formulation.tangent]
         parts = [self.scale if x is None else x for own in self.parts.values() for x in own]
-        return np.stack(np.broadcast_arrays(*map(np.asarray, (*rigid, *parts))), axis=-1)
+        return quat.assemble((*rigid, *parts))
 
     _member_axes: ClassVar[Mapping[str, int]] = {"scale": 0, "parts": 0, "orbits": 0, "ratios": 0, "torque_scale": 0}
 

@@ -14,6 +14,9 @@ from ..shapes.scattering import (
     ScatteringLaw,
 )
 from .direction_sensors import CoarseSunSensors, VectorSensor
+from .doppler import DopplerBandwidth, DopplerEdges
+from .light_curve import LightCurve
+from .ranging import Range, RangeRate
 from .readings import Readings
 from .star_tracker import Exclusion, StarTracker
 from .triaxial_sensors import Gyro, Magnetometer
@@ -22,16 +25,21 @@ __all__ = [
     "AshikhminShirley",
     "CoarseSunSensors",
     "CookTorrance",
+    "DopplerBandwidth",
+    "DopplerEdges",
     "Exclusion",
     "Gyro",
     "Hapke",
     "Lambert",
     "LambertLommelSeeliger",
+    "LightCurve",
     "LommelSeeliger",
     "LunarLambert",
     "Magnetometer",
     "Minnaert",
     "Phong",
+    "Range",
+    "RangeRate",
     "Readings",
     "Reflection",
     "ScatteringLaw",

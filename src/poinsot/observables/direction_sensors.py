@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from dataclasses import KW_ONLY
-from typing import Annotated, Any, ClassVar, cast
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,11 @@ from poinsot.errors import array_of, member_array, refuse_negative, refuse_other
 from poinsot.forces.magnetic_fields import MagneticField
 from poinsot.forces.radiation import SUN_RADIUS, Occulter, visible_fraction
 from poinsot.functions import Scalar, Vector
-from poinsot.mechanics.environment import Dated, Orbit
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.noise import random_turn
 from poinsot.mechanics.observable import Observable
 from poinsot.orbits.fixed import FixedPosition
-from poinsot.printable import described
 from poinsot.quantities import OR_NUMBER, Along, Angle, BodyVector, Rule
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import ArrayLength, BodyDirection, HalfTurn, NotNegative, Positive
@@ -77,7 +76,7 @@ class VectorSensor(Observable):
     """
 
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z")
-    target: Dated
+    target: Orbit | MagneticField
     _: KW_ONLY
     boresight: BodyDirection = (0.0, 0.0, 1.0)
     field_of_view: HalfTurn = np.pi
@@ -91,10 +90,6 @@ class VectorSensor(Observable):
             refuse_zero("target", direction, "It is a direction.")
             far = STAR_DISTANCE / np.linalg.norm(direction, axis=-1, keepdims=True)
             object.__setattr__(self, "target", FixedPosition(1.0, position=-direction * far))
-        if not isinstance(self.target, Orbit | MagneticField):
-            raise TypeError(
-                f"target must be an Orbit, a MagneticField or a direction (3,) in space, got {described(self.target)}."
-            )
         super().__post_init__()
         if self.occulters and isinstance(self.target, MagneticField):
             raise ValueError(f"occulters must be none for a magnetic field, got {len(self.occulters)}.")
@@ -105,7 +100,7 @@ class VectorSensor(Observable):
         if isinstance(self.target, MagneticField):
             field = self.target.in_body(instant)
             return field / functions.norm(field)
-        return Vector(instant.attitude.to_body(-instant.direction(cast("Orbit", self.target))))
+        return Vector(instant.attitude.to_body(-instant.direction(self.target)))
 
     @override
     def reading(self, instant: Instant) -> Vector:
@@ -124,8 +119,8 @@ class VectorSensor(Observable):
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:
         angle = functions.angle_between(Vector(self.boresight), self.direction(instant))
         own = {"outside the field of view": functions.less(self.field_of_view, angle)}
-        if self.occulters:
-            covers = [occulter.covers(instant, cast("Orbit", self.target)) for occulter in self.occulters]
+        if self.occulters and isinstance(self.target, Orbit):
+            covers = [occulter.covers(instant, self.target) for occulter in self.occulters]
             own["eclipsed"] = functools.reduce(lambda some, one: functions.where(some, True, one), covers)
         return {**super().validity(instant), **own}
 

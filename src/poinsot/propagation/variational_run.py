@@ -149,8 +149,7 @@ class VariationalRun:
         check_bodies(system, state)
         problem, members = Problem(system), common_members(system, state)
         states = broadcast_members(state, members or (1,))
-        chart = equations.state_vector(problem, states, chosen, "double")
-        chart = chart if members else members_of(chart, 0)
+        chart = equations.state_vector(problem, states if members else state, chosen, "double")
         return cls(problem, states, t, settings, chart, bool(members), derivatives)
 
     @property

@@ -3,8 +3,8 @@
 A field is declared by its annotation: `float` (a scalar), `Vector` (three components), `Annotated[Any, (5, 5)]` (any
 other shape; a length may be the name of an `int` field or of an `ArrayLength`), a quantity (`Angle`, `AngularVelocity`,
 `Time`, or `Annotated[Vector, Quantity("rate")]`), another record, several (`tuple[Orbit, ...]`), or structure (`int`,
-`bool`, `str`, a `Table`), which selects a formula and is no number to vary. Every real number may carry a leading
-member axis.
+`bool`, `str`, a `Table`, a shape), which selects a formula and is no number to vary. Records, tables and shapes may be
+alternatives (`Orbit | MagneticField`). Every real number may carry a leading member axis.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import UnionType
 from typing import Annotated, Any, ClassVar, Protocol, Self, dataclass_transform, get_args, get_origin
 
 import numpy as np
@@ -66,6 +67,7 @@ __all__ = [
     "Positive",
     "QuarterTurn",
     "SpaceDirection",
+    "Structural",
     "Table",
     "Vector",
     "kinds_of",
@@ -96,8 +98,12 @@ Matrix = Annotated[ArrayLike, ("n", "n")]
 """Annotations of arguments that are arrays of two axes."""
 
 
-class Table(Immutable):
-    """Base of data that no formula sees as a whole, such as an ephemeris; two of them are equal if they are one."""
+class Structural(Immutable):
+    """Base of values of fields that select a formula and are no numbers to vary; two are equal if they are one."""
+
+
+class Table(Structural):
+    """Base of data that no formula sees as a whole, such as an ephemeris."""
 
     title: ClassVar[str]
     """The name of the table in an error message."""
@@ -305,7 +311,7 @@ class Parametric(Immutable):
                 yield value
             elif isinstance(kind, tuple):
                 rows = value.reshape(*value.shape[: value.ndim - len(kind)], math.prod(kind))
-                yield from rows.T
+                yield from rows.T if rows.ndim < 3 else np.moveaxis(rows, -1, 0)
 
     def number_names(self) -> Iterator[tuple[str, tuple[int, str]]]:
         """Yield the name of each of `numbers`, and what is the same for one number of one record."""
@@ -440,8 +446,15 @@ def _fields_with_records(cls: Any) -> list[str]:
     return [
         name
         for name, kind in kinds_of(cls).items()
-        if isinstance(kind, Several) or (isinstance(kind, type) and issubclass(kind, Parametric))
+        if isinstance(kind, Several) or any(issubclass(one, Parametric) for one in _classes(kind))
     ]
+
+
+def _classes(kind: Any) -> tuple[type, ...]:
+    """Return the classes of records, tables and shapes that a field may have: one class, or alternatives."""
+    alternatives = get_args(kind) if isinstance(kind, UnionType) else (kind,)
+    known = all(isinstance(one, type) and issubclass(one, Parametric | Structural) for one in alternatives)
+    return alternatives if known else ()
 
 
 def _kind(cls: type, name: str, hint: Any) -> Any:
@@ -449,8 +462,9 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
     shape = next((extra for extra in extras_of(hint) if isinstance(extra, tuple)), None)
     if shape is not None or hint is float or quantity_of(hint):
         return shape or ()
-    if hint in (int, bool, str) or (isinstance(hint, type) and issubclass(hint, Parametric | Table)):
-        return hint
+    kinds = (hint, *get_args(hint)) if get_origin(hint) is Annotated else (hint,)  # class of the value that is stored
+    if kind := next((x for x in kinds if x in (int, bool, str) or _classes(x)), None):
+        return kind
     several = get_args(hint) if get_origin(hint) is tuple else ()
     if len(several) == 2 and several[1] is ... and issubclass(several[0], Parametric):
         return Several(several[0])
@@ -460,7 +474,7 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
     )
 
 
-def _check_kind(name: str, value: Any, kind: type) -> None:
+def _check_kind(name: str, value: Any, kind: type | UnionType) -> None:
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         raise TypeError(f"{name} must be {_article(kind)}, got {described(value)}.")
     if isinstance(value, int) and abs(value) >= 2**63:
@@ -477,7 +491,9 @@ def _take(scalars: Iterator[Scalar], shape: tuple[int, ...]) -> Any:
     return taken
 
 
-def _article(kind: type) -> str:
+def _article(kind: Any) -> str:
+    if isinstance(kind, UnionType):
+        return " or ".join(map(_article, get_args(kind)))
     return f"{'an' if kind.__name__[0] in 'AEIOaeio' else 'a'} {kind.__name__}"
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot import functions
 from poinsot.checked import checked
+from poinsot.functions import Scalar
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.printable import described
 from poinsot.shapes.shape import Shape
@@ -70,6 +73,12 @@ class Assembly(Shape):
         """
         center = self.center_of_mass
         return max(float(np.linalg.norm(p.center_of_mass - center)) + p.circumscribing_radius for p in self.parts)
+
+    @override
+    def support(self, direction: Iterable[Scalar]) -> Scalar:
+        w, center = tuple(direction), self.center_of_mass
+        each = (part.support(w) + functions.dot(part.center_of_mass - center, w) for part in self.parts)
+        return functools.reduce(functions.maximum, each)
 
     def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
         return np.asarray(sum(part._multipoles(degree, origin, radius) for part in self.parts))

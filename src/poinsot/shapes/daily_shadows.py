@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.shapes.illumination import Lighting
+from poinsot.shapes.surface import Surface
 
 __all__ = ["DailyShadows"]
 
@@ -21,7 +22,7 @@ CUT = np.sqrt(2.0)
 """Angle from the first axis to the meridian at which rotation phases begin; no regular mesh has edges there."""
 
 MAX_PAIRS = 4_000_000
-"""Largest number of pairs of an arc and a latitude of the Sun in one block."""
+"""Largest number of pairs of an arc and a latitude of the Sun, or of a face and a corner, in one block."""
 
 
 class _Outlines(NamedTuple):
@@ -56,12 +57,12 @@ class DailyShadows:
     the Sun enters an outline as often as it leaves it. Rounding shifts a crossing but neither adds nor removes one.
     """
 
-    def __init__(self, light: Lighting, axes: Array, torques: Array) -> None:
+    def __init__(self, light: Surface, axes: Array, torques: Array) -> None:
         """Rotate the mesh and find the outlines.
 
         Parameters
         ----------
-        light : Lighting
+        light : Surface
         axes : array (3, 3)
             Rotation matrix, whose third row is the rotation axis.
         torques : array (faces, 3)
@@ -78,7 +79,7 @@ class DailyShadows:
         pairs, edges = np.unique(np.sort(directed, axis=-1).reshape(-1, 2), axis=0, return_inverse=True)
         self._pairs, self._edges = pairs, edges.reshape(-1, 3)
         self._directions = np.where(directed[..., 0] < directed[..., 1], 1, -1)
-        self._outlines = [self._outlined(face, other) for face, other in light.hidden() if len(face)]
+        self._outlines = [self._outlined(face, other) for face, other in _hiding(light) if len(face)]
 
     def torques(self, sines: Array) -> tuple[Array, Complex]:
         """Return the lost torques along the axis, and across it times exp(-i phase of the Sun).
@@ -149,6 +150,22 @@ class DailyShadows:
         (mean, real), (day, day_real) = odd(x), odd(half)
         first = real + 2 * days * day_real + 1j * (q * np.cos(x) - p * np.sin(x) ** 2 / 2)
         return mean + 2 * days * day, first * np.exp(-1j * self._noons[face])
+
+
+def _hiding(surface: Surface) -> Iterator[tuple[Integers, Integers]]:
+    """Yield pairs of faces, of which the second has a corner above the first and looks away from its centroid.
+
+    A ray that leaves the body meets such a face last, wherever else it entered.
+    """
+    offsets = np.einsum("fi,fi->f", surface.normals, surface.centers)
+    rows = max(1, MAX_PAIRS // (3 * len(surface.areas)))
+    for start in range(0, len(surface.areas), rows):
+        part = slice(start, start + rows)
+        heights = np.einsum("ai,fki->afk", surface.normals[part], surface.corners) - offsets[part, None, None]
+        above = (heights > surface.low).any(axis=2)
+        behind = surface.centers[part] @ surface.normals.T < offsets
+        first, second = np.nonzero(above & behind)
+        yield first + start, second
 
 
 def _eastwards(starts: Array, ends: Array) -> Integers:

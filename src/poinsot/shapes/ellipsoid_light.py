@@ -60,13 +60,13 @@ class Quadrature:
     weights : array (n,)
         Weights, of sum 2.
     halves : bool
-        True to divide the longitudes where the cosines of incidence and emission are equal; laws with a kink there
-        are analytic in both parts.
+        True to divide the longitudes where the cosines of incidence and emission are equal, and the latitudes where the
+        normal lies in the plane of both directions: laws with kinks there are smooth in all parts.
     """
 
     def __init__(self, after: Array, before: Array, weights: Array, halves: bool) -> None:
         self.after, self.before, self.weights, self.halves = after, before, weights, halves
-        self.count = len(weights) ** 2 * (1 + halves)
+        self.count = (len(weights) * (1 + halves)) ** 2
 
     @staticmethod
     def gauss(count: int, halves: bool = False) -> Quadrature:
@@ -83,14 +83,15 @@ class Quadrature:
         weights = 0.5 * np.pi * np.cosh(t) * before * after * (t[1] - t[0])
         return Quadrature(after, before, weights, halves)
 
-    def longitudes(self, split: Array) -> tuple[Array, Array, Array]:
-        """Return 1 + x, 1 - x and weights (epochs, nodes), divided at 1 + x = split (epochs,)."""
+    def nodes(self, split: Array) -> tuple[Array, Array, Array]:
+        """Return 1 + x, 1 - x and weights, divided at 1 + x = split; the axis of nodes is last."""
+        split = split[..., None]
         if not self.halves:
-            return self.after[None], self.before[None], self.weights[None]
-        split = split[:, None]
+            whole = np.ones_like(split)
+            return whole * self.after, whole * self.before, whole * self.weights
         low, high = 0.5 * split * self.after, 0.5 * (2 - split) * self.before
-        after, before = (np.concatenate(x, axis=1) for x in ((low, 2 - high), (2 - low, high)))
-        weights = 0.5 * np.concatenate([split * self.weights, (2 - split) * self.weights], axis=1)
+        after, before = (np.concatenate(x, axis=-1) for x in ((low, 2 - high), (2 - low, high)))
+        weights = 0.5 * np.concatenate([split * self.weights, (2 - split) * self.weights], axis=-1)
         return after, before, weights
 
 
@@ -106,7 +107,10 @@ QUADRATURES: tuple[tuple[Callable[[int, bool], Quadrature], bool, tuple[int, ...
 """Rules in the order in which they are tried, and numbers of nodes."""
 
 QUADRATURE_TOLERANCE = 1e-10
-"""Relative difference of two rules below which the one with more nodes is accepted."""
+"""Relative difference of two rules below which the rule with more nodes is accepted."""
+
+KINK_TOLERANCE = 1e-5
+"""Relative difference that is accepted for laws with kinks inside the lit part, such as masking and roughness."""
 
 PHASES = (0.0, 0.3, 0.8, 1.4, 2.0, 2.4)
 """Phase angles at which rules are compared."""
@@ -115,11 +119,7 @@ _quadratures: dict[Hashable, Quadrature] = {}
 
 
 def _quadrature(shape: Ellipsoid, formula: LawFormula, numbers: Sequence[float]) -> Quadrature:
-    """Return the rule of an ellipsoid and a law: the first one that agrees with the next smaller one.
-
-    It is chosen once for the stretch, phase and numbers of the first call. If no rule agrees, the law has kinks inside
-    the lit part, and the rule with the smallest difference is taken.
-    """
+    """Return the rule of an ellipsoid and a law, chosen for the stretch, phase and numbers of the first call."""
     key = shape, formula
     if key not in _quadratures:
         while len(_quadratures) >= MAX_QUADRATURES:
@@ -133,25 +133,35 @@ MAX_QUADRATURES = 64
 
 
 def _chosen_quadrature(shape: Ellipsoid, formula: LawFormula, numbers: Sequence[float]) -> Quadrature:
-    directions = np.random.default_rng(0).normal(size=(2, 3, len(PHASES)))
-    sun, across = directions / np.linalg.norm(directions, axis=1)[:, None]
-    across -= np.sum(sun * across, axis=0) * sun
-    across /= np.linalg.norm(across, axis=0)
-    observer = np.cos(PHASES) * sun + np.sin(PHASES) * across
+    """Return the first rule that agrees with the rule before it, or the smallest one that nearly agrees."""
+    sun, observer, towards_sun, towards_observer = _sampled_directions()
     scalars: Sequence[Number] = *numbers[:3], np.array(PHASES), *numbers[4:]
     found: list[tuple[float, Quadrature]] = []
     for make, halves, counts in QUADRATURES:
         last = None
         for count in counts:
             rule = make(count, halves)
-            entries = LightOfEllipsoid(shape, formula, rule).entries(range(10), *sun, *observer, *scalars)
-            values = np.stack([entries[k] for k in range(10)])
+            entries = LightOfEllipsoid(shape, formula, rule).entries(range(11), *sun, *observer, *scalars)
+            values = np.stack([entries[k] for k in range(11)])
+            values[1:4] -= values[10] * towards_observer
+            values[4:7] -= values[10] * towards_sun
             if last is not None:
                 found.append((_difference(values, last), rule))
                 if found[-1][0] < QUADRATURE_TOLERANCE:
                     return rule
             last = values
-    return min(found, key=lambda pair: pair[0])[1]
+    nearly = [rule for error, rule in found if error < KINK_TOLERANCE]
+    return min(nearly, key=lambda rule: rule.count) if nearly else min(found, key=lambda each: each[0])[1]
+
+
+def _sampled_directions() -> tuple[Array, Array, Array, Array]:
+    """Return unit vectors (3, n) to Sun and observer, and the unit tangents from one to the other, at both of them."""
+    sun, across = np.random.default_rng(0).normal(size=(2, 3, len(PHASES)))
+    sun /= np.linalg.norm(sun, axis=0)
+    across = np.cross(np.cross(sun, across, axis=0), sun, axis=0)
+    across /= np.linalg.norm(across, axis=0)
+    cosines, sines = np.cos(PHASES), np.sin(PHASES)
+    return sun, cosines * sun + sines * across, sines * sun - cosines * across, across
 
 
 def _difference(values: Array, others: Array) -> float:
@@ -167,29 +177,35 @@ class BlockOfEllipsoid(Block):
         self.epochs, self.counts = epochs, rule.count
         to_sphere = shape.to_unit_sphere / stretch
         images = np.stack([to_sphere @ vectors[:3], to_sphere @ vectors[3:]])
-        lengths = np.linalg.norm(images, axis=1)[..., None, None]
-        sun, observer = images / lengths[..., 0, 0][:, None]
+        lengths = np.linalg.norm(images, axis=1)
+        sun, observer = images / lengths[:, None]
         together, apart = sun + observer, sun - observer
         cosine, sine = (0.5 * np.linalg.norm(x, axis=0) for x in (together, apart))
-        x_axis, y_axis = _unit(together, sun), _unit(apart, _perpendicular(sun))
+        x_axis = _unit(together, sun)
+        across_x = apart - x_axis * np.sum(x_axis * apart, axis=0)  # differs from `apart` at a phase of rounding
+        y_axis = _unit(across_x, _perpendicular(x_axis))
         axes = np.stack([x_axis, y_axis, np.cross(x_axis, y_axis, axis=0)])
-        half = np.maximum(np.arctan2(cosine, sine), EDGE)[:, None]
+        half = np.maximum(np.arctan2(cosine, sine), EDGE)
         ratio = (lengths[1] - lengths[0]) / (lengths[1] + lengths[0])
-        split = 1 + np.arctan(np.tan(half) * ratio[:, 0]) / half
-        after, before, weights = rule.longitudes(split[:, 0])
-        longitude = half * (after - 1)
-        nearest, latitude = np.minimum(rule.after, rule.before), 0.5 * np.pi * (rule.after - 1)
-        cos_b, sin_b = np.sin(0.5 * np.pi * nearest)[:, None], np.sin(latitude)[:, None]
-        along, across = np.cos(longitude)[:, None], np.sin(longitude)[:, None]
+        after, before, weights = rule.nodes(1 + np.arctan(np.tan(half) * ratio) / half)
+        half = half[:, None]
+        along, across = np.cos(half * (after - 1)), np.sin(half * (after - 1))
+        pole = np.einsum("kje,je->ke", axes, to_sphere @ np.cross(vectors[:3], vectors[3:], axis=0))[..., None]
+        coplanar = np.arctan2(-(along * pole[0] + across * pole[1]), np.maximum(pole[2], EDGE))
+        latitude, below, areas = rule.nodes(1 + 2 / np.pi * coplanar)
+        cos_b, sin_b = np.sin(0.5 * np.pi * np.minimum(latitude, below)), np.sin(0.5 * np.pi * (latitude - 1))
         images = np.einsum("ji,kje->ike", to_sphere, axes)[..., None, None]
+        along, across = along[..., None], across[..., None]
         normals = cos_b * (along * images[:, 0] + across * images[:, 1]) + sin_b * images[:, 2]
         size = np.sqrt(np.sum(normals * normals, axis=0))
         normals /= size
         shared = cos_b / size
-        self.mu0 = (lengths[0] * shared * np.sin(half * after)[:, None]).ravel()
-        self.mu = (lengths[1] * shared * np.sin(half * before)[:, None]).ravel()
+        self.mu0, self.mu = (
+            (length[:, None, None] * shared * np.sin(half * edge)[..., None]).ravel()
+            for length, edge in zip(lengths, (after, before), strict=True)
+        )
         volume = float(np.prod(shape.semiaxes) * np.prod(stretch))
-        areas = volume * size * cos_b * (0.5 * np.pi * rule.weights[:, None]) * (half * weights)[:, None]
+        areas *= volume * 0.5 * np.pi * size * cos_b * (half * weights)[..., None]
         self._areas, self._normals = areas.reshape(len(half), -1), normals.reshape(3, len(half), -1)
 
     @override

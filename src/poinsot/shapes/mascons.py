@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import override
 
 from poinsot.errors import real_array, refuse_nonpositive
+from poinsot.functions import Scalar
+from poinsot.immutable import cached_property
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.shapes.cubature import gravity_of_points, multipoles
-from poinsot.shapes.shape import Shape, ShapePoints
+from poinsot.shapes.shape import Shape, ShapePoints, extreme_points, support_of_points
 
 __all__ = ["Mascons"]
 
@@ -61,6 +65,15 @@ class Mascons(Shape):
     @override
     def circumscribing_radius(self) -> float:
         return float(np.linalg.norm(self.positions - self.center_of_mass, axis=-1).max())
+
+    @override
+    def support(self, direction: Iterable[Scalar]) -> Scalar:
+        return support_of_points(self._extremes, tuple(direction))
+
+    @cached_property
+    def _extremes(self) -> Array:
+        """Points on the convex hull from the centre of mass."""
+        return extreme_points(self.positions - self.center_of_mass)
 
     def _multipoles(self, degree: int, origin: Array, radius: float) -> NDArray[np.complex128]:
         return multipoles(self.masses, (self.positions - origin) / radius, degree)

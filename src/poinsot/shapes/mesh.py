@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.errors import array_of, real_array, refuse_nonpositive
+from poinsot.functions import Scalar
+from poinsot.immutable import cached_property
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.records.parameters import Points
 from poinsot.shapes import polyhedron
-from poinsot.shapes.shape import Shape, ShapePoints, mass_of
+from poinsot.shapes.shape import Shape, ShapePoints, extreme_points, mass_of, support_of_points
 from poinsot.shapes.winding import FLAT_TOLERANCE, check_closed, check_outwards, repaired
 
 __all__ = ["Mesh"]
@@ -102,6 +105,15 @@ class Mesh(Shape):
     def circumscribing_radius(self) -> float:
         used = self.vertices[np.unique(self.faces)]
         return float(np.linalg.norm(used - self._center, axis=-1).max())
+
+    @cached_property
+    def _extremes(self) -> Array:
+        """Vertices of the convex hull from the centre of mass."""
+        return extreme_points(self.vertices[np.unique(self.faces)] - self._center)
+
+    @override
+    def support(self, direction: Iterable[Scalar]) -> Scalar:
+        return support_of_points(self._extremes, tuple(direction))
 
     @property
     def face_areas(self) -> Array:

@@ -86,10 +86,11 @@ class ReflectedLight(Primitive):
         others = [x.ravel() if np.ndim(own) else own for x, own in zip(arrays[6:], variables[6:], strict=True)]
         stretch, scalars = others[:3], others[3:]
         found = {k: np.empty(vectors.shape[1]) for k in numbers}
-        for epochs, factors in _groups(stretch, vectors.shape[1]):
-            chosen = [x[epochs] if isinstance(x, np.ndarray) and x.ndim else x for x in scalars]
-            for k, values in self._summed(numbers, vectors[:, epochs], factors, chosen).items():
-                found[k][epochs] = values
+        with np.errstate(all="ignore"):
+            for epochs, factors in _groups(stretch, vectors.shape[1]):
+                chosen = [x[epochs] if isinstance(x, np.ndarray) and x.ndim else x for x in scalars]
+                for k, values in self._summed(numbers, vectors[:, epochs], factors, chosen).items():
+                    found[k][epochs] = values
         return {k: values.reshape(shape)[()] for k, values in found.items()}
 
     def _summed(

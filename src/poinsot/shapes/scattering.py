@@ -47,6 +47,9 @@ LAW_TOLERANCE = 1e-2
 SMALL = 1e-30
 """Lower limit of denominators that are zero at single angles."""
 
+LARGEST_COSINE = 1 - 1e-15
+"""Upper limit of cosines whose angle has a derivative."""
+
 
 class Reflection(Immutable):
     """Angles at which a surface element reflects light; the argument of the formula of a scattering law.
@@ -398,7 +401,7 @@ def _half_azimuth(phase: Scalar, cos_a: Scalar, cos_b: Scalar) -> tuple[Scalar, 
 
     The formulas of half angles are exact near opposition, where the cosine of psi would lose half of its digits.
     """
-    a, b = functions.acos(cos_a), functions.acos(cos_b)
+    a, b = (functions.acos(functions.minimum(x, LARGEST_COSINE)) for x in (cos_a, cos_b))
     above = functions.sin(0.5 * (phase + b - a)) * functions.sin(0.5 * (phase - b + a))
     below = functions.sin(0.5 * (a + b + phase)) * functions.sin(0.5 * (a + b - phase))
     above, below = functions.maximum(above, SMALL), functions.maximum(below, SMALL)

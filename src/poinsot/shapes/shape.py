@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 from abc import abstractmethod
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from poinsot import functions
 from poinsot.checked import checked
 from poinsot.display.html_text import formatted, text_table
 from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
-from poinsot.immutable import Immutable
+from poinsot.functions import Scalar
 from poinsot.kinematics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.gravity_field import GravityField, norms, whole_degree
 from poinsot.quantities import Along
+from poinsot.records.parameters import Structural
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["Shape"]
+__all__ = ["Shape", "extreme_points", "support_of_points"]
 
 Array = NDArray[np.float64]
 
@@ -32,7 +36,7 @@ MAX_DEGREE = 80
 """Largest degree of a field. Beyond it, coefficients that are not normalised leave the range of doubles."""
 
 
-class Shape(Immutable):
+class Shape(Structural):
     """Mass distribution along its own axes and from its own origin; the base class of all shapes.
 
     Lengths and mass are in the user's units. Every tensor, field and vector is along the axes of the shape.
@@ -68,6 +72,16 @@ class Shape(Immutable):
     @abstractmethod
     def circumscribing_radius(self) -> float:
         """Radius of the smallest sphere about the centre of mass that contains the shape; a bound for an `Assembly`."""
+
+    @abstractmethod
+    def support(self, direction: Iterable[Scalar]) -> Scalar:
+        """Return the support function: the maximum of x . w over the points x of the shape from the centre of mass.
+
+        Parameters
+        ----------
+        direction : three scalars, axes of the shape
+            Vector w of any length: floats, arrays or nodes of a graph.
+        """
 
     @property
     def ellipsoid_along_axes(self) -> Array | None:
@@ -196,3 +210,18 @@ def mass_of(volume: float, mass: float | None, density: float | None) -> float:
     number = float(real_array(name, value, ()))
     refuse_nonpositive(name, number)
     return number if name == "mass" else number * volume
+
+
+def extreme_points(points: Array) -> Array:
+    """Return the vertices of the convex hull of points (n, 3); all points if they lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        return points
+
+
+def support_of_points(points: Array, direction: Iterable[Scalar]) -> Scalar:
+    """Return the largest of the products x . w of points x (n, 3) with a vector w."""
+    return functools.reduce(functions.maximum, (functions.dot(point, direction) for point in points))

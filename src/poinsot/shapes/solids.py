@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from abc import abstractmethod
+from collections.abc import Iterable
 from math import factorial
 from typing import Any, Self
 
@@ -11,14 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot import functions
+from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
+from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.body import Body
 from poinsot.shapes import cubature
+from poinsot.shapes.geodesic import geodesic_sphere
+from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.polyhedron import volume_and_center
 from poinsot.shapes.shape import Shape, ShapeVector, mass_of
 
 __all__ = ["Cylinder", "Ellipsoid"]
 
 Array = NDArray[np.float64]
+
+
+FEWEST_FACES = 20
+"""Smallest number of faces of the mesh of an ellipsoid, an icosahedron."""
 
 
 class Solid(Shape):
@@ -43,6 +54,15 @@ class Solid(Shape):
     @abstractmethod
     def _own_body(self) -> Body:
         """Return the body about the centre, along the axes of symmetry."""
+
+    @abstractmethod
+    def _own_support(self, direction: Vector) -> Scalar:
+        """Return the support function for a vector along the axes of symmetry."""
+
+    @override
+    def support(self, direction: Iterable[Scalar]) -> Scalar:
+        w = tuple(direction)
+        return self._own_support(Vector(functions.dot(axis, w) for axis in self._axes.T))
 
     @abstractmethod
     def _own_rule(self, degree: int) -> tuple[Array, Array]:
@@ -106,6 +126,10 @@ class Ellipsoid(Solid):
     def circumscribing_radius(self) -> float:
         return float(self.semiaxes.max())
 
+    @override
+    def _own_support(self, direction: Vector) -> Scalar:
+        return functions.norm(Vector(a * x for a, x in zip(self.semiaxes, direction, strict=True)))
+
     @property
     @override
     def ellipsoid_along_axes(self) -> Array | None:
@@ -116,6 +140,42 @@ class Ellipsoid(Solid):
     def to_unit_sphere(self) -> Array:
         """Linear map from vectors along the axes of the shape to vectors of the unit sphere, shape (3, 3)."""
         return np.asarray((self._axes / self.semiaxes).T)
+
+    @checked
+    def mesh(self, faces: int = 1280) -> Mesh:
+        """Return a mesh of triangles with the mass and the volume of the ellipsoid.
+
+        The vertices lie on a slightly larger, similar ellipsoid. For semiaxes 3 : 2 : 1 the areas of the faces differ
+        by a factor of up to 2.5, and the moments of inertia differ from the moments of the ellipsoid by 3.5 / faces.
+
+        Parameters
+        ----------
+        faces : int
+            Number of faces; the nearest number 20 k^2 with a whole k is used.
+
+        Returns
+        -------
+        Mesh
+            Closed mesh about the centre of the ellipsoid, along its axes.
+
+        Raises
+        ------
+        ValueError
+            If faces is below 20.
+
+        Examples
+        --------
+        >>> pt.shapes.Ellipsoid((3, 2, 1), mass=5.0).mesh(300)
+        Mesh(162 vertices, 320 faces, mass=5)
+        """
+        if faces < FEWEST_FACES:
+            raise ValueError(f"faces must be at least {FEWEST_FACES}, got {faces}.")
+        points, triangles = geodesic_sphere(faces)
+        points = points / np.cbrt(self.semiaxes)
+        points *= self.semiaxes / np.linalg.norm(points, axis=1, keepdims=True)
+        volume, _ = volume_and_center(points, triangles)
+        vertices = points * np.cbrt(self.volume / volume) @ self._axes.T + self._center
+        return Mesh(vertices, triangles, mass=self.mass)
 
     def _own_body(self) -> Body:
         return Body.from_ellipsoid(self.mass, self.semiaxes)
@@ -217,6 +277,11 @@ class Cylinder(Solid):
     @override
     def circumscribing_radius(self) -> float:
         return float(np.hypot(self.radius, self.height / 2))
+
+    @override
+    def _own_support(self, direction: Vector) -> Scalar:
+        x, y, z = direction
+        return self.radius * functions.norm((x, y)) + 0.5 * self.height * functions.abs(z)
 
     def _own_body(self) -> Body:
         return Body.from_cylinder(self.mass, self.radius, self.height)

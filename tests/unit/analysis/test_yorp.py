@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
-from unit.shapes.test_illumination import bumpy, sphere_points
+from unit.shapes.test_visibility import bumpy, sphere_points
 
 OBLIQUITIES = np.linspace(0, np.pi, 13)
 

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import sph_harm_y
 
 import poinsot as pt
-from unit.shapes.test_illumination import bumpy, random_directions, sphere_points
+from unit.shapes.test_visibility import bumpy, random_directions, sphere_points
 
 MESH = bumpy(150)
 

@@ -5,24 +5,10 @@ import pytest
 
 import poinsot as pt
 from poinsot.shapes.daily_shadows import DailyShadows
-from poinsot.shapes.illumination import Lighting
-from unit.shapes.test_illumination import bumpy, sphere_points
+from poinsot.shapes.surface import Surface
+from unit.shapes.test_visibility import boxes, bumpy, rough
 
 PHASES = 1000
-
-
-def rough(seed, count=22):
-    """Return a concave mesh with random radii."""
-    points, faces = sphere_points(count)
-    radii = np.exp(0.35 * np.random.default_rng(seed).normal(size=count))
-    return pt.shapes.Mesh(radii[:, None] * points, faces, mass=1.0)
-
-
-def boxes(*lows):
-    """Return a mesh of equal boxes: edges are parallel to the axes and the equator, and some boxes intersect."""
-    box = pt.shapes.Mesh.from_box((1.0, 2.0, 3.0), mass=1.0)
-    vertices = np.concatenate([box.vertices + low for low in lows])
-    return pt.shapes.Mesh(vertices, np.concatenate([box.faces + 8 * k for k in range(len(lows))]), mass=1.0)
 
 
 def open_lid():
@@ -103,7 +89,7 @@ MESHES = {
 @pytest.mark.parametrize("name", MESHES)
 def test_lost_torques_equal_sums_over_rays(name, pole):
     mesh = MESHES[name]
-    light, axes = Lighting(mesh), axes_about(pole)
+    light, axes = Surface(mesh), axes_about(pole)
     torques = -2 / 3 * light.areas[:, None] * (np.cross(light.centers, light.normals) @ axes.T)
     sines = np.array([-0.999, -0.71, -0.123, 1e-12, 0.4, 0.93])
     along, across = DailyShadows(light, axes, torques).torques(sines)
@@ -116,7 +102,7 @@ def test_lost_torques_equal_sums_over_rays(name, pole):
 
 def test_latitudes_in_blocks_give_the_same_torques(monkeypatch):
     mesh = rough(2)
-    light, axes = Lighting(mesh), np.eye(3)
+    light, axes = Surface(mesh), np.eye(3)
     shadows = DailyShadows(light, axes, np.cross(light.centers, light.normals))
     sines = np.linspace(-0.9, 0.9, 31)
     whole = shadows.torques(sines)
@@ -126,7 +112,7 @@ def test_latitudes_in_blocks_give_the_same_torques(monkeypatch):
 
 
 def test_convex_meshes_lose_nothing():
-    light = Lighting(pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0))
+    light = Surface(pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0))
     shadows = DailyShadows(light, axes_about((1, 2, 2)), np.ones((12, 3)))
     along, across = shadows.torques(np.linspace(-0.9, 0.9, 7))
     assert not along.any()

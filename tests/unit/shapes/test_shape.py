@@ -204,3 +204,54 @@ def test_high_degrees_stay_finite():
     field = make("mesh").field(80)
     assert np.all(np.isfinite(field.C))
     assert np.max(np.abs(field.normalized)) <= 1
+
+
+# ---------------------------------------------------------------------- support function
+
+
+def surface_points(kind):
+    """Points that contain the farthest ones along the directions of the test, to 1e-5."""
+    angles = np.linspace(0, 2 * np.pi, 721)
+    shape = make(kind)
+    if kind == "mesh":
+        return shape, shape.vertices - shape.center_of_mass
+    if kind == "mascons":
+        return shape, shape.positions - shape.center_of_mass
+    if kind == "cylinder":
+        rim = 0.4 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        return shape, np.concatenate([np.column_stack([rim, np.full(721, z)]) for z in (-0.65, 0.65)])
+    u, v = np.meshgrid(angles, angles[:361])
+    return shape, np.stack([0.5 * np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), 0.75 * np.cos(v)], -1).reshape(-1, 3)
+
+
+@pytest.mark.parametrize("kind", ["mesh", "mascons", "cylinder", "ellipsoid"])
+def test_the_support_function_is_the_largest_component_of_a_point(kind, rng):
+    shape, points = surface_points(kind)
+    for direction in rng.normal(size=(6, 3)):
+        largest = np.max(points @ direction)
+        # Half a step of the angles, 0.25 degrees, shortens a distance by 1e-5 of it at most.
+        assert largest == pytest.approx(float(shape.support(direction)), rel=3e-5, abs=0)
+        assert largest <= float(shape.support(direction)) * (1 + 1e-14)
+
+
+@every_kind
+@FEW
+@given(position=st.tuples(coordinates, coordinates, coordinates), rotation=rotations)
+def test_the_support_function_turns_with_the_shape(kind, position, rotation):
+    shape, direction = make(kind), np.array([0.3, -1.0, 0.7])
+    turned = shape.moved(position, rotation).support(rotation.apply(direction))
+    assert float(turned) == pytest.approx(float(shape.support(direction)), rel=1e-13, abs=0)
+    assert float(shape.support(-2.0 * direction)) == pytest.approx(
+        2 * float(shape.support(-direction)), rel=1e-15, abs=0
+    )
+    assert float(shape.support(direction)) <= shape.circumscribing_radius * np.linalg.norm(direction) * (1 + 1e-14)
+
+
+def test_the_support_of_an_assembly_is_the_largest_of_its_parts():
+    shape, direction = make("assembly"), np.array([1.0, 0.2, -0.4])
+    parts = [float(p.support(direction)) + (p.center_of_mass - shape.center_of_mass) @ direction for p in shape.parts]
+    assert float(shape.support(direction)) == pytest.approx(max(parts), rel=1e-15, abs=0)
+    times = np.linspace(0, 1, 4)
+    moving = [np.cos(times), np.sin(times), 0.3 * times]
+    found = shape.support(moving)
+    assert np.allclose(found, [float(shape.support(w)) for w in np.transpose(moving)], rtol=1e-15, atol=0)

@@ -106,3 +106,25 @@ def test_sizes_whose_volume_overflows_or_vanishes_are_refused(size, given):
         cylinder(size, size, **given)
     with pytest.raises(ValueError, match=rule):
         ellipsoid((size, size, size), **given)
+
+
+@pytest.mark.parametrize("semiaxes", [(1, 1, 1), (3, 2, 1), (1, 0.4, 0.35)])
+def test_the_mesh_of_an_ellipsoid_has_its_mass_volume_and_place(semiaxes):
+    """Moments differ by the square of the lengths of edges, and so by a number over the number of faces."""
+    ellipsoid = pt.shapes.Ellipsoid(semiaxes, density=2.0).moved((0.3, -0.2, 1.0), (0.5, 0.5, -0.5, 0.5))
+    errors = []
+    for faces in (320, 1280):
+        mesh = ellipsoid.mesh(faces)
+        assert len(mesh.faces) == faces
+        assert mesh.mass == ellipsoid.mass
+        assert mesh.volume == pytest.approx(ellipsoid.volume, rel=1e-13, abs=0)
+        np.testing.assert_allclose(mesh.center_of_mass, ellipsoid.center_of_mass, rtol=0, atol=1e-14)
+        assert mesh.face_areas.max() < 2.5 * mesh.face_areas.min()
+        errors.append(np.abs(np.linalg.eigvalsh(mesh.inertia) / np.linalg.eigvalsh(ellipsoid.inertia) - 1).max())
+    assert errors[0] < 5 / 320
+    assert errors[1] < 0.3 * errors[0]
+
+
+def test_the_mesh_of_an_ellipsoid_has_at_least_twenty_faces():
+    with pytest.raises(ValueError, match=r"faces must be at least 20, got 19\."):
+        pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).mesh(19)
