@@ -10,6 +10,7 @@ import poinsot
 from poinsot.mechanics.gravity_field import GravityField
 from poinsot.scenarios.registry import makers
 from poinsot.scenarios.schema import schema
+from poinsot.shapes.scattering import ScatteringLaw
 
 __all__ = ["pages"]
 
@@ -38,6 +39,10 @@ GROUPS = {
     "control": ("control laws", "Types of the tables `[[forces]]` that control the attitude, and models of sensors."),
     "orbits": ("orbits", "Types of the tables `[orbits.NAME]`. Forces and frames refer to an orbit by its name."),
     "frames": ("frames", "Types of the tables `[frames.NAME]`: uniformly rotating axes and planet-fixed axes."),
+    "observables": (
+        "observables",
+        "Types of the tables `[[observe]]`: light curves, gyroscopes and other instruments, with laws of scattering.",
+    ),
     "ensembles": ("ensembles", "The table `[ensemble]`: many members, whose initial states or parameters vary."),
 }
 """Title and introduction of each page."""
@@ -88,11 +93,12 @@ class Book:
         paths = dict(self.paths(whole))
         typed_tables = {name: title for name, node in self.tables.items() if (title := type_of(node))}
         self.titles = {name: title for name, title in (paths | typed_tables).items() if shown(name) == name}
-        typed = {key: set(makers(key)) for key in ("body", "orbit", "frame")}
+        typed = {key: set(makers(key)) for key in ("body", "orbit", "frame", "observable")}
         own = {title: key + "s" if key != "body" else "bodies" for key, titles in typed.items() for title in titles}
         shapes = dict.fromkeys([*makers("shape"), *makers(GravityField)], "shapes")
+        laws = dict.fromkeys(makers(ScatteringLaw), "observables")
         spaces = {title: space for space in ("parts", "control") for title in getattr(poinsot, space).__all__}
-        self.groups = {title: self.group(title, own | shapes | spaces) for title in self.titles.values()}
+        self.groups = {title: self.group(title, own | shapes | laws | spaces) for title in self.titles.values()}
 
     def paths(self, node: Node, place: str = "") -> Iterator[tuple[str, str]]:
         """Yield the names of the tables without a type, each with its place in the file, such as `[state.primary]`."""

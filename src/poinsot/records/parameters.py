@@ -462,8 +462,9 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
     shape = next((extra for extra in extras_of(hint) if isinstance(extra, tuple)), None)
     if shape is not None or hint is float or quantity_of(hint):
         return shape or ()
-    if hint in (int, bool, str) or _classes(hint):
-        return hint
+    kinds = (hint, *get_args(hint)) if get_origin(hint) is Annotated else (hint,)  # class of the value that is stored
+    if kind := next((x for x in kinds if x in (int, bool, str) or _classes(x)), None):
+        return kind
     several = get_args(hint) if get_origin(hint) is tuple else ()
     if len(several) == 2 and several[1] is ... and issubclass(several[0], Parametric):
         return Several(several[0])

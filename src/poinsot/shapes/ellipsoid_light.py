@@ -169,7 +169,9 @@ class BlockOfEllipsoid(Block):
         sun, observer = images / lengths[:, None]
         together, apart = sun + observer, sun - observer
         cosine, sine = (0.5 * np.linalg.norm(x, axis=0) for x in (together, apart))
-        x_axis, y_axis = _unit(together, sun), _unit(apart, _perpendicular(sun))
+        x_axis = _unit(together, sun)
+        across_x = apart - x_axis * np.sum(x_axis * apart, axis=0)  # differs from `apart` at a phase of rounding
+        y_axis = _unit(across_x, _perpendicular(x_axis))
         axes = np.stack([x_axis, y_axis, np.cross(x_axis, y_axis, axis=0)])
         half = np.maximum(np.arctan2(cosine, sine), EDGE)
         ratio = (lengths[1] - lengths[0]) / (lengths[1] + lengths[0])
