@@ -98,6 +98,7 @@ NOT_CALLED = {
     *("Atmosphere", "TabulatedAtmosphere"),
     *("AttitudeFormat", "BodyVector", "SpaceVector", "Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
+    "LineIdentification",
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "SecularEvolution", "Section", "StateTransition", "Trajectory", "YorpCoefficients"),
     "RunEstimate",
@@ -808,6 +809,17 @@ def public_calls(folder):
         "frequencies": (
             pt.analysis.frequencies,
             {"signal": SIGNAL, "times": 0.1, "count": 1, "sigma": 0.1, "highest": 20.0},
+        ),
+        "identify_lines": (
+            pt.analysis.identify_lines,
+            {
+                **{"spectrum": pt.analysis.frequencies(SIGNAL, 0.1, 2), "base": (1.0, 0.3), "order": 3, "count": 2},
+                "body": pt.Body((0.61, 0.965, 1.0)),
+            },
+        ),
+        "LineIdentification.alternatives": (
+            pt.analysis.identify_lines(pt.analysis.frequencies(SIGNAL, 0.1, 2), base=(1.0, 0.3))[0].alternatives,
+            {"line": 0},
         ),
         "load": (pt.load, {"source": at["nc"]}),
         "lyapunov_spectrum": (pt.analysis.lyapunov_spectrum, {**here, **run}),
