@@ -130,6 +130,12 @@ class Speed(pt.Observable):
 
 
 @functools.cache
+def light_curve():
+    ball, law = pt.shapes.Ellipsoid((1.0, 0.9, 0.7), mass=50.0), pt.observables.Lambert(0.2)
+    return pt.observables.LightCurve(ball, law, sun=ELLIPSE, observer=CIRCLE, kind="relative", light_time=False)
+
+
+@functools.cache
 def read():
     return pt.observe(motion(), Speed())
 
@@ -899,6 +905,10 @@ def public_calls(folder):
         ),
         "plot.readings": (pt.plot.readings, {"readings": read(), "points": True, **shown}),
         "plot.section": (pt.plot.section, {"section": pt.analysis.section(motion(), where), **drawn}),
+        "plot.sky": (
+            pt.plot.sky,
+            {"motion": motion(), "curve": light_curve(), "times": TIMES[:2], "north": (0, 0, 1.0), **shown},
+        ),
         "plot.spectrum": (
             pt.plot.spectrum,
             {
