@@ -7,21 +7,29 @@ perpendicularly.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector, cross, dot, norm
 from poinsot.shapes.ellipsoid_light import LightOfEllipsoid
-from poinsot.shapes.law_program import law_formula
+from poinsot.shapes.law_program import LawFormula, law_formula
 from poinsot.shapes.mesh import Mesh
-from poinsot.shapes.reflected_light import LightOfPlates, Plates
+from poinsot.shapes.reflected_light import LightOfPlates, LightOfShadedMesh, Plates, ReflectedLight
 from poinsot.shapes.scattering import LommelSeeliger, ScatteringLaw
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import computed, ruled
 
-__all__ = ["brightness_of"]
+__all__ = ["Shadows", "brightness_of"]
+
+Shadows = Literal[False, "centroids", "exact"]
+"""Shadows of the faces of a mesh: none, faces whose centroid is clear, or exact clear areas."""
+
+MAX_LIGHTS = 64
+"""Largest number of pairs of a shape and a law whose surfaces are stored."""
 
 SMALL = 1e-100
 """Lower limit of denominators that are zero at single directions."""
@@ -38,8 +46,9 @@ def brightness_of(
     to_sun: Sequence[Scalar],
     to_observer: Sequence[Scalar],
     stretch: Sequence[Scalar] = NO_STRETCH,
+    shadows: Shadows = False,
 ) -> Scalar:
-    """Return the brightness B of a body, an area; facets do not shadow each other.
+    """Return the brightness B of a body, an area.
 
     Parameters
     ----------
@@ -51,6 +60,8 @@ def brightness_of(
         Directions from the body along the body axes, of any length.
     stretch : three scalars
         Factors by which the shape is stretched along its axes, x -> stretch x.
+    shadows : False, "centroids" or "exact"
+        Shadows of the faces of a mesh on each other. Ellipsoids are convex, and plates do not shadow each other.
 
     Returns
     -------
@@ -64,10 +75,18 @@ def brightness_of(
     phase, numbers = phase_angle(sun, observer), law.numbers
     formula = law_formula(law)
     inner = [numbers[k] for k in formula.rest_numbers]
-    light = LightOfEllipsoid(shape, formula) if isinstance(shape, Ellipsoid) else LightOfPlates(shape, formula)
-    total = computed(light, (*sun, *observer, *stretch, phase, *inner))
+    total = computed(_light(shape, formula, shadows), (*sun, *observer, *stretch, phase, *inner))
     brightness: Scalar = formula.factor(phase, numbers) * total
     return brightness
+
+
+@functools.lru_cache(maxsize=MAX_LIGHTS)
+def _light(shape: Mesh | Ellipsoid | Plates, formula: LawFormula, shadows: Shadows) -> ReflectedLight:
+    if isinstance(shape, Ellipsoid):
+        return LightOfEllipsoid(shape, formula)
+    if isinstance(shape, Mesh) and shadows:
+        return LightOfShadedMesh(shape, formula, shadows == "exact")
+    return LightOfPlates(shape, formula)
 
 
 def phase_angle(sun: Vector, observer: Vector) -> Scalar:

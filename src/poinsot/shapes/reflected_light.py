@@ -12,18 +12,22 @@ from typing_extensions import override
 
 from poinsot.shapes.law_program import LawFormula
 from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.surface import Surface
+from poinsot.shapes.visibility import clear_faces, clear_parts
 from poinsot.taylor.graph import Number, Primitive
 
-__all__ = ["BLOCK", "Block", "LightOfPlates", "Plates", "ReflectedLight"]
+__all__ = ["BLOCK", "Block", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 16_384
+BLOCK = 65_536
 """Number of facets at all epochs of a block, so that the buffers of a block stay in the cache."""
 
 
 class Plates(Protocol):
     """Flat one-sided plates of areas (n,) with unit normals (n, 3) along the body axes."""
+
+    def __hash__(self) -> int: ...
 
     @property
     def areas(self) -> Any:
@@ -41,16 +45,18 @@ class Block(ABC):
     ----------
     epochs : slice
         Numbers of the epochs.
-    counts : int or array of int
-        Number of facets of each epoch.
     mu0, mu : array (n,)
         Cosines of incidence and emission of all facets of all epochs.
     """
 
     epochs: slice
-    counts: int | NDArray[np.int_]
     mu0: Array
     mu: Array
+
+    @property
+    @abstractmethod
+    def counts(self) -> int | NDArray[np.int_]:
+        """Number of facets of each epoch."""
 
     @abstractmethod
     def sums(self, values: Array | float, power: int) -> Array:
@@ -58,6 +64,10 @@ class Block(ABC):
 
         The axis of components, of length 1 or 3, is first.
         """
+
+    def sums_of_shadows(self, values: Array | float) -> Array | float:  # noqa: ARG002
+        """Return the sum of v dA by both vectors, (6, epochs), of areas that change with shadows."""
+        return 0.0
 
 
 class ReflectedLight(Primitive):
@@ -110,6 +120,7 @@ class ReflectedLight(Primitive):
             sums[:1, part] = block.sums(found[0], 0)
             if by_vectors:
                 sums[1:4, part], sums[4:7, part] = block.sums(found[1], 1), block.sums(found[2], 1)
+                sums[1:7, part] += block.sums_of_shadows(found[0])
             if by_stretch:
                 change = block.sums(found[0] - mu0 * found[1] - mu * found[2], 2) + np.sum(
                     (vectors * sums[1:7])[:, part].reshape(2, 3, -1), axis=0
@@ -153,7 +164,8 @@ class LightOfPlates(ReflectedLight):
     def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
         images = self._normals / stretch
         lengths = np.linalg.norm(images, axis=1, keepdims=True)
-        normals, areas = images / lengths, self._areas[:, None] * lengths * np.prod(stretch)
+        normals, scales = images / lengths, lengths * np.prod(stretch)
+        areas = self._areas[:, None] * scales
         weights = [areas, areas * normals, areas * normals * normals]
         epochs, count = vectors.shape[1], len(areas)
         rows = max(1, min(epochs, BLOCK // max(count, 1)))
@@ -163,26 +175,101 @@ class LightOfPlates(ReflectedLight):
             (mu0, mu, dense), chosen = space[:3, : part.stop - start], space[3:5]
             np.matmul(vectors[:3, part].T, normals.T, out=mu0)
             np.matmul(vectors[3:, part].T, normals.T, out=mu)
-            block = BlockOfPlates(part, mu0, mu, dense, chosen, weights)
+            shading = self._shading(vectors[:, part], stretch, scales[:, 0])
+            block = BlockOfPlates(part, mu0, mu, dense, chosen, weights, shading)
             yield block, [x.reshape(-1)[: block.mu0.size] for x in space[5:]]
+
+    def _shading(self, vectors: Array, stretch: Array, scales: Array) -> Shading | None:  # noqa: ARG002
+        """Return the clear shares of the facets, with their scales under the stretch; None if all are clear."""
+        return None
+
+
+class LightOfShadedMesh(LightOfPlates):
+    """Light of a mesh whose faces shadow and hide each other.
+
+    Parallel light stays parallel under a stretch D: the clear share of each face is the clear share of the face of the
+    unstretched mesh for the directions D^-1 s and D^-1 e.
+    """
+
+    def __init__(self, shape: Mesh, formula: LawFormula, exact: bool) -> None:
+        super().__init__(shape, formula)
+        self._surface, self._exact = Surface(shape), exact
+
+    @override
+    def _shading(self, vectors: Array, stretch: Array, scales: Array) -> Shading:
+        return Shading(self._surface, vectors, stretch, scales, self._exact)
+
+
+class Shading:
+    """Clear shares of the faces of a mesh, neither shaded nor hidden, at some epochs.
+
+    Attributes
+    ----------
+    shares : array (epochs, faces)
+        Clear area over the whole area.
+    """
+
+    def __init__(self, surface: Surface, vectors: Array, stretch: Array, scales: Array, exact: bool) -> None:
+        self._stretch, self._scales = stretch, scales
+        images = [vectors[:3].T / stretch, vectors[3:].T / stretch]
+        self._lengths = [np.linalg.norm(image, axis=1, keepdims=True) for image in images]
+        self._units = [image / length for image, length in zip(images, self._lengths, strict=True)]
+        self._parts = clear_parts(surface, self._units) if exact else None
+        if self._parts is None:
+            self.shares = clear_faces(surface, self._units).astype(float)
+        else:
+            self.shares = self._parts.areas / np.where(surface.areas > 0, surface.areas, 1.0)
+
+    def slopes(self, values: Array) -> Array:
+        """Return the derivatives of the sum of clear areas times values by both vectors, (6, epochs)."""
+        if self._parts is None:
+            raise ValueError('shadows must be "exact" for derivatives, got "centroids", which jump.')
+        each = zip(self._parts.slopes(values * self._scales).directions, self._units, self._lengths, strict=True)
+        across = [(slope - unit * np.sum(slope * unit, axis=1, keepdims=True)) / length for slope, unit, length in each]
+        return np.concatenate(across, axis=1).T / np.tile(self._stretch, 2)[:, None]
 
 
 class BlockOfPlates(Block):
     """Plates that are lit and seen, chosen from all plates of some epochs."""
 
     def __init__(
-        self, epochs: slice, mu0: Array, mu: Array, dense: Array, chosen: Array, weights: Sequence[Array]
+        self,
+        epochs: slice,
+        mu0: Array,
+        mu: Array,
+        dense: Array,
+        chosen: Array,
+        weights: Sequence[Array],
+        shading: Shading | None,
     ) -> None:
-        self.epochs, self._dense, self._weights = epochs, dense, weights
+        self.epochs, self._dense, self._weights, self._shading = epochs, dense, weights, shading
         active = np.minimum(mu0, mu, out=dense) > 0
-        self.counts, self._places = np.count_nonzero(active, axis=1), np.flatnonzero(active)
+        if shading is not None:
+            active &= shading.shares > 0
+        self._places = np.flatnonzero(active)
         self.mu0, self.mu = (
             np.take(x, self._places, out=out.reshape(-1)[: self._places.size], mode="clip")
             for x, out in zip((mu0, mu), chosen, strict=True)
         )
+        dense.fill(0.0)
+
+    @property
+    @override
+    def counts(self) -> NDArray[np.int_]:
+        rows, count = self._dense.shape
+        ends = np.searchsorted(self._places, np.arange(rows + 1) * count)
+        return np.asarray(np.diff(ends))
 
     @override
     def sums(self, values: Array | float, power: int) -> Array:
-        self._dense.fill(0.0)
         self._dense.reshape(-1)[self._places] = values
+        if self._shading is not None:
+            self._dense *= self._shading.shares
         return np.asarray((self._dense @ self._weights[power]).T)
+
+    @override
+    def sums_of_shadows(self, values: Array | float) -> Array | float:
+        if self._shading is None:
+            return 0.0
+        self._dense.reshape(-1)[self._places] = values
+        return self._shading.slopes(self._dense)
