@@ -8,6 +8,8 @@ perpendicularly.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,12 +18,13 @@ from poinsot.functions import Scalar, Vector, cross, dot, norm
 from poinsot.shapes.ellipsoid_light import LightOfEllipsoid
 from poinsot.shapes.law_program import law_formula
 from poinsot.shapes.mesh import Mesh
-from poinsot.shapes.reflected_light import LightOfPlates, Plates
+from poinsot.shapes.reflected_light import LightOfPlates, Plates, ReflectedLight
 from poinsot.shapes.scattering import LommelSeeliger, ScatteringLaw
+from poinsot.shapes.shaded_light import LightOfShadedMesh, Shadows
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import computed, ruled
 
-__all__ = ["brightness_of"]
+__all__ = ["Neighbour", "brightness_of"]
 
 SMALL = 1e-100
 """Lower limit of denominators that are zero at single directions."""
@@ -32,14 +35,33 @@ DARK = 1e-24
 NO_STRETCH = (1.0, 1.0, 1.0)
 
 
+class Neighbour(NamedTuple):
+    """Second mesh and its place, along the axes of the first mesh.
+
+    Attributes
+    ----------
+    mesh : Mesh
+    position : three scalars
+        Centre of mass of the second mesh from the centre of mass of the first mesh.
+    matrix : three rows of three scalars
+        Rotation matrix from the axes of the second mesh to the axes of the first mesh.
+    """
+
+    mesh: Mesh
+    position: Sequence[Scalar]
+    matrix: Sequence[Sequence[Scalar]]
+
+
 def brightness_of(
     shape: Mesh | Ellipsoid | Plates,
     law: ScatteringLaw,
     to_sun: Sequence[Scalar],
     to_observer: Sequence[Scalar],
     stretch: Sequence[Scalar] = NO_STRETCH,
+    shadows: Shadows | None = None,
+    neighbour: Neighbour | None = None,
 ) -> Scalar:
-    """Return the brightness B of a body, an area; facets do not shadow each other.
+    """Return the brightness B of a body, an area.
 
     Parameters
     ----------
@@ -50,7 +72,12 @@ def brightness_of(
     to_sun, to_observer : three scalars
         Directions from the body along the body axes, of any length.
     stretch : three scalars
-        Factors by which the shape is stretched along its axes, x -> stretch x.
+        Factors by which the shape is stretched along its axes, x -> stretch x. A neighbour is stretched alike.
+    shadows : {"exact", "centroids"}, optional
+        Shadows and occultations of the faces of a mesh: by exact areas, or of whole faces by their centroids, which has
+        no derivatives. By default facets do not hide each other.
+    neighbour : Neighbour, optional
+        Second mesh, which hides faces of the mesh if there are shadows.
 
     Returns
     -------
@@ -64,8 +91,16 @@ def brightness_of(
     phase, numbers = phase_angle(sun, observer), law.numbers
     formula = law_formula(law)
     inner = [numbers[k] for k in formula.rest_numbers]
-    light = LightOfEllipsoid(shape, formula) if isinstance(shape, Ellipsoid) else LightOfPlates(shape, formula)
-    total = computed(light, (*sun, *observer, *stretch, phase, *inner))
+    place: tuple[Scalar, ...] = ()
+    light: ReflectedLight
+    if isinstance(shape, Ellipsoid):
+        light = LightOfEllipsoid(shape, formula)
+    elif shadows and isinstance(shape, Mesh):
+        light = LightOfShadedMesh(shape, formula, shadows, neighbour and neighbour.mesh)
+        place = (*neighbour.position, *chain.from_iterable(neighbour.matrix)) if neighbour else ()
+    else:
+        light = LightOfPlates(shape, formula)
+    total = computed(light, (*sun, *observer, *place, *stretch, phase, *inner))
     brightness: Scalar = formula.factor(phase, numbers) * total
     return brightness
 
