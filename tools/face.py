@@ -44,7 +44,7 @@ SHARED = {
     "plot": "animation.* curves.* figure.* labels.* page_*.* panels.* solid_parts.* solids.* view.* "
     "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
     "shapes": "boxes.* brightness.* clipping.* cubature.* daily_shadows.* ellipsoid_light.* geodesic.* law_program.* "
-    "polyhedron.* reflected_light.* scattering.* shaded_light.* surface.* views.* visibility.ClearParts visibility.Slopes "
+    "polyhedron.* reflected_light.* scattering.* surface.* views.* visibility.ClearParts visibility.Slopes "
     "shape.*_points visibility.clear_* winding.*",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""

@@ -29,7 +29,7 @@ from poinsot.systems.formula_trials import try_observable
 from poinsot.systems.system import System
 from poinsot.systems.times import checked_times
 
-__all__ = ["absent_readings", "checked_observables", "observe", "refuse_unfit"]
+__all__ = ["absent_readings", "checked_observables", "observe", "refuse_unfit", "states_at"]
 
 Array = NDArray[np.float64]
 
@@ -212,7 +212,7 @@ def _read(motion: Trajectory, observable: Observable, seen: Array) -> _Values:
     if np.array_equal(seen, motion.times):
         return _evaluated(motion, observable, motion._reader.state, motion.environment)
     wanted, place = np.unique(seen, return_inverse=True)
-    state, environment = _states(motion, wanted)
+    state, environment = states_at(motion, wanted)
     found = _evaluated(motion, observable, state, environment)
     rows, axis = (
         np.searchsorted(wanted, np.asarray(environment.time)),
@@ -226,9 +226,9 @@ def _read(motion: Trajectory, observable: Observable, seen: Array) -> _Values:
     return _Values(np.take(full, place, axis), {name: where[..., place] for name, where in absent.items()})
 
 
-def _states(motion: Trajectory, times: Array) -> tuple[AnyState, Environment]:
+def states_at(motion: Trajectory, times: Array) -> tuple[AnyState, Environment]:
     """Return the states at those of ascending times that the motion reaches, with the environment at these times."""
-    if motion.has_dense_output:
+    if motion._dense is not None and motion._dense[1] <= times[0] and times[-1] <= motion._dense[2]:
         return motion(times), Environment(times)
     among = np.isin(motion.times, times)
     there = among.sum() == times.size

@@ -12,18 +12,23 @@ from typing_extensions import override
 
 from poinsot.shapes.law_program import LawFormula
 from poinsot.shapes.mesh import Mesh
+from poinsot.shapes.surface import Surface
+from poinsot.shapes.views import Neighbour
+from poinsot.shapes.visibility import clear_faces, clear_parts
 from poinsot.taylor.graph import Number, Primitive
 
-__all__ = ["BLOCK", "Block", "LightOfPlates", "Plates", "ReflectedLight", "Shares"]
+__all__ = ["BLOCK", "Block", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
 
 Array = NDArray[np.float64]
 
-BLOCK = 16_384
+BLOCK = 65_536
 """Number of facets at all epochs of a block, so that the buffers of a block stay in the cache."""
 
 
 class Plates(Protocol):
     """Flat one-sided plates of areas (n,) with unit normals (n, 3) along the body axes."""
+
+    def __hash__(self) -> int: ...
 
     @property
     def areas(self) -> Any:
@@ -41,16 +46,18 @@ class Block(ABC):
     ----------
     epochs : slice
         Numbers of the epochs.
-    counts : int or array of int
-        Number of facets of each epoch.
     mu0, mu : array (n,)
         Cosines of incidence and emission of all facets of all epochs.
     """
 
     epochs: slice
-    counts: int | NDArray[np.int_]
     mu0: Array
     mu: Array
+
+    @property
+    @abstractmethod
+    def counts(self) -> int | NDArray[np.int_]:
+        """Number of facets of each epoch."""
 
     @abstractmethod
     def sums(self, values: Array | float, power: int) -> Array:
@@ -59,25 +66,9 @@ class Block(ABC):
         The axis of components, of length 1 or 3, is first.
         """
 
-    def slopes(self, values: Array | float) -> Array | float:  # noqa: ARG002
-        """Return the derivatives of the sum of A v at each epoch by the vectors, through the clear shares of facets."""
+    def sums_of_shadows(self, values: Array | float) -> Array | float:  # noqa: ARG002
+        """Return the sum of v dA by the vectors, (6 + placed, epochs), of areas that change with shadows."""
         return 0.0
-
-
-class Shares(ABC):
-    """Clear shares of facets, of which other facets hide the rest.
-
-    Attributes
-    ----------
-    values : array (epochs, facets)
-        Shares from 0 to 1.
-    """
-
-    values: Array
-
-    @abstractmethod
-    def slopes(self, weights: Array) -> Array:
-        """Return the derivatives of the sum of shares times weights by the vectors, shape (vectors, epochs)."""
 
 
 class ReflectedLight(Primitive):
@@ -137,22 +128,21 @@ class ReflectedLight(Primitive):
         outputs = (0, *((1, 2) if by_vectors else ()), *others.values())
         program = self.formula.program(outputs)
         columns = self.formula.columns(program, *scalars)
-        sums = np.empty((max((last + 3, *numbers)) + 1, vectors.shape[1]))
+        sums = np.zeros((max((last + 3, *numbers)) + 1, vectors.shape[1]))
         for block, buffers in self.blocks(vectors, stretch, program.buffers):
             part, mu0, mu = block.epochs, block.mu0, block.mu
             own = [np.repeat(x[part], block.counts) if np.ndim(x) else x for x in columns]
             found = dict(zip(outputs, program(mu0, mu, own, buffers), strict=True))
             sums[:1, part] = block.sums(found[0], 0)
             if by_vectors:
-                sums[7 : last + 1, part] = 0.0
                 sums[1:4, part], sums[4:7, part] = block.sums(found[1], 1), block.sums(found[2], 1)
-                sums[1 : last + 1, part] += block.slopes(found[0])
+                sums[1 : last + 1, part] += block.sums_of_shadows(found[0])
             if by_stretch:
-                products = vectors[:, part] * sums[1 : last + 1, part]
-                matrix = products[9:].reshape(-1, 3, products.shape[1])
                 change = block.sums(found[0] - mu0 * found[1] - mu * found[2], 2)
-                change += products[:9].reshape(-1, 3, products.shape[1]).sum(axis=0)
-                change += matrix.sum(axis=1) - matrix.sum(axis=0) if len(matrix) else 0.0
+                products = (vectors[:, part] * sums[1 : last + 1, part]).reshape(-1, 3, change.shape[1])
+                change += products[:3].sum(axis=0)
+                if self.placed:
+                    change += products[3:].sum(axis=1) - products[3:].sum(axis=0)
                 sums[last + 1 : last + 4, part] = (sums[:1, part] - change) / stretch[:, None]
             for k, output in others.items():
                 sums[k : k + 1, part] = block.sums(found[output], 0)
@@ -171,7 +161,7 @@ def _groups(stretch: Sequence[Any], epochs: int) -> Iterator[tuple[Any, Array]]:
 
 
 class LightOfPlates(ReflectedLight):
-    """Light of flat one-sided facets."""
+    """Light of flat one-sided facets that do not shadow each other."""
 
     def __init__(self, shape: Mesh | Plates, formula: LawFormula) -> None:
         super().__init__(formula)
@@ -185,7 +175,8 @@ class LightOfPlates(ReflectedLight):
         images = self._normals / stretch
         lengths = np.linalg.norm(images, axis=1, keepdims=True)
         normals = np.divide(images, lengths, out=np.zeros_like(images), where=lengths > 0)
-        areas = self._areas[:, None] * lengths * np.prod(stretch)
+        scales = lengths * np.prod(stretch)
+        areas = self._areas[:, None] * scales
         weights = [areas, areas * normals, areas * normals * normals]
         epochs, count = vectors.shape[1], len(areas)
         rows = max(1, min(epochs, BLOCK // max(count, 1)))
@@ -195,12 +186,79 @@ class LightOfPlates(ReflectedLight):
             (mu0, mu, dense), chosen = space[:3, : part.stop - start], space[3:5]
             np.matmul(vectors[:3, part].T, normals.T, out=mu0)
             np.matmul(vectors[3:6, part].T, normals.T, out=mu)
-            block = BlockOfPlates(part, mu0, mu, dense, chosen, weights, self.shares(vectors[:, part], stretch))
+            shading = self._shading(vectors[:, part], stretch, scales[:, 0])
+            block = BlockOfPlates(part, mu0, mu, dense, chosen, weights, shading)
             yield block, [x.reshape(-1)[: block.mu0.size] for x in space[5:]]
 
-    def shares(self, vectors: Array, stretch: Array) -> Shares | None:  # noqa: ARG002
-        """Return the clear shares of the facets, or None if no facet hides another."""
+    def _shading(self, vectors: Array, stretch: Array, scales: Array) -> Shading | None:  # noqa: ARG002
+        """Return the clear shares of the facets, with their scales under the stretch; None if all are clear."""
         return None
+
+
+class LightOfShadedMesh(LightOfPlates):
+    """Light of a mesh whose faces shadow and hide each other, and which a second mesh may shadow and hide.
+
+    Parallel light stays parallel under a stretch D: the clear share of each face is the clear share of the face of the
+    unstretched mesh for the directions D^-1 s and D^-1 e. The second mesh, at x -> M x + r under the same stretch, is
+    then at x -> D^-1 M D x + D^-1 r.
+    """
+
+    def __init__(self, shape: Mesh, formula: LawFormula, exact: bool, other: Mesh | None = None) -> None:
+        super().__init__(shape, formula)
+        self._surface, self._exact = Surface(shape), exact
+        self._other = None if other is None else Surface(other)
+        if other is not None:
+            self.placed = 12
+
+    @override
+    def _shading(self, vectors: Array, stretch: Array, scales: Array) -> Shading | None:
+        if self._other is None:
+            if not self._surface.below.any():
+                return None  # a convex mesh
+            return Shading(self._surface, vectors, stretch, scales, self._exact, None)
+        matrices = vectors[9:].T.reshape(-1, 3, 3) * (stretch / stretch[:, None])
+        neighbour = Neighbour(self._other, vectors[6:9].T / stretch, matrices)
+        return Shading(self._surface, vectors, stretch, scales, self._exact, neighbour)
+
+
+class Shading:
+    """Clear shares of the faces of a mesh, neither shaded nor hidden, at some epochs.
+
+    Attributes
+    ----------
+    shares : array (epochs, faces)
+        Clear area over the whole area.
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        vectors: Array,
+        stretch: Array,
+        scales: Array,
+        exact: bool,
+        neighbour: Neighbour | None,
+    ) -> None:
+        self._stretch, self._scales, self._neighbour = stretch, scales, neighbour
+        images = [vectors[:3].T / stretch, vectors[3:6].T / stretch]
+        self._lengths = [np.linalg.norm(image, axis=1, keepdims=True) for image in images]
+        self._units = [image / length for image, length in zip(images, self._lengths, strict=True)]
+        self._parts = clear_parts(surface, self._units, neighbour) if exact else None
+        if self._parts is None:
+            self.shares = clear_faces(surface, self._units, neighbour).astype(float)
+        else:
+            self.shares = self._parts.areas / np.where(surface.areas > 0, surface.areas, 1.0)
+
+    def slopes(self, values: Array) -> Array:
+        """Return the derivatives of the sum of clear areas times values by the vectors, (6 + placed, epochs)."""
+        if self._parts is None:
+            raise ValueError('shadows must be "exact" for derivatives, got "centroids", which jump.')
+        found, stretch = self._parts.slopes(values * self._scales), self._stretch
+        slopes = [slope / (length * stretch) for slope, length in zip(found.directions, self._lengths, strict=True)]
+        if self._neighbour is not None:
+            matrices = found.matrix * (stretch / stretch[:, None])
+            slopes += [found.position / stretch, matrices.reshape(-1, 9)]
+        return np.concatenate(slopes, axis=1).T
 
 
 class BlockOfPlates(Block):
@@ -214,32 +272,36 @@ class BlockOfPlates(Block):
         dense: Array,
         chosen: Array,
         weights: Sequence[Array],
-        shares: Shares | None,
+        shading: Shading | None,
     ) -> None:
-        self.epochs, self._dense, self._weights, self._shares = epochs, dense, weights, shares
+        self.epochs, self._dense, self._weights, self._shading = epochs, dense, weights, shading
         active = np.minimum(mu0, mu, out=dense) > 0
-        if shares is not None:
-            active &= shares.values > 0
-        self.counts, self._places = np.count_nonzero(active, axis=1), np.flatnonzero(active)
+        if shading is not None:
+            active &= shading.shares > 0
+        self._places = np.flatnonzero(active)
         self.mu0, self.mu = (
             np.take(x, self._places, out=out.reshape(-1)[: self._places.size], mode="clip")
             for x, out in zip((mu0, mu), chosen, strict=True)
         )
+        dense.fill(0.0)
+
+    @property
+    @override
+    def counts(self) -> NDArray[np.int_]:
+        rows, count = self._dense.shape
+        ends = np.searchsorted(self._places, np.arange(rows + 1) * count)
+        return np.asarray(np.diff(ends))
 
     @override
     def sums(self, values: Array | float, power: int) -> Array:
-        self._spread(values)
-        if self._shares is not None:
-            self._dense *= self._shares.values
+        self._dense.reshape(-1)[self._places] = values
+        if self._shading is not None:
+            self._dense *= self._shading.shares
         return np.asarray((self._dense @ self._weights[power]).T)
 
     @override
-    def slopes(self, values: Array | float) -> Array | float:
-        if self._shares is None:
+    def sums_of_shadows(self, values: Array | float) -> Array | float:
+        if self._shading is None:
             return 0.0
-        self._spread(values)
-        return self._shares.slopes(self._dense * self._weights[0][:, 0])
-
-    def _spread(self, values: Array | float) -> None:
-        self._dense.fill(0.0)
         self._dense.reshape(-1)[self._places] = values
+        return self._shading.slopes(self._dense)
