@@ -115,7 +115,12 @@ def sky(
         x, y = centre + radius * np.array(TEXT)
         panel.text(x, y, instant(motion, time, time_unit), ha="left", va="top", fontsize="small")
     half = 0.5 * SPACING * radius
-    panel.set(xlim=(-half, (2 * columns - 1) * half), ylim=((1 - 2 * rows) * half - BELOW * radius, half), xticks=[], yticks=[])
+    panel.set(
+        xlim=(-half, (2 * columns - 1) * half),
+        ylim=((1 - 2 * rows) * half - BELOW * radius, half),
+        xticks=[],
+        yticks=[],
+    )
     panel.set_aspect("equal")
     _draw_scale(panel, radius, _length_unit(motion.system.units))
     dress(panel, "east to the left", "north upwards")

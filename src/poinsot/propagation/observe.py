@@ -228,10 +228,8 @@ def _read(motion: Trajectory, observable: Observable, seen: Array) -> _Values:
 
 def states_at(motion: Trajectory, times: Array) -> tuple[AnyState, Environment]:
     """Return the states at those of ascending times that the motion reaches, with the environment at these times."""
-    if motion._dense is not None:
-        _, first, last = motion._dense
-        if first <= np.min(times) and np.max(times) <= last:  # light time may reach back before the first time
-            return motion(times), Environment(times)
+    if motion._dense is not None and motion._dense[1] <= times[0] and times[-1] <= motion._dense[2]:
+        return motion(times), Environment(times)
     among = np.isin(motion.times, times)
     there = among.sum() == times.size
     rows = motion.isel(time=np.flatnonzero(among)) if there else _propagated(motion, times)

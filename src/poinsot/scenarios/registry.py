@@ -90,6 +90,7 @@ class Key:
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
         "orbits", "record", "records" (tables of a group) or "named": numbers by name; others are in the schema alone.
+        An "orbit" with a group is the name of an orbit or a table of the group.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     choices, limits : tuple
@@ -285,7 +286,9 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
     kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
-    group: Group = "" if found else next((own for way in classes if (own := _group_of(way))), "")
+    if found not in ("", "orbit"):
+        return found, 0, ""
+    group: Group = next((own for way in classes if not issubclass(way, Orbit) and (own := _group_of(way))), "")
     return found or ("record" if group else ""), 0, group
 
 
