@@ -93,13 +93,8 @@ class Key:
     ----------
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
-<<<<<<< HEAD
-        "orbits", "record", "records" (tables of a group), "record or records", "orbit or record", or "named": numbers
-        by name; others are in the schema alone.
-=======
-        "orbits", "record", "records" (tables of a group) or "named": numbers by name; others are in the schema alone.
-        An "orbit" with a group is the name of an orbit or a table of the group.
->>>>>>> main
+        "orbits", "record", "records" (tables of a group), "record or records", or "named": numbers by name; others are
+        in the schema alone. An "orbit" with a group is the name of an orbit or a table of the group.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     choices, limits : tuple
@@ -297,16 +292,10 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
     kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
-<<<<<<< HEAD
-    others = [way for way in classes if not issubclass(way, Orbit | CirclingPair)] if found in ("", "orbit") else []
-    group: Group = next((own for way in others if (own := _group_of(way))), "")
-    group = "outline" if set(classes) == set(BASES["outline"]) else group
-    found = "orbit or record" if found and group else found
-=======
     if found not in ("", "orbit"):
         return found, 0, ""
     group: Group = next((own for way in classes if not issubclass(way, Orbit) and (own := _group_of(way))), "")
->>>>>>> main
+    group = "outline" if set(classes) == set(BASES["outline"]) else group
     return found or ("record" if group else ""), 0, group
 
 
