@@ -75,7 +75,8 @@ def brightness_of(
     phase, numbers = phase_angle(sun, observer), law.numbers
     formula = law_formula(law)
     inner = [numbers[k] for k in formula.rest_numbers]
-    total = computed(_light(shape, formula, shadows), (*sun, *observer, *stretch, phase, *inner))
+    own_phase = phase if formula.uses_phase else 0.0
+    total = computed(_light(shape, formula, shadows), (*sun, *observer, *stretch, own_phase, *inner))
     brightness: Scalar = formula.factor(phase, numbers) * total
     return brightness
 
