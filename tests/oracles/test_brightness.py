@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import poinsot as pt
 from poinsot.observables import (
@@ -18,7 +19,7 @@ from poinsot.observables import (
     Minnaert,
     Phong,
 )
-from poinsot.shapes.brightness import brightness_of
+from poinsot.shapes.brightness import Companion, brightness_of
 from poinsot.taylor.graph import Graph, tangents
 
 CASES = json.loads((Path(__file__).parent / "brightness_cases.json").read_text())
@@ -36,6 +37,7 @@ LAWS = {
     "ashikhmin_shirley": AshikhminShirley(**NUMBERS["ashikhmin_shirley"]),
 }
 MESHES = {name: pt.shapes.Mesh(mesh["vertices"], mesh["faces"], density=1.0) for name, mesh in CASES["meshes"].items()}
+SHADED = [case for case in CASES["cases"] if case["shadows"]]
 ELLIPSOIDS = [(law, case) for case in CASES["ellipsoids"] for law in case["brightness"]]
 
 
@@ -54,6 +56,28 @@ def test_derivatives_by_the_rotation_vector():
             assert np.max(np.abs(found - reference)) < 2e-14 * np.max(np.abs(reference))
             checked += 1
     assert checked == 12
+
+
+@pytest.mark.parametrize("case", SHADED, ids=lambda case: f"{case['mesh']} {case['to_sun']}")
+def test_areas_that_are_illuminated_and_seen(case):
+    mesh = MESHES[case["mesh"]]
+    areas = pt.shapes.illuminated_areas(mesh, case["to_sun"], to_observer=case["to_observer"])
+    np.testing.assert_allclose(areas, case["areas"], rtol=0, atol=1e-14 * mesh.face_areas.max())
+
+
+@pytest.mark.parametrize("case", CASES["pair"]["cases"], ids=lambda case: case["kind"])
+def test_mutual_shadows_and_occultations(case):
+    meshes = [pt.shapes.Mesh(mesh["vertices"], mesh["faces"], density=1.0) for mesh in CASES["pair"]["meshes"]]
+    laws = [LommelSeeliger(albedo=w) for w in CASES["pair"]["w"]]
+    axes = [Rotation.from_quat(q, scalar_first=True).as_matrix() for q in case["quaternions"]]
+    for own, other, sign in ((0, 1, 1), (1, 0, -1)):
+        position = sign * axes[own].T @ case["secondary_from_primary"]
+        companion = Companion(meshes[other], position, axes[own].T @ axes[other])
+        directions = [axes[own].T @ case[name] for name in ("to_sun", "to_observer")]
+        found = brightness_of(meshes[own], laws[own], *directions, shadows="exact", companion=companion)
+        assert found == pytest.approx(case["brightness_of_each"][own], rel=1e-13, abs=1e-16)
+        alone = brightness_of(meshes[own], laws[own], *directions)
+        assert alone == pytest.approx(case["without_the_other"][own], rel=1e-13, abs=0)
 
 
 def given(case, law):

@@ -342,7 +342,7 @@ def _means_in_cells(times: Array, values: Array, epoch: float, periods: Array) -
 
 def _in_unit(length: float, unit: Unit) -> str:
     """Return a period with its unit: "5.27025547 h"."""
-    return f"{unit.factor * length:.10g}" + ("" if unit.written == "1" else f" {unit.written}")
+    return f"{unit.factor * length:.8g}" + ("" if unit.written == "1" else f" {unit.written}")
 
 
 # ---------------------------------------------------------------------- drawing

@@ -35,8 +35,8 @@ from poinsot.systems.times import checked_times
 __all__ = ["sky"]
 
 NORTH = (0.0, 0.0, 1.0)
-ARROW, SPACING = 1.45, 3.1
-"""Length of the arrows, and distance of neighbouring pictures, in radii of the body."""
+ARROW, SPACING, BELOW = 1.45, 3.1, 0.35
+"""Length of the arrows, distance of neighbouring pictures and space for the scale, in radii of the body."""
 TEXT = (-1.5, 1.5)
 """Place of the time, in radii of the body from the middle of a picture."""
 MAX_COLUMNS = 4
@@ -116,7 +116,12 @@ def sky(
         x, y = centre + radius * np.array(TEXT)
         panel.text(x, y, instant(motion, time, time_unit), ha="left", va="top", fontsize="small")
     half = 0.5 * SPACING * radius
-    panel.set(xlim=(-half, (2 * columns - 1) * half), ylim=((1 - 2 * rows) * half, half), xticks=[], yticks=[])
+    panel.set(
+        xlim=(-half, (2 * columns - 1) * half),
+        ylim=((1 - 2 * rows) * half - BELOW * radius, half),
+        xticks=[],
+        yticks=[],
+    )
     panel.set_aspect("equal")
     _draw_scale(panel, radius, _length_unit(motion.system.units))
     dress(panel, "east to the left", "north upwards")

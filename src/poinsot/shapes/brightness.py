@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from typing import Literal
+from itertools import chain
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from poinsot.shapes.scattering import LommelSeeliger, ScatteringLaw
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import computed, ruled
 
-__all__ = ["Shadows", "brightness_of"]
+__all__ = ["Companion", "Shadows", "brightness_of"]
 
 Shadows = Literal[False, "centroids", "exact"]
 """Shadows of the faces of a mesh: none, faces whose centroid is clear, or exact clear areas."""
@@ -40,6 +41,23 @@ DARK = 1e-24
 NO_STRETCH = (1.0, 1.0, 1.0)
 
 
+class Companion(NamedTuple):
+    """Second mesh and its place, along the axes of the first mesh.
+
+    Attributes
+    ----------
+    mesh : Mesh
+    position : three scalars
+        Centre of mass of the second mesh from the centre of mass of the first mesh.
+    matrix : three rows of three scalars
+        Rotation matrix from the axes of the second mesh to the axes of the first mesh.
+    """
+
+    mesh: Mesh
+    position: Sequence[Scalar]
+    matrix: Sequence[Sequence[Scalar]]
+
+
 def brightness_of(
     shape: Mesh | Ellipsoid | Plates,
     law: ScatteringLaw,
@@ -47,6 +65,7 @@ def brightness_of(
     to_observer: Sequence[Scalar],
     stretch: Sequence[Scalar] = NO_STRETCH,
     shadows: Shadows = False,
+    companion: Companion | None = None,
 ) -> Scalar:
     """Return the brightness B of a body, an area.
 
@@ -59,9 +78,11 @@ def brightness_of(
     to_sun, to_observer : three scalars
         Directions from the body along the body axes, of any length.
     stretch : three scalars
-        Factors by which the shape is stretched along its axes, x -> stretch x.
+        Factors by which the shape is stretched along its axes, x -> stretch x. A companion is stretched alike.
     shadows : False, "centroids" or "exact"
         Shadows of the faces of a mesh on each other. Ellipsoids are convex, and plates do not shadow each other.
+    companion : Companion, optional
+        Second mesh, which shadows and hides faces of a mesh. Without shadows it has no effect.
 
     Returns
     -------
@@ -75,17 +96,21 @@ def brightness_of(
     phase, numbers = phase_angle(sun, observer), law.numbers
     formula = law_formula(law)
     inner = [numbers[k] for k in formula.rest_numbers]
-    total = computed(_light(shape, formula, shadows), (*sun, *observer, *stretch, phase, *inner))
+    light = _light(shape, formula, shadows, companion and companion.mesh)
+    place = (*companion.position, *chain.from_iterable(companion.matrix)) if companion and light.placed else ()
+    total = computed(light, (*sun, *observer, *place, *stretch, phase, *inner))
     brightness: Scalar = formula.factor(phase, numbers) * total
     return brightness
 
 
 @functools.lru_cache(maxsize=MAX_LIGHTS)
-def _light(shape: Mesh | Ellipsoid | Plates, formula: LawFormula, shadows: Shadows) -> ReflectedLight:
+def _light(
+    shape: Mesh | Ellipsoid | Plates, formula: LawFormula, shadows: Shadows, other: Mesh | None
+) -> ReflectedLight:
     if isinstance(shape, Ellipsoid):
         return LightOfEllipsoid(shape, formula)
     if isinstance(shape, Mesh) and shadows:
-        return LightOfShadedMesh(shape, formula, shadows == "exact")
+        return LightOfShadedMesh(shape, formula, shadows == "exact", other)
     return LightOfPlates(shape, formula)
 
 

@@ -13,6 +13,7 @@ from typing_extensions import override
 from poinsot.shapes.law_program import LawFormula
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.surface import Surface
+from poinsot.shapes.views import Neighbour
 from poinsot.shapes.visibility import clear_faces, clear_parts
 from poinsot.taylor.graph import Number, Primitive
 
@@ -66,7 +67,7 @@ class Block(ABC):
         """
 
     def sums_of_shadows(self, values: Array | float) -> Array | float:  # noqa: ARG002
-        """Return the sum of v dA by both vectors, (6, epochs), of areas that change with shadows."""
+        """Return the sum of v dA by the vectors, (6 + placed, epochs), of areas that change with shadows."""
         return 0.0
 
 
@@ -74,26 +75,36 @@ class ReflectedLight(Primitive):
     """Sum of A S over facets that face the Sun and the observer, with its derivatives.
 
     The facets may be the nodes of a quadrature over a smooth surface. The variables are the unit vectors s and e, the
-    stretch, the phase angle, and the numbers of the law that do not multiply S. The phase angle is a variable of its
-    own: derivatives with respect to s and e are taken at fixed phase.
+    position r and the matrix M, by rows, of a second body that may hide facets, the stretch, the phase angle, and the
+    numbers of the law that do not multiply S. The phase angle is a variable of its own: derivatives with respect to s
+    and e are taken at fixed phase.
 
     Under a stretch D the normals are D^-1 n / |D^-1 n| and the areas A det D |D^-1 n|, so that dB/dD_k = (B - sum of
-    A n_k^2 (S - mu0 S_mu0 - mu S_mu) - s_k G_k - e_k H_k) / D_k with the gradients G and H by s and e.
+    A n_k^2 (S - mu0 S_mu0 - mu S_mu) - s_k G_k - e_k H_k - r_k R_k + sum_i (M_ik P_ik - M_ki P_ki)) / D_k with the
+    gradients G, H, R and P by s, e, r and M.
+
+    Attributes
+    ----------
+    placed : int
+        Number of the variables r and M: 12 if there is a second body, otherwise 0.
     """
+
+    placed = 0
 
     def __init__(self, formula: LawFormula) -> None:
         self.formula = formula
 
     @abstractmethod
     def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
-        """Yield blocks of epochs, with buffers for their facets, for directions (6, epochs) and one stretch."""
+        """Yield blocks of epochs, with buffers for their facets, for vectors (6 + placed, epochs) and one stretch."""
 
     @override
     def entries(self, numbers: Sequence[int], *variables: Number) -> Mapping[int, Number]:
         arrays = np.broadcast_arrays(*variables)
         shape = arrays[0].shape
-        vectors = np.stack([x.ravel() for x in arrays[:6]])
-        others = [x.ravel() if np.ndim(own) else own for x, own in zip(arrays[6:], variables[6:], strict=True)]
+        count = 6 + self.placed
+        vectors = np.stack([x.ravel() for x in arrays[:count]])
+        others = [x.ravel() if np.ndim(own) else own for x, own in zip(arrays[count:], variables[count:], strict=True)]
         stretch, scalars = others[:3], others[3:]
         found = {k: np.empty(vectors.shape[1]) for k in numbers}
         with np.errstate(all="ignore"):
@@ -106,13 +117,18 @@ class ReflectedLight(Primitive):
     def _summed(
         self, numbers: Sequence[int], vectors: Array, stretch: Array, scalars: Sequence[Any]
     ) -> dict[int, Array]:
-        """Return the entries for directions (6, epochs) and one stretch."""
-        by_stretch = any(k in STRETCH for k in numbers)
-        by_vectors = by_stretch or any(k in VECTORS for k in numbers)
-        outputs = (0, *((1, 2) if by_vectors else ()), *(k - OFFSET for k in numbers if k >= OTHERS))
+        """Return the entries for vectors (6 + placed, epochs) and one stretch.
+
+        Entry 0 is the value. The derivatives by the vectors, by the stretch and by all other numbers follow.
+        """
+        last = 6 + self.placed
+        by_stretch = any(last < k <= last + 3 for k in numbers)
+        by_vectors = by_stretch or any(0 < k <= last for k in numbers)
+        others = {k: k - last - 1 for k in numbers if k > last + 3}  # outputs of the formula
+        outputs = (0, *((1, 2) if by_vectors else ()), *others.values())
         program = self.formula.program(outputs)
         columns = self.formula.columns(program, *scalars)
-        sums = np.empty((max((*VECTORS, *STRETCH, *numbers)) + 1, vectors.shape[1]))
+        sums = np.zeros((max((last + 3, *numbers)) + 1, vectors.shape[1]))
         for block, buffers in self.blocks(vectors, stretch, program.buffers):
             part, mu0, mu = block.epochs, block.mu0, block.mu
             own = [np.repeat(x[part], block.counts) if np.ndim(x) else x for x in columns]
@@ -120,23 +136,17 @@ class ReflectedLight(Primitive):
             sums[:1, part] = block.sums(found[0], 0)
             if by_vectors:
                 sums[1:4, part], sums[4:7, part] = block.sums(found[1], 1), block.sums(found[2], 1)
-                sums[1:7, part] += block.sums_of_shadows(found[0])
+                sums[1 : last + 1, part] += block.sums_of_shadows(found[0])
             if by_stretch:
-                change = block.sums(found[0] - mu0 * found[1] - mu * found[2], 2) + np.sum(
-                    (vectors * sums[1:7])[:, part].reshape(2, 3, -1), axis=0
-                )
-                sums[7:10, part] = (sums[:1, part] - change) / stretch[:, None]
-            for k in numbers:
-                if k >= OTHERS:
-                    sums[k : k + 1, part] = block.sums(found[k - OFFSET], 0)
+                change = block.sums(found[0] - mu0 * found[1] - mu * found[2], 2)
+                products = (vectors[:, part] * sums[1 : last + 1, part]).reshape(-1, 3, change.shape[1])
+                change += products[:3].sum(axis=0)
+                if self.placed:
+                    change += products[3:].sum(axis=1) - products[3:].sum(axis=0)
+                sums[last + 1 : last + 4, part] = (sums[:1, part] - change) / stretch[:, None]
+            for k, output in others.items():
+                sums[k : k + 1, part] = block.sums(found[output], 0)
         return {k: sums[k] for k in numbers}
-
-
-VECTORS, STRETCH, OTHERS = range(1, 7), range(7, 10), 10
-"""Numbers of the entries: derivatives by both vectors, by the stretch, and by the phase angle and the other numbers."""
-
-OFFSET = 7
-"""Difference between the numbers of the other entries and the numbers of outputs of a `LawFormula`."""
 
 
 def _groups(stretch: Sequence[Any], epochs: int) -> Iterator[tuple[Any, Array]]:
@@ -164,7 +174,8 @@ class LightOfPlates(ReflectedLight):
     def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
         images = self._normals / stretch
         lengths = np.linalg.norm(images, axis=1, keepdims=True)
-        normals, scales = images / lengths, lengths * np.prod(stretch)
+        normals = np.divide(images, lengths, out=np.zeros_like(images), where=lengths > 0)
+        scales = lengths * np.prod(stretch)
         areas = self._areas[:, None] * scales
         weights = [areas, areas * normals, areas * normals * normals]
         epochs, count = vectors.shape[1], len(areas)
@@ -174,7 +185,7 @@ class LightOfPlates(ReflectedLight):
             part = slice(start, min(start + rows, epochs))
             (mu0, mu, dense), chosen = space[:3, : part.stop - start], space[3:5]
             np.matmul(vectors[:3, part].T, normals.T, out=mu0)
-            np.matmul(vectors[3:, part].T, normals.T, out=mu)
+            np.matmul(vectors[3:6, part].T, normals.T, out=mu)
             shading = self._shading(vectors[:, part], stretch, scales[:, 0])
             block = BlockOfPlates(part, mu0, mu, dense, chosen, weights, shading)
             yield block, [x.reshape(-1)[: block.mu0.size] for x in space[5:]]
@@ -185,19 +196,29 @@ class LightOfPlates(ReflectedLight):
 
 
 class LightOfShadedMesh(LightOfPlates):
-    """Light of a mesh whose faces shadow and hide each other.
+    """Light of a mesh whose faces shadow and hide each other, and which a second mesh may shadow and hide.
 
     Parallel light stays parallel under a stretch D: the clear share of each face is the clear share of the face of the
-    unstretched mesh for the directions D^-1 s and D^-1 e.
+    unstretched mesh for the directions D^-1 s and D^-1 e. The second mesh, at x -> M x + r under the same stretch, is
+    then at x -> D^-1 M D x + D^-1 r.
     """
 
-    def __init__(self, shape: Mesh, formula: LawFormula, exact: bool) -> None:
+    def __init__(self, shape: Mesh, formula: LawFormula, exact: bool, other: Mesh | None = None) -> None:
         super().__init__(shape, formula)
         self._surface, self._exact = Surface(shape), exact
+        self._other = None if other is None else Surface(other)
+        if other is not None:
+            self.placed = 12
 
     @override
-    def _shading(self, vectors: Array, stretch: Array, scales: Array) -> Shading:
-        return Shading(self._surface, vectors, stretch, scales, self._exact)
+    def _shading(self, vectors: Array, stretch: Array, scales: Array) -> Shading | None:
+        if self._other is None:
+            if not self._surface.below.any():
+                return None  # a convex mesh
+            return Shading(self._surface, vectors, stretch, scales, self._exact, None)
+        matrices = vectors[9:].T.reshape(-1, 3, 3) * (stretch / stretch[:, None])
+        neighbour = Neighbour(self._other, vectors[6:9].T / stretch, matrices)
+        return Shading(self._surface, vectors, stretch, scales, self._exact, neighbour)
 
 
 class Shading:
@@ -209,24 +230,35 @@ class Shading:
         Clear area over the whole area.
     """
 
-    def __init__(self, surface: Surface, vectors: Array, stretch: Array, scales: Array, exact: bool) -> None:
-        self._stretch, self._scales = stretch, scales
-        images = [vectors[:3].T / stretch, vectors[3:].T / stretch]
+    def __init__(
+        self,
+        surface: Surface,
+        vectors: Array,
+        stretch: Array,
+        scales: Array,
+        exact: bool,
+        neighbour: Neighbour | None,
+    ) -> None:
+        self._stretch, self._scales, self._neighbour = stretch, scales, neighbour
+        images = [vectors[:3].T / stretch, vectors[3:6].T / stretch]
         self._lengths = [np.linalg.norm(image, axis=1, keepdims=True) for image in images]
         self._units = [image / length for image, length in zip(images, self._lengths, strict=True)]
-        self._parts = clear_parts(surface, self._units) if exact else None
+        self._parts = clear_parts(surface, self._units, neighbour) if exact else None
         if self._parts is None:
-            self.shares = clear_faces(surface, self._units).astype(float)
+            self.shares = clear_faces(surface, self._units, neighbour).astype(float)
         else:
             self.shares = self._parts.areas / np.where(surface.areas > 0, surface.areas, 1.0)
 
     def slopes(self, values: Array) -> Array:
-        """Return the derivatives of the sum of clear areas times values by both vectors, (6, epochs)."""
+        """Return the derivatives of the sum of clear areas times values by the vectors, (6 + placed, epochs)."""
         if self._parts is None:
             raise ValueError('shadows must be "exact" for derivatives, got "centroids", which jump.')
-        each = zip(self._parts.slopes(values * self._scales).directions, self._units, self._lengths, strict=True)
-        across = [(slope - unit * np.sum(slope * unit, axis=1, keepdims=True)) / length for slope, unit, length in each]
-        return np.concatenate(across, axis=1).T / np.tile(self._stretch, 2)[:, None]
+        found, stretch = self._parts.slopes(values * self._scales), self._stretch
+        slopes = [slope / (length * stretch) for slope, length in zip(found.directions, self._lengths, strict=True)]
+        if self._neighbour is not None:
+            matrices = found.matrix * (stretch / stretch[:, None])
+            slopes += [found.position / stretch, matrices.reshape(-1, 9)]
+        return np.concatenate(slopes, axis=1).T
 
 
 class BlockOfPlates(Block):

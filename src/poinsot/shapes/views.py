@@ -137,7 +137,7 @@ class Scene:
         self.exposed = np.nonzero(exposed)
         """Epochs and faces of the faces that other faces may hide."""
         self.views = [
-            _View(self, k, d[part], front) for k, (d, front) in enumerate(zip(directions, fronts, strict=True))
+            _Projection(self, k, d[part], front) for k, (d, front) in enumerate(zip(directions, fronts, strict=True))
         ]
 
     def take(self, rows: Integers, indices: Integers) -> Array:
@@ -205,7 +205,7 @@ class Scene:
         return uncovered(len(edges.cells), edge[some], begin[some], end[some])
 
 
-class _View:
+class _Projection:
     """Faces of a scene along one direction."""
 
     def __init__(self, scene: Scene, index: int, directions: Array, front: Flags) -> None:

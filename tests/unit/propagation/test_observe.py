@@ -130,6 +130,13 @@ def test_members_must_be_as_many():
         pt.observe(pt.propagate(pt.System(BODY), start, TIMES), Rate(np.zeros((2, 3))))
 
 
+@pytest.mark.parametrize("dense", [True, False])
+def test_light_from_before_the_first_time(dense):
+    seen = pt.observe(moved(dense=dense), Delayed(0.7))
+    earlier = moved(TIMES - 0.7).quaternion[:, 0]
+    assert np.allclose(seen.values, earlier, rtol=0, atol=1e-14)
+
+
 def test_light_times_of_members():
     motion = moved(np.linspace(0, 3, 7))
     seen = pt.observe(motion, Delayed([0.5, 0.25])).values

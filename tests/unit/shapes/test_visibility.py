@@ -260,7 +260,7 @@ def test_clear_areas_are_the_areas_across_slabs(name):
         cosines = np.min([surface.normals @ d for d in directions], axis=0)
         expected = areas_across_slabs(mesh, directions)
         np.testing.assert_allclose(areas * cosines, expected * cosines, rtol=0, atol=1e-14 * surface.areas.max())
-        shaded += np.count_nonzero((expected > 0) & (expected < 0.999 * surface.areas))
+        shaded += int(np.count_nonzero((expected > 0) & (expected < 0.999 * surface.areas)))
     assert shaded > 3
 
 
