@@ -180,7 +180,7 @@ def _propagated_in_chunks(
     ensemble = ensemble_of_motions(
         whole, integrator.variables, integrator.problem.events, integrator.settings, integrate
     )
-    return cast("Trajectory", run_in_chunks(ensemble, plan, integrator.settings.progress))
+    return cast("Trajectory", run_in_chunks(ensemble, plan, bool(integrator.settings.progress)))
 
 
 def _observed_members(
