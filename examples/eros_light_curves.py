@@ -2,12 +2,13 @@
 
 One published pole and one rate explain the light curves of 433 Eros from 1951 to 2023.
 
-The program reads light curves in the format of DAMIT: `python eros_light_curves.py lc.txt`. DAMIT, the database of
-asteroid models from inversion techniques (Durech, Sidorin and Kaasalainen 2010, A&A 513, A46), has a file for Eros. The
-model is an ellipsoid of 34.4 x 11.2 x 11.2 km with the law of Lommel and Seeliger, which rotates about the pole at the
-ecliptic longitude 17.22 deg and latitude 11.35 deg. For each curve the program fits one factor of brightness and one
-angle of rotation. The angles show a rate that is wrong by less than a millionth: with the rate of the IAU report they
-drift by 19 deg in seventy years, with a rate from the spacecraft NEAR they stay constant to 3 deg.
+The program reads a file of light curves in the format of DAMIT, whose name follows its own on the command line. DAMIT,
+the database of asteroid models from inversion techniques (Durech, Sidorin and Kaasalainen 2010, A&A 513, A46), has a
+file for Eros. The model is an ellipsoid of 34.4 x 11.2 x 11.2 km with the law of Lommel and Seeliger, which rotates
+about the pole at the ecliptic longitude 17.22 deg and latitude 11.35 deg. For each curve the program fits one factor
+of brightness and one angle of rotation. The angles show a rate that is wrong by less than a millionth: with the rate
+of the IAU report they drift by 19 deg in seventy years, with a rate from the spacecraft NEAR they stay constant to 3
+deg.
 """
 
 import sys
@@ -16,7 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import poinsot as pt
-from poinsot.observables import LommelSeeliger
+from poinsot.observables import LommelSeeliger, Readings
 
 files = [argument for argument in sys.argv[1:] if argument.endswith(".txt")]
 if not files:
@@ -36,13 +37,17 @@ POLE = np.radians((17.22, 11.35))  # ecliptic longitude and latitude
 PHASES = np.arange(-40, 41)  # deg
 
 
+def motion_at(rate, angles, times):
+    """Return the motions of members with different angles of rotation at the epoch, radians."""
+    model = pt.orbits.RotationModel.from_pole(*POLE, 360 / rate, angles, axes="ecliptic")
+    still = {"omega_body": np.zeros((len(angles), 3)), "frame": model, "time": 0.0}
+    start = eros.state(np.tile((1.0, 0, 0, 0), (len(angles), 1)), **still)
+    return pt.free_motion(eros, start, times, units={"time": "d"})
+
+
 def logarithms(rate, angles):
-    """Return the logarithms of observed over computed brightness of each curve, (members, n), less their mean."""
-    models = [pt.orbits.RotationModel.from_pole(*POLE, 360 / rate, angle, axes="ecliptic") for angle in angles]
-    spin = np.array([model.omega_space(0.0) for model in models])
-    attitudes = np.array([model.quaternion(0.0) for model in models])
-    motion = pt.free_motion(eros, eros.state(attitudes, omega_space=spin), times, units={"time": "d"})
-    computed = pt.observe(motion, *curves)
+    """Return the logarithms of observed over computed brightness of each curve, (members, n), less their means."""
+    computed = pt.observe(motion_at(rate, angles, times), *curves)
     ratios = [np.log(curve.values / found.values) for curve, found in zip(curves, computed, strict=True)]
     return [ratio - np.mean(ratio, axis=-1, keepdims=True) for ratio in ratios]
 
@@ -66,7 +71,7 @@ def rotation(rate):
 
 
 def drift(epochs, offsets, weights):
-    """Return the slope of the angles over time, without outliers, and its standard error, deg/d."""
+    """Return the line of the angles over time, with small weights of outliers, and the standard error of its slope."""
     known = np.isfinite(offsets)
     t, angles, weights = epochs[known], offsets[known], weights[known]
     columns = np.stack([np.ones_like(t), t], axis=-1)
@@ -98,9 +103,17 @@ for (name, rate), colour in zip(RATES.items(), ("#D55E00", "#0072B2"), strict=Tr
         assert abs(rate + line[1] - 1639.38928) < 1e-4
     else:
         assert 15 < total < 25
-axes[0].set(xlabel="year", ylabel="angle of rotation from the model [deg]", ylim=(-40, 40))
+axes[0].set(xlabel="year", ylabel="angle of rotation from the model [deg]", ylim=(-25, 25))
 axes[0].legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize="small")
 axes[0].grid(alpha=0.25)
 
+# The curve with most data, with the last model.
 longest = max(curves, key=lambda curve: curve.times.size)
+moments = np.linspace(longest.times[0], longest.times[-1], 400)
+model = pt.observe(motion_at(rate, np.array([best]), moments), longest.observable).isel(member=0)
+scale = np.mean(longest.values) / np.mean(np.interp(longest.times, moments, model.values))
+observed = Readings(longest.observable, longest.times, longest.values / scale, attributes=model.attributes)
+pt.plot.phased(observed, 360 / rate, model, epoch=longest.times[0], time_unit="h", ax=axes[1])
+axes[1].set_ylabel("relative brightness")
+axes[1].set_title(f"{years[curves.index(longest)]:.1f}", loc="right", fontsize="medium")
 figure.savefig("eros_light_curves.png", dpi=110)

@@ -422,6 +422,7 @@ def files(folder):
         ),
         "field": text(folder / "g.tab", FIELD),
         "gyro": text(folder / "gyro.csv", GYRO),
+        "curves": text(folder / "lc.txt", CURVES),
         "spin": text(folder / "spin.txt", SPIN),
         "alcdef": text(folder / "alcdef.txt", ALCDEF),
         "spk": kernel(folder / "m.bsp"),
@@ -460,6 +461,13 @@ FIELD = (
     "    2,    0, -1.0E-03, 0.0, 0.0, 0.0\r\n    2,    1, 0.0, 0.0, 0.0, 0.0\r\n    2,    2, 1.0E-04, 0.0, 0.0, 0.0\r\n"
 )
 GYRO = "t_s,wx,wy,wz\n0.0,0.1,0.2,0.3\n0.01,0.1,0.2,0.31\n0.02,0.1,0.21,0.31\n"
+CURVES = (
+    "2\n3 0\n"
+    "2433915.386 1.02 -1.492 -0.203 -0.256 -0.490 -0.156 -0.256\n"
+    "2433915.401 1.01 -1.491 -0.204 -0.256 -0.490 -0.155 -0.256\n"
+    "2433915.407 1.03 -1.490 -0.205 -0.256 -0.489 -0.155 -0.256\n"
+    "1 1\n2434000.5 0.9 -1.5 -0.2 -0.3 -0.5 -0.1 -0.2\n"
+)
 SPIN = "251 -63 5.27\n2433827.771536 10\n0.5 0.1 -0.5\n0.1\n"
 ALCDEF = """STARTMETADATA
 OBJECTNUMBER=1

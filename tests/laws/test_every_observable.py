@@ -2,6 +2,7 @@
 
 import pickle
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -10,7 +11,10 @@ import poinsot as pt
 from kinds import concrete_subclasses
 from kinds.observables import BODY, OBSERVABLES, START, SYSTEM, TIMES
 from poinsot.analysis.observed_partials import observed_partials
+from poinsot.functions import Vector
+from poinsot.mechanics.environment import Environment
 from poinsot.scenarios.system_text import rebuilt_observables, text_of_observables
+from poinsot.taylor.graph import Graph, tangents
 
 EPS = np.finfo(float).eps
 each_observable = pytest.mark.parametrize("observable", OBSERVABLES.values(), ids=OBSERVABLES)
@@ -119,3 +123,33 @@ def test_partials_are_the_slopes_of_readings(observable):
         # The error h^4/30 of the fifth derivative, and roundings of the readings over h.
         bound = 3e-10 * np.max(np.abs(found.by_start)) + 8 * EPS * np.max(np.abs(found.values)) / h
         assert np.allclose(found.by_start[..., k], slope, rtol=0, atol=bound)
+
+
+def read(observable, numbers):
+    """Return the components of a reading for all numbers: of the observable, quaternion, time, angular velocity."""
+    own = len(numbers) - 8
+    q, time, omega = numbers[own : own + 4], numbers[own + 4], numbers[own + 5 :]
+    instant = pt.Instant(BODY, pt.Attitude.from_quaternion(Vector(q)), Environment(time), Vector(omega))
+    reading = observable.with_numbers(numbers[:own]).reading(instant)
+    return list(reading) if observable.components else [reading]
+
+
+@pytest.mark.parametrize("name", [name for name in OBSERVABLES if name != "light curve of a mesh"])  # a closed rule
+def test_derivatives_by_every_number_agree_with_digits(name):
+    """Central differences of the formula with 40 digits; each number of a reading on the nodes of a graph."""
+    observable, graph = OBSERVABLES[name], Graph()
+    numbers = [*map(float, observable.numbers), *START.quaternion, 0.7, 0.2, 1.1, -0.4]
+    nodes = [graph.variable(x) for x in numbers]
+    outputs = read(observable, nodes)
+    values = np.array(graph.evaluated(outputs), dtype=float)
+    for i, x in enumerate(numbers):
+        found = np.array(graph.evaluated(tangents(outputs, {nodes[i]: 1.0})), dtype=float)
+        with mpmath.workdps(40):
+            exact = [mpmath.mpf(number) for number in numbers]
+            size = abs(x) or 1.0
+            h = size * mpmath.mpf(10) ** -15
+            low, high = (read(observable, [*exact[:i], exact[i] + s * h, *exact[i + 1 :]]) for s in (-1, 1))
+            slope = np.array([float((b - a) / (2 * h)) for a, b in zip(low, high, strict=True)])
+        # Three times the largest error, of an ellipsoid's light; numbers that cancel leave roundings of the reading.
+        bound = 6e-13 * np.max(np.abs(slope)) + 32 * EPS * np.max(np.abs(values)) / size
+        assert np.allclose(found, slope, rtol=0, atol=bound), (name, i)

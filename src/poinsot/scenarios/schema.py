@@ -289,6 +289,7 @@ def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
         "output": lambda: Annotated[StrictStr, AfterValidator(functools.partial(_output, key.choices))],
         "record": lambda: _union(key.group, inside),
         "records": lambda: list[_union(key.group, inside)],  # type: ignore[misc]
+        "record or records": lambda: _union(key.group, inside) | list[_union(key.group, inside)],  # type: ignore[misc]
         "orbit": lambda: ORBIT | _union(key.group, inside) if key.group else ORBIT,
         "orbits": lambda: list[StrictStr],
         "named": lambda: dict[StrictStr, _number("number", key.rank)],  # type: ignore[misc]
