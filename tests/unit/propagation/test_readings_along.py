@@ -218,7 +218,7 @@ def test_two_bodies():
 def test_wrong_observables():
     with pytest.raises(TypeError, match="observables"):
         pt.propagate(SYSTEM, START, TIMES, observables=[3.0])
-    with pytest.raises(ValueError, match="variables must be some of .* sight_2, got 'sigt'"):
+    with pytest.raises(ValueError, match=r"variables must be some of .* sight_2, got 'sigt'"):
         pt.propagate(SYSTEM, STATES, TIMES, observables=OBSERVABLES, chunk=3, out="never.zarr", variables=["sigt"])
 
 
