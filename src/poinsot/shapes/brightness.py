@@ -96,9 +96,10 @@ def brightness_of(
     phase, numbers = phase_angle(sun, observer), law.numbers
     formula = law_formula(law)
     inner = [numbers[k] for k in formula.rest_numbers]
+    own_phase = phase if formula.uses_phase else 0.0
     light = _light(shape, formula, shadows, companion and companion.mesh)
     place = (*companion.position, *chain.from_iterable(companion.matrix)) if companion and light.placed else ()
-    total = computed(light, (*sun, *observer, *place, *stretch, phase, *inner))
+    total = computed(light, (*sun, *observer, *place, *stretch, own_phase, *inner))
     brightness: Scalar = formula.factor(phase, numbers) * total
     return brightness
 

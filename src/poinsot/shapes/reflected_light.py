@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +25,23 @@ Array = NDArray[np.float64]
 
 BLOCK = 65_536
 """Number of facets at all epochs of a block, so that the buffers of a block stay in the cache."""
+
+
+class Workspace(threading.local):
+    """Memory of one thread for the arrays of a block, which later calls use again."""
+
+    def __init__(self) -> None:
+        self._memory = np.empty(0)
+
+    def array(self, *shape: int) -> Array:
+        """Return an array of any content, valid until the next call in this thread."""
+        size = math.prod(shape)
+        if size > self._memory.size:
+            self._memory = np.empty(size)
+        return self._memory[:size].reshape(shape)
+
+
+WORKSPACE = Workspace()
 
 
 class Plates(Protocol):
@@ -160,6 +179,26 @@ def _groups(stretch: Sequence[Any], epochs: int) -> Iterator[tuple[Any, Array]]:
         yield np.flatnonzero(inverse.ravel() == k), factors
 
 
+class StretchedPlates(NamedTuple):
+    """Plates under a stretch.
+
+    Attributes
+    ----------
+    stretch : array (3,)
+    normals : array (n, 3)
+        Unit normals.
+    scales : array (n,)
+        Areas over the areas without a stretch.
+    weights : list of arrays (n, 1 or 3)
+        Areas times the powers 0, 1 and 2 of the normals.
+    """
+
+    stretch: Array
+    normals: Array
+    scales: Array
+    weights: list[Array]
+
+
 class LightOfPlates(ReflectedLight):
     """Light of flat one-sided facets that do not shadow each other."""
 
@@ -169,24 +208,31 @@ class LightOfPlates(ReflectedLight):
             self._areas, self._normals = shape.face_areas, np.nan_to_num(shape.face_normals)
         else:
             self._areas, self._normals = np.asarray(shape.areas), np.asarray(shape.normals)
+        self._last = self._stretched(np.ones(3))
+
+    def _stretched(self, stretch: Array) -> StretchedPlates:
+        images = self._normals / stretch
+        lengths = np.linalg.norm(images, axis=1, keepdims=True)
+        normals, scales = images / np.where(lengths > 0, lengths, 1.0), lengths * np.prod(stretch)
+        areas = self._areas[:, None] * scales
+        weights = [np.asfortranarray(x) for x in (areas, areas * normals, areas * normals * normals)]
+        return StretchedPlates(stretch, normals, scales[:, 0], weights)
 
     @override
     def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
-        images = self._normals / stretch
-        lengths = np.linalg.norm(images, axis=1, keepdims=True)
-        normals = np.divide(images, lengths, out=np.zeros_like(images), where=lengths > 0)
-        scales = lengths * np.prod(stretch)
-        areas = self._areas[:, None] * scales
-        weights = [areas, areas * normals, areas * normals * normals]
-        epochs, count = vectors.shape[1], len(areas)
+        plates = self._last
+        if not np.array_equal(plates.stretch, stretch):
+            plates = self._last = self._stretched(stretch)
+        _, normals, scales, weights = plates
+        epochs, count = vectors.shape[1], len(normals)
         rows = max(1, min(epochs, BLOCK // max(count, 1)))
-        space = np.empty((buffers + 5, rows, count))
+        space = WORKSPACE.array(buffers + 5, rows, count)
         for start in range(0, epochs, rows):
             part = slice(start, min(start + rows, epochs))
             (mu0, mu, dense), chosen = space[:3, : part.stop - start], space[3:5]
             np.matmul(vectors[:3, part].T, normals.T, out=mu0)
             np.matmul(vectors[3:6, part].T, normals.T, out=mu)
-            shading = self._shading(vectors[:, part], stretch, scales[:, 0])
+            shading = self._shading(vectors[:, part], stretch, scales)
             block = BlockOfPlates(part, mu0, mu, dense, chosen, weights, shading)
             yield block, [x.reshape(-1)[: block.mu0.size] for x in space[5:]]
 
