@@ -253,7 +253,7 @@ def test_a_large_ensemble_has_the_distribution_of_the_program(tmp_path):
 
 
 def test_the_rocket_glints_where_a_side_is_a_mirror():
-    """At each bright peak a normal of the box is within 8 degrees of midway between Sun and station, as nowhere else."""
+    """At each bright peak a normal of the box is midway between Sun and station to 8 degrees, as nowhere else."""
     scenario = pt.files.read_scenario(EXAMPLES / "glinting_rocket.toml")
     motion = scenario.propagate(progress=False)
     [curve] = scenario.observe(motion)
