@@ -21,7 +21,8 @@ from poinsot.plot.labels import BLACK, GREEN, one_body
 from poinsot.plot.panels import Axes, PanelOptions, dress, one_panel, plot
 from poinsot.plot.solid_parts import triangles_of
 from poinsot.plot.time_axis import instant
-from poinsot.propagation.observe import states_at
+from poinsot.propagation.propagate import propagated_again
+from poinsot.propagation.readings_along import states_at
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array, Times
 from poinsot.records.units import DerivedUnits
@@ -153,7 +154,7 @@ def _views(motion: Trajectory, curve: LightCurve, times: Array, north: Array) ->
     """Return the views of the body at times of observation."""
     seen = curve.time_of_body(times, DerivedUnits(motion.system.units))
     wanted, place = np.unique(seen, return_inverse=True)
-    state, environment = states_at(motion, wanted)
+    state, environment = states_at(motion, wanted, propagated_again)
     seen_at = cast(Instant, motion.system.at(state, environment))
     in_space = seen_at.attitude.to_space
     vectors = {
