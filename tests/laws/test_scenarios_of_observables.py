@@ -223,6 +223,36 @@ def test_plots_of_readings(top, tmp_path):
 
 
 LIGHT = """\
+[[observe]]
+type = "LightCurve"
+shape = { type = "Ellipsoid", semiaxes = [3, 2, 1], mass = 1 }
+law = { type = "Lambert", albedo = 0.2 }
+sun = "STATION"
+observer = "STATION"
+kind = "relative"
+light_time = false
+"""
+
+
+def test_pictures_of_a_result_with_a_light_curve(top, tmp_path):
+    """The plane of the sky, and arrows to the Sun and to the observer in the scene and in the animation."""
+    path = tmp_path / "lit.toml"
+    path.write_text(TEXT + LIGHT)
+    call("run", path)
+    result = tmp_path / "lit.nc"
+    assert call("plot", result, "--kind", "sky").stdout == f"{tmp_path}/lit-sky.png\n"
+    call("view", result)
+    assert 'data-part="observer" checked' in (tmp_path / "lit.html").read_text()
+    call("animate", result, "--seconds", "0.1")
+    plain = call("run", top)
+    assert plain.exit_code == 0
+    sentence = "--kind sky must be of a scenario with a light curve, [[observe]] type = 'LightCurve', got none."
+    assert sentence in call("plot", tmp_path / "top.nc", "--kind", "sky", code=2).stderr
+    call("view", tmp_path / "top.nc")
+    assert 'data-part="observer"' not in (tmp_path / "top.html").read_text()
+
+
+ASTEROID = """\
 title = "asteroid"
 [units]
 inertia = "kg km2"
@@ -267,7 +297,7 @@ def test_light_curves_in_the_formats_of_asteroids(tmp_path):
     shape, law = pt.shapes.Ellipsoid((0.9, 0.6, 0.5), density=2e12), pt.observables.LommelSeeliger(albedo=0.2)
     calendar = pt.Calendar("2026-11-21T00:00:00", "TDB")
     path = tmp_path / "asteroid.toml"
-    path.write_text(LIGHT.replace("KIND", "relative"))
+    path.write_text(ASTEROID.replace("KIND", "relative"))
     scenario = read_scenario(path)
     (seen,) = scenario.observe()
     assert call("observe", path, "--format", "damit").stdout == f"{tmp_path}/asteroid.lc.txt\n"
@@ -280,7 +310,7 @@ def test_light_curves_in_the_formats_of_asteroids(tmp_path):
     info = call("info", tmp_path / "asteroid.lc.txt").stdout.splitlines()
     assert info[:2] == ["Light curves, DAMIT: 1, 0 of which are calibrated", "  data: 9"]
     assert "must be magnitudes, in mag, for ALCDEF" in call("observe", path, "--format", "alcdef", code=2).stderr
-    path.write_text(LIGHT.replace("KIND", "magnitude"))
+    path.write_text(ASTEROID.replace("KIND", "magnitude"))
     assert "must be fluxes of a LightCurve" in call("observe", path, "--format", "damit", "--overwrite", code=2).stderr
     assert call("observe", path, "--format", "alcdef").stdout == f"{tmp_path}/asteroid.alcdef.txt\n"
     (mags,) = pt.files.read_alcdef(tmp_path / "asteroid.alcdef.txt", scenario.plans[0].observable, calendar=calendar)
