@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.errors import PropagationError, level_of_user
@@ -27,7 +26,7 @@ from poinsot.records.units import DerivedUnits
 from poinsot.systems.collection import Collection
 from poinsot.systems.formula_trials import try_observable
 from poinsot.systems.system import System
-from poinsot.systems.times import checked_times
+from poinsot.systems.times_and_states import checked_times
 
 __all__ = ["absent_readings", "checked_observables", "observe", "refuse_unfit"]
 
@@ -156,24 +155,16 @@ def values_along(motion: Trajectory, observable: Observable, times: Array) -> Ar
     return values
 
 
-class _System(Collection):
-    """Records of a system together with an observable."""
-
-    @override
-    def with_records(self, records: Iterable[Any]) -> _System:
-        return _System(tuple(records))
-
-
 def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...], times: Array) -> None:
     """Raise an error for an observable that does not fit a system of members, or times at which an orbit is unknown."""
-    _System((*system.dynamics.records, observable)).refuse_other_axes()
+    Collection((*system.dynamics.records, observable)).refuse_other_axes()
     if not isinstance(system, RecordedSystem):
         try_observable(system.dynamics, observable)
     if observable.member_axis and members and observable.member_axis != members:
         raise ValueError(
             f"the observable must have as many members as the motion, {members[0]}, got {observable.member_axis[0]}."
         )
-    first, last = _System((observable,)).span
+    first, last = Collection((observable,)).span
     outside = times[(times < first) | (times > last)]
     if outside.size:
         raise ValueError(
