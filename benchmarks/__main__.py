@@ -46,6 +46,7 @@ SECTIONS = {
     "chaos_maps": "variational",
     "two_bodies": "pairs",
     "cubesat": "spacecraft",
+    "brightness": "brightness",
     "in_stores": "stores",
     "on_workers": "workers",
 }

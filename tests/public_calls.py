@@ -98,6 +98,7 @@ NOT_CALLED = {
     *("Atmosphere", "TabulatedAtmosphere"),
     *("AttitudeFormat", "BodyVector", "SpaceVector", "Vector", "functions", "plot"),
     *("Bifurcation", "Branch", "CassiniState", "ChaosIndicators", "EventRecord", "Ephemeris", "Equilibrium"),
+    "LineIdentification",
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "SecularEvolution", "Section", "StateTransition", "Trajectory", "YorpCoefficients"),
     "RunEstimate",
@@ -126,6 +127,12 @@ def motion():
 class Speed(pt.Observable):
     def reading(self, instant):
         return pt.functions.norm(instant.omega_body)
+
+
+@functools.cache
+def light_curve():
+    ball, law = pt.shapes.Ellipsoid((1.0, 0.9, 0.7), mass=50.0), pt.observables.Lambert(0.2)
+    return pt.observables.LightCurve(ball, law, sun=ELLIPSE, observer=CIRCLE, kind="relative", light_time=False)
 
 
 @functools.cache
@@ -415,6 +422,7 @@ def files(folder):
         ),
         "field": text(folder / "g.tab", FIELD),
         "gyro": text(folder / "gyro.csv", GYRO),
+        "curves": text(folder / "lc.txt", CURVES),
         "spin": text(folder / "spin.txt", SPIN),
         "alcdef": text(folder / "alcdef.txt", ALCDEF),
         "spk": kernel(folder / "m.bsp"),
@@ -453,6 +461,13 @@ FIELD = (
     "    2,    0, -1.0E-03, 0.0, 0.0, 0.0\r\n    2,    1, 0.0, 0.0, 0.0, 0.0\r\n    2,    2, 1.0E-04, 0.0, 0.0, 0.0\r\n"
 )
 GYRO = "t_s,wx,wy,wz\n0.0,0.1,0.2,0.3\n0.01,0.1,0.2,0.31\n0.02,0.1,0.21,0.31\n"
+CURVES = (
+    "2\n3 0\n"
+    "2433915.386 1.02 -1.492 -0.203 -0.256 -0.490 -0.156 -0.256\n"
+    "2433915.401 1.01 -1.491 -0.204 -0.256 -0.490 -0.155 -0.256\n"
+    "2433915.407 1.03 -1.490 -0.205 -0.256 -0.489 -0.155 -0.256\n"
+    "1 1\n2434000.5 0.9 -1.5 -0.2 -0.3 -0.5 -0.1 -0.2\n"
+)
 SPIN = "251 -63 5.27\n2433827.771536 10\n0.5 0.1 -0.5\n0.1\n"
 ALCDEF = """STARTMETADATA
 OBJECTNUMBER=1
@@ -803,6 +818,17 @@ def public_calls(folder):
             pt.analysis.frequencies,
             {"signal": SIGNAL, "times": 0.1, "count": 1, "sigma": 0.1, "highest": 20.0},
         ),
+        "identify_lines": (
+            pt.analysis.identify_lines,
+            {
+                **{"spectrum": pt.analysis.frequencies(SIGNAL, 0.1, 2), "base": (1.0, 0.3), "order": 3, "count": 2},
+                "body": pt.Body((0.61, 0.965, 1.0)),
+            },
+        ),
+        "LineIdentification.alternatives": (
+            pt.analysis.identify_lines(pt.analysis.frequencies(SIGNAL, 0.1, 2), base=(1.0, 0.3))[0].alternatives,
+            {"line": 0},
+        ),
         "load": (pt.load, {"source": at["nc"]}),
         "lyapunov_spectrum": (pt.analysis.lyapunov_spectrum, {**here, **run}),
         "omm_orbit": (pt.files.omm_orbit, {"message": OMM, **dates, "reference_frame": "TEME"}),
@@ -887,6 +913,10 @@ def public_calls(folder):
         ),
         "plot.readings": (pt.plot.readings, {"readings": read(), "points": True, **shown}),
         "plot.section": (pt.plot.section, {"section": pt.analysis.section(motion(), where), **drawn}),
+        "plot.sky": (
+            pt.plot.sky,
+            {"motion": motion(), "curve": light_curve(), "times": TIMES[:2], "north": (0, 0, 1.0), **shown},
+        ),
         "plot.spectrum": (
             pt.plot.spectrum,
             {

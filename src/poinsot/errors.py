@@ -205,10 +205,16 @@ def warn_of_negative(name: str, value: Any, hint: str = "") -> None:
 
 
 def level_of_user() -> int:
-    """Return the stack level, as seen by the caller, of the first line outside the package."""
+    """Return the stack level, as seen by the caller, of the first line outside the package.
+
+    The generated `__init__` of a record of the user is no such line.
+    """
     frame: FrameType | None = sys._getframe(1)
     level = 1
-    while frame and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]:
+    while frame and (
+        frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]
+        or (frame.f_code.co_filename, frame.f_code.co_name) == ("<string>", "__init__")
+    ):
         frame, level = frame.f_back, level + 1
     return level
 

@@ -22,6 +22,8 @@ STATE_OMEGA = "system.omega_body(state): the angular velocity depends on the ine
 RATES = "omega_body=... for components along the body axes or omega_space=... for components in space"
 OMEGA = "motion.omega_body or motion.omega_space"
 MOMENTUM = "motion.angular_momentum_body or motion.angular_momentum_space"
+STATION = "poinsot.orbits.GroundStation(orbit, rotation, latitude=..., longitude=...)"
+VECTOR_SENSOR = "poinsot.observables.VectorSensor"
 TABLE = "motion.dataset.to_dataframe()"
 SPECTRUM = "poinsot.analysis.frequencies(signal, times)"
 TOLERANCE = "tolerance=..., the relative truncation error of a step"
@@ -185,6 +187,45 @@ HABITS: dict[str, Mapping[str, str]] = {
         "Kepler": "poinsot.KeplerOrbit",
         "CircularOrbit": "poinsot.KeplerOrbit(mu, semimajor_axis=..., eccentricity=0.0)",
         "HyperbolicOrbit": "poinsot.orbits.EscapeOrbit",
+        **dict.fromkeys(("EarthLocation", "Observatory", "Site", "Topocentric", "Topos"), STATION),
+    },
+    "poinsot.observables": {
+        **dict.fromkeys(("IMU", "RateSensor", "Gyroscope", "AngularRateSensor"), "poinsot.observables.Gyro(bias=...)"),
+        "Accelerometer": "a poinsot.Observable of your own: instant.omega_body gives the centrifugal acceleration",
+        **dict.fromkeys(("StarCamera", "STR", "QuaternionSensor"), "poinsot.observables.StarTracker(mounting=...)"),
+        **dict.fromkeys(("SunSensor", "FineSunSensor", "FSS"), f"{VECTOR_SENSOR}(sun, occulters=...), with an orbit"),
+        **dict.fromkeys(("CSS", "Photodiode"), "poinsot.observables.CoarseSunSensors(sun, normals)"),
+        **dict.fromkeys(("HorizonSensor", "EarthSensor", "NadirSensor"), f"{VECTOR_SENSOR}(orbit, field_of_view=...)"),
+        **dict.fromkeys(("TAM", "MagneticSensor"), "poinsot.observables.Magnetometer(field)"),
+        **dict.fromkeys(("Photometer", "Telescope", "Photometry"), "poinsot.observables.LightCurve"),
+        **dict.fromkeys(("Radar", "Doppler"), "poinsot.observables.DopplerBandwidth or DopplerEdges"),
+        **dict.fromkeys(("SLR", "Ranging", "LaserRanging"), "poinsot.observables.Range(station, position)"),
+        **dict.fromkeys(("GroundStation", "Observatory", "Station"), STATION),
+    },
+    "Gyro()": {
+        **dict.fromkeys(("drift", "offset"), "bias"),
+        "scale_factor": "scale",
+        "misalignment": "alignment",
+        **dict.fromkeys(("sigma", "arw", "white_noise", "std"), "noise, the standard deviation of a reading"),
+    },
+    "StarTracker()": {
+        **dict.fromkeys(
+            ("boresight", "attitude", "alignment"), "mounting: the boresight is the third axis of the sensor"
+        ),
+        **dict.fromkeys(
+            ("sun", "blinding", "exclusion_angle"), "exclusions=[poinsot.observables.Exclusion(sun, angle)]"
+        ),
+    },
+    "VectorSensor()": {
+        "fov": "field_of_view, the largest angle from the boresight",
+        "normal": "boresight",
+        "sun": "target",
+    },
+    "GroundStation()": {
+        "lat": "latitude",
+        **dict.fromkeys(("lon", "long"), "longitude"),
+        **dict.fromkeys(("altitude", "elevation"), "height"),
+        **dict.fromkeys(("mask", "elevation_limit", "min_elevation"), "minimum_elevation"),
     },
     "propagate()": {
         TOO_MANY: "the times as one array, numpy.linspace(start, stop, count)",

@@ -100,7 +100,6 @@ COVERED_BY = {
     "shapes/law_program.py": "unit/shapes/test_brightness.py",
     "shapes/mascons.py": "unit/shapes/test_shape.py",
     "shapes/polyhedron.py": "oracles/test_shapes.py",
-    "shapes/reflected_light.py": "unit/shapes/test_brightness.py",
     "shapes/surface.py": "unit/shapes/test_visibility.py",
     "shapes/views.py": "unit/shapes/test_visibility.py",
     "shapes/winding.py": "unit/shapes/test_mesh.py",

@@ -104,6 +104,9 @@ RESULTS = {
     "Ephemeris": lambda _: ephemeris(),
     "Equilibrium": lambda _: pt.analysis.equilibria(SATELLITE, CIRCLE.frame, guesses=(1.0, 0, 0, 0)),
     "Librations": lambda _: pt.analysis.librations(pair_motion()),
+    "LineIdentification": lambda _: pt.analysis.identify_lines(
+        pt.analysis.frequencies(SIGNAL, 0.1, 2), base=(1.0, 0.3)
+    )[0],
     "LineSpectrum": lambda _: pt.analysis.frequencies(SIGNAL, 0.1, 2),
     "LyapunovSpectrum": lambda _: pt.analysis.lyapunov_spectrum(TOP, START, [1.0]),
     "OsculatingElements": lambda _: pair_motion().elements,

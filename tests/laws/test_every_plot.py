@@ -84,7 +84,7 @@ WITH_MOTION = [name for name in pt.plot.__all__ if "motion" in inspect.signature
 OF_MOTIONS = [name for name in WITH_MOTION if name not in OF_PAIRS]
 REFUSED = {
     "parts": {"herpolhode", "poinsot_construction"},
-    "ensemble": {"herpolhode", "momentum_sphere", "part_variables", "poinsot_construction", "polhode"},
+    "ensemble": {"herpolhode", "momentum_sphere", "part_variables", "poinsot_construction", "polhode", "sky"},
 }
 
 

@@ -16,7 +16,7 @@ import pytest
 import poinsot as pt
 from fuzzing import mutant
 from poinsot.files.attitudes import ck
-from public_calls import SPIN
+from public_calls import CURVES, SPIN
 from tumbling import MOTION, NAMED
 from unit.files.bodies import test_fields
 from unit.files.orbits import test_oem, test_tle
@@ -119,6 +119,7 @@ TEXTS: dict[str, Any] = {
     "plates.tab": plates,
     "shape.txt": damit_shape,
     "spin.txt": lambda: SPIN,
+    "lc.txt": lambda: CURVES,
 }
 
 WRITERS: dict[str, Any] = {
@@ -140,6 +141,10 @@ OBSERVATIONS: dict[str, Any] = {
 
 def observed(read, path):
     return read(path, Brightness())
+
+
+def curves(path):
+    return pt.files.read_damit(path, BOX, pt.observables.LommelSeeliger(albedo=0.2))
 
 
 def mesh(path):
@@ -174,6 +179,7 @@ READERS: dict[str, Any] = {
     "readings.csv": partial(observed, pt.files.read_readings_csv),
     "alcdef.txt": partial(observed, pt.files.read_alcdef),
     "spin.txt": pt.files.read_damit_spin,
+    "lc.txt": curves,
 }
 """What reads each kind of file, by a name."""
 

@@ -477,3 +477,11 @@ def test_a_length_is_of_a_vector():
 def test_elementary_functions_are_of_numbers(name, value):
     with pytest.raises((TypeError, ValueError), match=rf"^{name} must have numbers or arrays of them, got "):
         getattr(functions, name)(value)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-4, 1.0, np.pi / 2, np.pi - 1e-9, np.pi])
+def test_the_angle_between_vectors_has_all_digits(angle):
+    a = (3.0, 0.0, 0.0)
+    b = (0.2 * math.cos(angle), 0.12 * math.sin(angle), 0.16 * math.sin(angle))
+    assert functions.angle_between(a, b) == pytest.approx(angle, rel=4 * EPS, abs=4e-17)
+    assert functions.angle_between(b, a) == functions.angle_between(a, b)

@@ -18,10 +18,10 @@ __all__ = ["pages"]
 
 ROOT_GROUPS = {
     "Bodies and systems": "Body System TwoBodies State PairState Attitude Andoyer Calendar",
-    "Motions": "propagate free_motion Trajectory EventRecord PropagationError PropagationInterrupted",
+    "Motions": "propagate free_motion observe Trajectory EventRecord PropagationError PropagationInterrupted",
     "Files and pictures": "save load view animate",
     "Everyday forces and orbits": "UniformGravity GravityGradient GravityField KeplerOrbit RotatingFrame",
-    "To write one's own": "Potential Torque Part Event Orbit Instant BodyVector SpaceVector",
+    "To write one's own": "Potential Torque Part Event Orbit Observable Instant BodyVector SpaceVector",
 }
 """The names of the root, by what they are for."""
 
@@ -32,6 +32,7 @@ TITLES = {
     "files": "Files",
     "forces": "Forces",
     "mechanics": "Base classes and annotations",
+    "observables": "Observables",
     "orbits": "Orbits",
     "parts": "Parts",
     "plot": "Plots",

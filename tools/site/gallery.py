@@ -13,11 +13,15 @@ import sys
 import tomllib
 from pathlib import Path
 
+from PIL import Image
+
 from poinsot.plot.view import FRAME
 
 __all__ = ["GROUPS", "pages", "run_examples"]
 
 ROOT = Path(__file__).parents[2]
+THUMBNAIL = 480
+"""Side of a thumbnail, dots."""
 EXAMPLES = ROOT / "examples"
 
 GROUPS = {
@@ -27,6 +31,7 @@ GROUPS = {
     "Moons and planets": "hyperion phobos europa io titan moon mercury cassini_states forced_librations "
     "librations_of_worlds tidal_despinning spin_orbit_capture",
     "Asteroids": "apophis apophis_ensemble toutatis yorp contact_binary series_of_gravity",
+    "Observations": "glinting_rocket eros_light_curves",
     "Two bodies": "dart didymos dimorphos_map moshup patroclus",
     "Tops": "heavy_top",
     "Sections and maps": "poincare_hyperion heavy_body_section megno_map",
@@ -67,6 +72,8 @@ QUESTIONS = {
     "yorp": "How does sunlight change the obliquity of an asteroid?",
     "contact_binary": "Does a contact binary keep its long axis on the planet?",
     "series_of_gravity": "Which degree does a gravity field require?",
+    "glinting_rocket": "When does a tumbling rocket body glint?",
+    "eros_light_curves": "Does the pole of Eros fit seventy years of light curves?",
     "dart": "What does the impact of DART tell about Dimorphos?",
     "didymos": "How does Dimorphos move after the impact?",
     "dimorphos_map": "For which shapes does Dimorphos tumble?",
@@ -78,6 +85,9 @@ QUESTIONS = {
     "megno_map": "Where is the rotation of a moon chaotic?",
 }
 """The question that each example answers."""
+
+SUPPLIED = {"eros_light_curves": ROOT / "docs" / "images" / "eros-light-curves.png"}
+"""Examples that read a file of the user and are not run, with their pictures."""
 
 DRAWING = Path(__file__).with_name("drawing.py")
 """Program that runs an example and draws its thumbnail."""
@@ -93,6 +103,9 @@ def run_examples(folder: Path, scenes: Path) -> None:
 
 def run(name: str, folder: Path, page: Path) -> None:
     """Run the program and the scenario of one example, and keep what they write and print; the latter has a page."""
+    if name in SUPPLIED:
+        show_picture(name, folder)
+        return
     files = [path for path in sources(name) if path.exists()]
     key = hashlib.sha256(b"".join(path.read_bytes() for path in (DRAWING, *files))).hexdigest()
     stamp = folder / "key.txt"
@@ -113,6 +126,16 @@ def run(name: str, folder: Path, page: Path) -> None:
             raise RuntimeError(f"{path.name} must run, got:\n{done.stderr}")
         (folder / f"{path.suffix[1:]}.txt").write_text(done.stdout)
     stamp.write_text(key)
+
+
+def show_picture(name: str, folder: Path) -> None:
+    """Copy the picture of an example that is not run, and write its left square as thumbnail."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with Image.open(SUPPLIED[name]) as picture:
+        picture.save(folder / f"{name}.png")
+        square = picture.convert("RGB").crop((0, 0, picture.height, picture.height))
+        square.resize((THUMBNAIL, THUMBNAIL)).save(folder / "thumbnail.jpg")
+    (folder / "py.txt").write_text("")
 
 
 def sources(name: str) -> tuple[Path, Path]:

@@ -7,7 +7,19 @@ import inspect
 
 __all__ = ["NAMESPACES", "canonical_names", "linked_names", "public"]
 
-NAMESPACES = ("analysis", "control", "events", "files", "forces", "mechanics", "orbits", "parts", "plot", "shapes")
+NAMESPACES = (
+    "analysis",
+    "control",
+    "events",
+    "files",
+    "forces",
+    "mechanics",
+    "observables",
+    "orbits",
+    "parts",
+    "plot",
+    "shapes",
+)
 
 
 def public() -> dict[str, object]:

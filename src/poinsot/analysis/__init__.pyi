@@ -5,6 +5,7 @@ from .continuation import Bifurcation, Branch, continue_motion
 from .equilibrium import Equilibrium, equilibria
 from .free_rotation import FreeRotation
 from .libration import Librations, librations
+from .line_combinations import LineIdentification, identify_lines
 from .line_spectrum import LineSpectrum, diffusion, frequencies
 from .mutual_orbit import Revolutions, apsidal_precession, revolutions
 from .observed_partials import ObservedPartials, observed_partials
@@ -26,6 +27,7 @@ __all__ = [
     "FreeRotation",
     "InelasticRelaxation",
     "Librations",
+    "LineIdentification",
     "LineSpectrum",
     "LyapunovSpectrum",
     "ObservedPartials",
@@ -46,6 +48,7 @@ __all__ = [
     "equilibria",
     "estimate_run",
     "frequencies",
+    "identify_lines",
     "librations",
     "lyapunov_spectrum",
     "observed_partials",

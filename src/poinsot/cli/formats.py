@@ -232,6 +232,7 @@ def _kind_of(file: Path, head: bytes) -> str:
 
 TEXTS = {
     "alcdef": re.compile(rb"(#[^\n]*\n|\s)*STARTMETADATA"),
+    "damit curves": re.compile(rb"\s*\d+[ \t\r]*\n\s*\d+[ \t]+[01][ \t\r]*\n"),
     "damit shape": re.compile(rb"\s*\d+[ \t]+\d+[ \t\r]*\n\s*(?:[-+.\deE]+[ \t]+){2}[-+.\deE]+[ \t\r]*\n"),
     "damit spin": re.compile(rb"\s*(?:[-+.\d]+[ \t]+){2}[-+.\d]+[ \t\r]*\n[ \t]*\d{7}[.\d]*[ \t]+[-+.\d]+\s"),
     "readings": re.compile(rb"# (readings|observable): "),
@@ -467,6 +468,20 @@ def _of_alcdef(file: Path) -> Lines:
     ]
 
 
+def _of_damit_curves(file: Path) -> Lines:
+    from poinsot.files.observations import damit_curves
+
+    curves = damit_curves.curves_in(file)
+    calibrated = sum(calibrated for _, calibrated in curves)
+    dates = [date for rows, _ in curves for date in (rows.dates[0], rows.dates[-1])]
+    return [
+        f"Light curves, DAMIT: {len(curves)}, {calibrated} of which are calibrated",
+        f"  data: {sum(len(rows.dates) for rows, _ in curves)}",
+        f"  Julian dates: {min(dates)} ... {max(dates)}",
+        f"  in Python: pt.files.read_damit({str(file)!r}, shape, law)",
+    ]
+
+
 def _of_damit_spin(file: Path) -> Lines:
     return [*repr(files.read_damit_spin(file)).splitlines(), f"  in Python: pt.files.read_damit_spin({str(file)!r})"]
 
@@ -502,7 +517,7 @@ def _of_kernel(file: Path) -> Lines:
 
 OF_OTHERS: dict[str, Callable[[Path], Lines]] = {
     **{".apm": _of_apm, ".oem": _of_oem, ".omm": _of_omm, ".tle": _of_omm},
-    **{"alcdef": _of_alcdef, "damit spin": _of_damit_spin, "readings": _of_csv},
+    **{"alcdef": _of_alcdef, "damit curves": _of_damit_curves, "damit spin": _of_damit_spin, "readings": _of_csv},
     **dict.fromkeys((".obj", ".ply", ".stl", "damit shape"), _of_mesh),
     **dict.fromkeys((".gfc", ".sha"), _of_field),
     **dict.fromkeys((".bsp", ".tsc", ".tf", ".tls", ".tpc", ".tm"), _of_kernel),

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["KINDS", "animate", "drawn", "plot", "usual_kind", "view", "viewed"]
 
-OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty", "yorp"}
+OF_ANALYSES = {"branch", "chaos", "map", "section", "sky", "spectrum", "uncertainty", "yorp"}
 OF_READINGS = ("readings", "phased", "phase_plane")
 """The kinds of plot of readings."""
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES | {*OF_READINGS})

@@ -11,6 +11,7 @@ from .bodies.fields import read_field
 from .bodies.meshes import read_mesh, write_damit_shape
 from .netcdf import load, save
 from .observations.alcdef import read_alcdef, write_alcdef
+from .observations.damit_curves import read_damit, write_damit
 from .observations.damit_spin import DamitSpin, read_damit_spin, write_damit_spin
 from .observations.readings_csv import read_readings_csv, write_readings_csv
 from .observations.readings_netcdf import read_readings, write_readings
@@ -30,6 +31,7 @@ __all__ = [
     "read_alcdef",
     "read_apm",
     "read_ck",
+    "read_damit",
     "read_damit_spin",
     "read_field",
     "read_mesh",
@@ -47,6 +49,7 @@ __all__ = [
     "write_alcdef",
     "write_apm",
     "write_ck",
+    "write_damit",
     "write_damit_shape",
     "write_damit_spin",
     "write_quaternion_csv",

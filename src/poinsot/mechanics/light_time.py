@@ -12,7 +12,7 @@ from poinsot.printable import quoted
 from poinsot.records.calendar import SECONDS
 from poinsot.records.units import DerivedUnits, length_of_inertia
 
-__all__ = ["METRES", "SPEED_OF_LIGHT", "emission_time", "speed_of_light"]
+__all__ = ["METRES", "SPEED_OF_LIGHT", "emission_time", "length_unit", "speed_of_light"]
 
 Array = NDArray[np.float64]
 
@@ -26,6 +26,11 @@ MAX_STEPS = 50
 """Largest number of Newton steps; two suffice for planets, whose speed is 1e-4 of the speed of light."""
 
 
+def length_unit(units: DerivedUnits) -> str:
+    """Return the unit of length of a system, also from a unit of inertia such as "kg km2"; "" if it is unknown."""
+    return units.length if units.length in METRES else length_of_inertia(units.inertia, METRES)
+
+
 def speed_of_light(units: DerivedUnits) -> float:
     """Return the speed of light in the units of a system.
 
@@ -34,7 +39,7 @@ def speed_of_light(units: DerivedUnits) -> float:
     ValueError
         If the unit of length or of time is unknown.
     """
-    length = units.length if units.length in METRES else length_of_inertia(units.inertia, METRES)
+    length = length_unit(units)
     if not length or units.time not in SECONDS:
         raise ValueError(
             "light_time must have known units of time and length to be computed, got the units "

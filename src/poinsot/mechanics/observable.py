@@ -197,7 +197,8 @@ def deviation_of(observable: Observable) -> Array:
     record = observable.observable if isinstance(observable, ObservableOn) else observable
     noise = np.asarray(getattr(record, "noise", 0.0), dtype=float)
     own = len(kinds_of(type(record)).get("noise", ()))
-    return expanded(noise, 2, own) if noise.ndim > own else noise
+    axes = 2 if own or not observable.errors else 3  # one number of each member for several errors
+    return expanded(noise, axes, own) if noise.ndim > own else noise
 
 
 def observables_by_name(observables: Iterable[Observable]) -> dict[str, Observable]:

@@ -15,6 +15,7 @@ from ..shapes.scattering import (
 )
 from .direction_sensors import CoarseSunSensors, VectorSensor
 from .doppler import DopplerBandwidth, DopplerEdges
+from .light_curve import LightCurve
 from .ranging import Range, RangeRate
 from .readings import Readings
 from .star_tracker import Exclusion, StarTracker
@@ -31,6 +32,7 @@ __all__ = [
     "Hapke",
     "Lambert",
     "LambertLommelSeeliger",
+    "LightCurve",
     "LommelSeeliger",
     "LunarLambert",
     "Magnetometer",

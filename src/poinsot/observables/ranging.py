@@ -10,6 +10,7 @@ from poinsot import functions
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.light_time import length_unit
 from poinsot.mechanics.observable import Observable
 from poinsot.quantities import BodyVector
 from poinsot.records.members import of_scalars
@@ -62,7 +63,7 @@ class Range(Observable):
 
     @override
     def unit(self, units: DerivedUnits) -> str:
-        return units.length
+        return length_unit(units)
 
     @property
     @override
@@ -93,4 +94,5 @@ class RangeRate(Range):
 
     @override
     def unit(self, units: DerivedUnits) -> str:
-        return units.velocity
+        length = length_unit(units)
+        return f"{length} {units.per_time}" if length else ""

@@ -20,7 +20,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.noise import random_turn
 from poinsot.mechanics.observable import Observable
-from poinsot.quantities import Along, Quantity, Rule
+from poinsot.quantities import OR_NUMBER, Along, Quantity, Rule
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import HalfTurn, NotNegative, Parametric
 from poinsot.records.units import DerivedUnits
@@ -96,7 +96,7 @@ class StarTracker(Observable):
     _: KW_ONLY
     mounting: UnitQuaternion = (1.0, 0.0, 0.0, 0.0)
     exclusions: tuple[Exclusion, ...] = ()
-    noise: Annotated[Any, (3,), Along("sensor axes"), Quantity("angle"), Rule(refuse_negative)] = 0.0
+    noise: Annotated[Any, (3,), OR_NUMBER, Along("sensor axes"), Quantity("angle"), Rule(refuse_negative)] = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mounting", unit_quaternion(self.mounting, "mounting"))

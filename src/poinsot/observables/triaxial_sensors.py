@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from typing_extensions import override
 
@@ -41,14 +41,10 @@ class TriaxialSensor(Observable):
 
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     _: KW_ONLY
+    bias: Annotated[Any, (3,), SENSOR_AXES] = (0.0, 0.0, 0.0)
     scale: Annotated[Any, (3,)] = (0.0, 0.0, 0.0)
     alignment: Annotated[Any, (3,), Along("body axes"), Quantity("angle")] = (0.0, 0.0, 0.0)
-
-    if TYPE_CHECKING:
-
-        @property
-        def bias(self) -> Any:
-            """Reading where the measured vector is zero."""
+    noise: NotNegative = 0.0
 
     @of_scalars
     @abstractmethod
@@ -127,9 +123,6 @@ class Magnetometer(TriaxialSensor):
     """
 
     field: MagneticField
-    _: KW_ONLY
-    bias: Annotated[Any, (3,), SENSOR_AXES] = (0.0, 0.0, 0.0)
-    noise: NotNegative = 0.0
 
     @override
     def measured(self, instant: Instant) -> Vector:

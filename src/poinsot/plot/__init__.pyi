@@ -6,6 +6,7 @@ from .ensembles import chaos, histogram, map  # noqa: A004
 from .geometry import herpolhode, poinsot_construction, polhode
 from .measurements import phase_plane, phased, readings
 from .pair_orbit import mutual_orbit
+from .plane_of_sky import sky
 from .results import branch, section, spectrum, yorp
 from .sphere import momentum_sphere
 from .time_series import angular_momentum, angular_velocity, distance, drift, part_variables, quaternions, torques
@@ -35,6 +36,7 @@ __all__ = [
     "readings",
     "roll_pitch_yaw",
     "section",
+    "sky",
     "spectrum",
     "torques",
     "uncertainty",

@@ -89,7 +89,7 @@ def poinsot_construction(
     omega, g = unit.factor * motion.omega_space @ upright.T, unit.factor * motion.angular_momentum_body[index] @ axes
     turned = upright @ rotation_matrix(motion.quaternion[index]) @ axes
     eye = view_direction(VIEW if view is None else view)
-    panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, index, time_unit)}", ax)
+    panel: Axes3D = solid_axes(eye, f"Poinsot's construction at {instant(motion, motion.times[index], time_unit)}", ax)
     semiaxes = unit.factor * np.sqrt(2 * motion.kinetic_energy[index] / moments)
     solid = DrawnSolid(panel, DrawnEllipsoid(turned, semiaxes), eye)
     solid.family(map(solid.ellipsoid.section, np.eye(3)), GREY, 0.6)
@@ -146,7 +146,7 @@ def polhode(
     moments, axes = principal(motion.system.of_bodies[""])
     eye = axes @ _facing(omega[-1] @ axes, moments) if view is None else view_direction(view)
     panel: Axes3D = solid_axes(eye, r"Polhode: the path of $\omega$ along the body axes", ax)
-    path, last = r"path of $\omega$", f"at {instant(motion, -1, time_unit)}"
+    path, last = r"path of $\omega$", f"at {instant(motion, motion.times[-1], time_unit)}"
     if not motion.system.parts and is_constant(motion.kinetic_energy[:, None]):
         energy = unit.factor**2 * motion.kinetic_energy[-1]
         solid = DrawnSolid(panel, DrawnEllipsoid(axes, np.sqrt(2 * energy / moments)), eye)
@@ -209,7 +209,11 @@ def herpolhode(
         panel.plot(*_circle(radius), color=GREY, linewidth=0.8)
     draw_path(panel, omega[:, :2], color=VERMILION, linewidth=1.1, label=r"$\omega$")
     panel.plot(
-        *omega[-1:, :2].T, "o", color=GREEN, markeredgecolor="white", label=f"at {instant(motion, -1, time_unit)}"
+        *omega[-1:, :2].T,
+        "o",
+        color=GREEN,
+        markeredgecolor="white",
+        label=f"at {instant(motion, motion.times[-1], time_unit)}",
     )
     panel.plot(0, 0, "+", color=BLACK, markersize=9, label=r"$\mathbf{G}$, towards the eye")
     room = 1.1 * max(radii[1], 0.02 * np.max(omega[:, 2]))

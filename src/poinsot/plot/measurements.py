@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from poinsot.errors import real_array, refuse_nonpositive
-from poinsot.mechanics.environment import Dated, within
 from poinsot.observables.readings import Readings
 from poinsot.plot.curves import STYLES, bands_in_words, covered, draw_curve, scale, within_window
 from poinsot.plot.labels import COLOURS, GREY, Unit, bracketed, in_words, time_unit_of
@@ -35,6 +34,8 @@ SIZE, SQUARE = (8.0, 4.0), (6.6, 5.4)
 """Inches of figures."""
 POINT, SMALL_POINT, FEW_POINTS = 3.5, 2.0, 200
 """Sizes of points, and the number of points of one curve up to which they are large."""
+MAX_POINTS = 1000
+"""Largest number of readings of one curve that are drawn as points by default."""
 CELLS = 60
 """Number of cells of the model along each side of a phase plane."""
 BRIGHTNESS = "cividis"
@@ -62,7 +63,7 @@ def readings(
         median of the members with bands between the quartiles and between the 5th and the 95th percentile.
     points : bool, optional
         True to draw points, False to draw curves, which are interrupted where readings are more than ten median
-        intervals apart. Default: points for readings with `sigma`, and curves for other readings.
+        intervals apart. Default: points for at most 1000 readings with `sigma`, and curves for other readings.
     {options}
 
     Raises
@@ -256,9 +257,8 @@ def _time_units(found: Sequence[Readings]) -> dict[str, str]:
 
 
 def _calendar(found: Sequence[Readings]) -> Calendar | None:
-    """Return the calendar of the orbits of the first observable that has one."""
-    dated = (part for each in found for part in within(each.observable) if isinstance(part, Dated))
-    return next((part.calendar for part in dated if part.calendar is not None), None)
+    """Return the calendar of the first readings that have one."""
+    return next((each.calendar for each in found if each.calendar is not None), None)
 
 
 def _label(found: Sequence[Readings]) -> str:
@@ -290,7 +290,8 @@ def _curves(found: Sequence[Readings]) -> Iterator[_Curve]:
     numbered = len(set(named)) < len(named)
     for number, each in enumerate(found):
         values = np.asarray(each.values)
-        sigma = None if each.sigma is None else np.broadcast_to(each.sigma, values.shape)
+        of_components = each.sigma is not None and each.observable.errors == each.observable.components
+        sigma = np.broadcast_to(np.asarray(each.sigma), values.shape) if of_components else None
         name = "" if len(found) == 1 else f"{named[number]} {number + 1}" if numbered else named[number]
         order, components = np.argsort(each.times, kind="stable"), each.observable.components
         for i, component in enumerate(components or ("",)):
@@ -341,7 +342,7 @@ def _means_in_cells(times: Array, values: Array, epoch: float, periods: Array) -
 
 def _in_unit(length: float, unit: Unit) -> str:
     """Return a period with its unit: "5.27025547 h"."""
-    return f"{unit.factor * length:.10g}" + ("" if unit.written == "1" else f" {unit.written}")
+    return f"{unit.factor * length:.8g}" + ("" if unit.written == "1" else f" {unit.written}")
 
 
 # ---------------------------------------------------------------------- drawing
@@ -368,7 +369,9 @@ def _draw(
     **look: Any,
 ) -> None:
     """Draw a curve, or points with error bars, at places on the horizontal axis."""
-    if curve.values.ndim == 1 and (curve.sigma is not None if points is None else points):
+    if points is None:
+        points = curve.sigma is not None and curve.times.size <= MAX_POINTS
+    if curve.values.ndim == 1 and points:
         size = POINT if places.size <= FEW_POINTS else SMALL_POINT
         look |= {"fmt": "o", "markersize": size, "elinewidth": 0.8, "linestyle": "none"}
         panel.errorbar(places, curve.values, curve.sigma, **look)

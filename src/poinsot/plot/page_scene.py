@@ -22,6 +22,7 @@ from poinsot.parts.rotors import Wheel
 from poinsot.parts.wheels import ReactionWheels
 from poinsot.plot.labels import different_orbits, in_words, momentum_label, torque_unit_of
 from poinsot.plot.page_arrays import packed
+from poinsot.plot.solid_parts import facet_corners
 from poinsot.propagation.trajectory import Trajectory, is_of_two_bodies
 from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS
@@ -208,32 +209,10 @@ def _polygons(facets: Facets) -> dict[str, Any] | None:
     """Return facets as squares of their areas, within a unit sphere, with their shares of light."""
     if facets.count > MAX_FACETS:
         return None
-    sides = _sides(facets)
-    first = np.cross(facets.normals, np.eye(3)[np.argmin(np.abs(facets.normals), axis=-1)])
-    first /= np.linalg.norm(first, axis=-1, keepdims=True)
-    across = np.stack([first, np.cross(facets.normals, first)], axis=1)
-    reach = np.where(np.isnan(sides[:, :1]), np.sqrt(facets.areas)[:, None, None], np.abs(across) @ sides)
-    half = 0.5 * reach * across
-    corners = np.stack([facets.positions + i * half[:, 0] + j * half[:, 1] for i, j in SQUARE], axis=1)
+    corners = facet_corners(facets)
     size = np.max(np.linalg.norm(corners, axis=-1)) or 1.0
     shares = np.stack([facets.specular, facets.diffuse], axis=-1)
     return {"corners": packed((corners / size).reshape(-1, 3)), "shares": shares.tolist(), "size": float(size)}
-
-
-SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-
-
-def _sides(facets: Facets) -> Array:
-    """Return the lengths of the sides of a box that facets belong to, as a column; NaN for other facets."""
-    sides = np.full((facets.count, 3, 1), np.nan)
-    normals, areas = facets.normals[:6], np.asarray(facets.areas[:6])
-    box = np.repeat(np.eye(3), 2, axis=0) * np.array([1, -1] * 3)[:, None]
-    if np.array_equal(normals, box) and np.array_equal(areas[::2], areas[1::2]):
-        lengths = np.sqrt(np.prod(areas[::2])) / areas[::2]
-        between = np.diag(facets.positions[:6:2] - facets.positions[1:6:2])
-        if np.allclose(lengths, between, rtol=1e-6):
-            sides[:6] = lengths[:, None]
-    return sides
 
 
 def _add_wheels(found: Surroundings, motion: Trajectory, speed: float) -> None:

@@ -61,7 +61,7 @@ def mutual_orbit(
     places = {"primary": np.zeros(2), "secondary": path[-1]}
     for (body, colour), mass in zip(BODIES.items(), two_bodies(motion.system).masses, strict=True):
         one = motion.of_bodies[body]
-        label = f"{body} at {instant(motion, -1, time_unit)}" if body == "secondary" else body
+        label = f"{body} at {instant(motion, motion.times[-1], time_unit)}" if body == "secondary" else body
         for points in surfaces(one.system.of_bodies[""], mass):
             outline = _hull(unit.factor * one.attitude[-1].apply(points) @ across)
             panel.fill(*(places[body] + outline).T, color=colour, linewidth=0.5, label=label, zorder=3)

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from poinsot.analysis.polhodes import principal
+from poinsot.forces.facets import Facets
 from poinsot.mechanics.body import Body
+from poinsot.printable import described
 from poinsot.quantities import Array
 from poinsot.shapes.assembly import Assembly
 from poinsot.shapes.mascons import Mascons
@@ -16,7 +18,7 @@ from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
 from poinsot.shapes.solids import Cylinder, Ellipsoid
 
-__all__ = ["extents", "gyration_radii", "parts_of", "surfaces", "triangles"]
+__all__ = ["extents", "facet_corners", "gyration_radii", "parts_of", "surfaces", "triangles", "triangles_of"]
 
 AROUND = np.linspace(0, 2 * np.pi, 121)
 UP = np.linspace(0, np.pi, 61)[:, None]
@@ -71,6 +73,44 @@ def triangles(body: Body, mass: float = 1.0) -> Array:
     if parts is None:
         return np.asarray(_grid(SPHERE[::3, ::5] * extents(body, mass)) @ gyration_radii(body)[1].T)
     return np.asarray(np.concatenate([_triangles(part) for part in parts]) - body.shape.center_of_mass)
+
+
+def triangles_of(shape: Shape | Facets) -> Array:
+    """Return the surface of a shape from its centre of mass, or facets as squares, as triangles outwards; (m, 3, 3)."""
+    if isinstance(shape, Facets):
+        corners = facet_corners(shape)
+        return np.concatenate([corners[:, :3], corners[:, [2, 3, 0]]])
+    parts = parts_of(shape)
+    if parts is None:
+        raise ValueError(f"shape must be of solids or facets to be drawn, got {described(shape)}.")
+    return np.asarray(np.concatenate([_triangles(part, 1, 1) for part in parts]) - shape.center_of_mass)
+
+
+def facet_corners(facets: Facets) -> Array:
+    """Return the corners of facets, drawn as squares or as the sides of a box, anticlockwise; shape (n, 4, 3)."""
+    sides = _sides(facets)
+    first = np.cross(facets.normals, np.eye(3)[np.argmin(np.abs(facets.normals), axis=-1)])
+    first /= np.linalg.norm(first, axis=-1, keepdims=True)
+    across = np.stack([first, np.cross(facets.normals, first)], axis=1)
+    reach = np.where(np.isnan(sides[:, :1]), np.sqrt(facets.areas)[:, None, None], np.abs(across) @ sides)
+    half = 0.5 * reach * across
+    return np.stack([facets.positions + i * half[:, 0] + j * half[:, 1] for i, j in SQUARE], axis=1)
+
+
+SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+
+
+def _sides(facets: Facets) -> Array:
+    """Return the lengths of the sides of a box that facets belong to, as a column; NaN for other facets."""
+    sides = np.full((facets.count, 3, 1), np.nan)
+    normals, areas = facets.normals[:6], np.asarray(facets.areas[:6])
+    box = np.repeat(np.eye(3), 2, axis=0) * np.array([1, -1] * 3)[:, None]
+    if np.array_equal(normals, box) and np.array_equal(areas[::2], areas[1::2]):
+        lengths = np.sqrt(np.prod(areas[::2])) / areas[::2]
+        between = np.diag(facets.positions[:6:2] - facets.positions[1:6:2])
+        if np.allclose(lengths, between, rtol=1e-6):
+            sides[:6] = lengths[:, None]
+    return sides
 
 
 def _triangles(part: Any, down: int = 3, around: int = 5) -> Array:

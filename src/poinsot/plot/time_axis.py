@@ -93,9 +93,9 @@ def axis_of(times: ArrayLike, units: Mapping[str, str], calendar: Calendar | Non
     return TimeAxis(unit, f"time{unit.label}{since}")
 
 
-def instant(motion: Trajectory, index: int, chosen: str | None) -> str:
-    """Return one of the times of a motion as text: "time 12.5 s", "2029-04-13T21:46:00 TDB"."""
-    axis, time = time_axis(motion, chosen), float(motion.times[index])
+def instant(motion: Trajectory, time: float, chosen: str | None) -> str:
+    """Return a time of a motion as text: "time 12.5 s", "2029-04-13T21:46:00 TDB"."""
+    axis = time_axis(motion, chosen)
     if axis.calendar is not None:
         return _dated(axis.calendar, time)
     written = "" if axis.unit.written == "1" else f" {axis.unit.written}"

@@ -20,6 +20,7 @@ from poinsot.immutable import cached_property, read_only
 from poinsot.kinematics.each_body import no_attribute
 from poinsot.kinematics.state import AnyState, PairState, named
 from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import quoted
@@ -36,6 +37,7 @@ __all__ = [
     "ColumnTable",
     "Requirement",
     "Scope",
+    "columns_of_observables",
     "names_with",
     "static_columns",
     "unit_of_column",
@@ -71,8 +73,9 @@ class Column:
     ----------
     name : str
         Name in a trajectory, a dataset and a file.
-    unit : str
-        Attribute of `DerivedUnits`, "1" for a number without unit, or "" for variables without a common unit.
+    unit : str or callable
+        Attribute of `DerivedUnits`, or a function of these that returns the unit; "1" for a number without unit, or ""
+        for variables without a common unit.
     meaning : str
         Description, the `long_name` of a dataset.
     compute : callable, optional
@@ -93,7 +96,7 @@ class Column:
     """
 
     name: str
-    unit: str
+    unit: str | Callable[[DerivedUnits], str]
     meaning: str
     compute: Callable[[ColumnBlock], Array] | None
     axis: str = ""
@@ -110,6 +113,8 @@ class Column:
 
     def unit_in(self, units: DerivedUnits) -> str:
         """Return the unit in the units of a system, in CF notation; "" if it is unknown."""
+        if not isinstance(self.unit, str):
+            return self.unit(units)
         return self.unit if self.unit in ("", "1") else str(getattr(units, self.unit))
 
     def of_body(self, body: str) -> Column:
@@ -275,6 +280,16 @@ def unit_of_column(system: System, name: str) -> str:
     """Return the unit of an output variable of a motion in CF notation; "" if it is unknown."""
     column = ColumnTable(system).find(name)
     return "" if column is None else column.unit_in(DerivedUnits(system.units))
+
+
+def columns_of_observables(observables: Mapping[str, Observable]) -> dict[str, Column]:
+    """Return the columns of the readings of observables, by name; they are read, not computed."""
+    found = {}
+    for name, each in observables.items():
+        count, frame = len(each.components), {"frame": each.frame} if each.frame else {}
+        axis = f"component_{name}" if count else ""
+        found[name] = Column(name, each.unit, f"readings of {name}", None, axis, attributes=frame, length=count)
+    return found
 
 
 def names_with(requirement: Requirement) -> list[str]:

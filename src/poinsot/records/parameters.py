@@ -311,7 +311,7 @@ class Parametric(Immutable):
                 yield value
             elif isinstance(kind, tuple):
                 rows = value.reshape(*value.shape[: value.ndim - len(kind)], math.prod(kind))
-                yield from rows.T
+                yield from rows.T if rows.ndim < 3 else np.moveaxis(rows, -1, 0)
 
     def number_names(self) -> Iterator[tuple[str, tuple[int, str]]]:
         """Yield the name of each of `numbers`, and what is the same for one number of one record."""
@@ -462,8 +462,9 @@ def _kind(cls: type, name: str, hint: Any) -> Any:
     shape = next((extra for extra in extras_of(hint) if isinstance(extra, tuple)), None)
     if shape is not None or hint is float or quantity_of(hint):
         return shape or ()
-    if hint in (int, bool, str) or _classes(hint):
-        return hint
+    kinds = (hint, *get_args(hint)) if get_origin(hint) is Annotated else (hint,)  # class of the value that is stored
+    if kind := next((x for x in kinds if x in (int, bool, str) or _classes(x)), None):
+        return kind
     several = get_args(hint) if get_origin(hint) is tuple else ()
     if len(several) == 2 and several[1] is ... and issubclass(several[0], Parametric):
         return Several(several[0])

@@ -25,13 +25,14 @@ import poinsot
 from poinsot.checked import hint_of, names_beside
 from poinsot.docstrings import parameter_entries
 from poinsot.errors import real_array
+from poinsot.forces.facets import Facets
 from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.kinematics.frame import RotatingFrame
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.gravity_field import GravityField
-from poinsot.mechanics.observable import Observable
+from poinsot.mechanics.observable import Observable, ObservableOn
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
@@ -40,7 +41,9 @@ from poinsot.quantities import OR_NUMBER, Along, extras_of, quantity_of
 from poinsot.records.calendar import Calendar
 from poinsot.records.parameters import Parametric
 from poinsot.shapes.assembly import Assembly
+from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.shape import Shape
+from poinsot.shapes.solids import Ellipsoid
 from poinsot.subclasses import is_own, subclasses
 
 __all__ = [
@@ -65,6 +68,7 @@ BASES: dict[Group, tuple[type, ...]] = {
     "orbit": (Orbit, CirclingPair),
     "frame": (RotatingFrame, RotationModel),
     "shape": (Shape,),
+    "outline": (Mesh, Ellipsoid, Facets),
     "observable": (Observable,),
 }
 
@@ -89,7 +93,8 @@ class Key:
     ----------
     kind : str
         "number", "angle", "rate", "time", "duration", "text", "texts", "whole", "truth", "file", "files", "orbit",
-        "orbits", "record", "records" (tables of a group) or "named": numbers by name; others are in the schema alone.
+        "orbits", "record", "records" (tables of a group), "record or records", or "named": numbers by name; others are
+        in the schema alone. An "orbit" with a group is the name of an orbit or a table of the group.
     rank : int
         Of the array of a number: 0 for a scalar, 1 for a vector.
     choices, limits : tuple
@@ -170,8 +175,8 @@ def _makers(group: Group, classes: tuple[type, ...]) -> dict[str, Maker]:
     ways += [(thing.__name__, thing) for thing in named if inspect.isfunction(thing)]
     ways += [("Body.from_shape", body_of_shape), ("Shape.field", field_of_shape)]
     found = [maker for name, way in ways if _makes(way, _bases(group)) and (maker := _maker(way, name))]
-    if group == "shape":
-        found = [maker if maker.call is Assembly else _placed(maker) for maker in found]
+    if group in ("shape", "outline"):
+        found = [maker if _makes(maker.call, (Assembly, Facets)) else _placed(maker) for maker in found]
     if group in ("force", "observable"):
         found = [_on_one_of_two(maker) for maker in found]
     if group == "observable":
@@ -189,7 +194,7 @@ def _members(cls: type) -> dict[str, Any]:
 def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
     """Yield the public ones of some classes and all their subclasses, each once."""
     _import_all()
-    yield from (cls for cls in subclasses(*bases) if _is_public(cls) and cls is not Part)
+    yield from (cls for cls in subclasses(*bases) if _is_public(cls) and cls not in (Part, ObservableOn))
 
 
 def _is_public(thing: Any) -> bool:
@@ -279,13 +284,18 @@ def _kind_of(hint: Any) -> tuple[str, int, Group]:
     for way in ways:
         if get_origin(way) in (Sequence, tuple):
             kind, _, of_each = _kind_of(get_args(way)[0])
+            if of_each == "outline":
+                return "record or records", 0, of_each
             several, together = _several(kind, of_each)
             if kind:
                 return several, 0, together
     kinds = ((Path, "file"), (str, "text"), (bool, "truth"), (int, "whole"), ((Orbit, CirclingPair), "orbit"))
     classes = [way for way in ways if isinstance(way, type)]
     found = next((word for cls, word in kinds for way in classes if issubclass(way, cls)), "")
-    group: Group = "" if found else next((own for way in classes if (own := _group_of(way))), "")
+    if found not in ("", "orbit"):
+        return found, 0, ""
+    group: Group = next((own for way in classes if not issubclass(way, Orbit) and (own := _group_of(way))), "")
+    group = "outline" if set(classes) == set(BASES["outline"]) else group
     return found or ("record" if group else ""), 0, group
 
 

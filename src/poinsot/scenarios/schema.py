@@ -289,7 +289,8 @@ def _field(key: Key, inside: Groups = OUTSIDE) -> Any:
         "output": lambda: Annotated[StrictStr, AfterValidator(functools.partial(_output, key.choices))],
         "record": lambda: _union(key.group, inside),
         "records": lambda: list[_union(key.group, inside)],  # type: ignore[misc]
-        "orbit": lambda: Annotated[StrictStr, WithJsonSchema({"type": "string", "description": ORBIT_NAME})],
+        "record or records": lambda: _union(key.group, inside) | list[_union(key.group, inside)],  # type: ignore[misc]
+        "orbit": lambda: ORBIT | _union(key.group, inside) if key.group else ORBIT,
         "orbits": lambda: list[StrictStr],
         "named": lambda: dict[StrictStr, _number("number", key.rank)],  # type: ignore[misc]
         "body": lambda: _union("body"),
@@ -318,6 +319,8 @@ def _output(endings: tuple[str, ...], name: str) -> str:
 FILE_NAME = "The path of a file, from the folder of this one: in it or below."
 
 ORBIT_NAME = "The name of a table under orbits, or name.from_primary, name.from_secondary."
+
+ORBIT = Annotated[StrictStr, WithJsonSchema({"type": "string", "description": ORBIT_NAME})]
 
 # ------------------------------------------------------------------ numbers
 

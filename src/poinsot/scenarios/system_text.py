@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.observable import Observable
+from poinsot.observables.light_curve import Surfaces
 from poinsot.orbits.restricted_three_body import CirclingPair
 from poinsot.records.calendar import Calendar
 from poinsot.records.parameters import Parametric, records_in
@@ -86,7 +87,9 @@ def rebuilt_observables(text: str, name: str, *, data: Mapping[str, Any] | None 
 
 def _refuse_outside(records: Iterable[Parametric]) -> None:
     """Raise a ValueError for records, or records in them, of classes from outside the package."""
-    outside = {type(x).__qualname__: None for x in _all(records) if _is_outside(x)}
+    every = list(_all(records))
+    every += [shape for each in every for value in each.definition[1].values() for shape in _shapes_in(value)]
+    outside = {type(x).__qualname__: None for x in every if _is_outside(x)}
     if outside:
         raise ValueError(f"the classes of a scenario must be the package's own, got {' and '.join(outside)}.")
 
@@ -132,6 +135,13 @@ def _all(records: Iterable[Parametric]) -> Iterator[Parametric]:
         yield from _all(record.records)
 
 
+def _shapes_in(value: Any) -> tuple[Any, ...]:
+    """Return the shapes that a field of a record contains."""
+    if isinstance(value, Surfaces):
+        return value.each
+    return (value,) if isinstance(value, Shape) else ()
+
+
 class _Writer:
     """Writes records as tables; orbits get a name, each once, and a table of their own."""
 
@@ -150,8 +160,9 @@ class _Writer:
             made_of, inner = {}, [self.section(f"[[{heading.strip('[]')}.parts]]", part) for part in _parts_of(record)]
         for name, value in made_of.items():
             records, place = records_in(value), f"{heading.strip('[]')}.{name}"
-            if isinstance(value, Shape):
-                inner.append(self.section(f"[{place}]", value))
+            if shapes := _shapes_in(value):
+                place = f"[{place}]" if len(shapes) == 1 else f"[[{place}]]"
+                inner += [self.section(place, each) for each in shapes]
             elif not records:
                 fields[name] = self._short_or_named(value)
             elif isinstance(records[0], Orbit | CirclingPair):

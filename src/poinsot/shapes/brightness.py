@@ -7,21 +7,30 @@ perpendicularly.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
+from itertools import chain
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector, cross, dot, norm
 from poinsot.shapes.ellipsoid_light import LightOfEllipsoid
-from poinsot.shapes.law_program import law_formula
+from poinsot.shapes.law_program import LawFormula, law_formula
 from poinsot.shapes.mesh import Mesh
-from poinsot.shapes.reflected_light import LightOfPlates, Plates
+from poinsot.shapes.reflected_light import LightOfPlates, LightOfShadedMesh, Plates, ReflectedLight
 from poinsot.shapes.scattering import LommelSeeliger, ScatteringLaw
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import computed, ruled
 
-__all__ = ["brightness_of"]
+__all__ = ["Companion", "Shadows", "brightness_of"]
+
+Shadows = Literal[False, "centroids", "exact"]
+"""Shadows of the faces of a mesh: none, faces whose centroid is clear, or exact clear areas."""
+
+MAX_LIGHTS = 64
+"""Largest number of pairs of a shape and a law whose surfaces are stored."""
 
 SMALL = 1e-100
 """Lower limit of denominators that are zero at single directions."""
@@ -32,14 +41,33 @@ DARK = 1e-24
 NO_STRETCH = (1.0, 1.0, 1.0)
 
 
+class Companion(NamedTuple):
+    """Second mesh and its place, along the axes of the first mesh.
+
+    Attributes
+    ----------
+    mesh : Mesh
+    position : three scalars
+        Centre of mass of the second mesh from the centre of mass of the first mesh.
+    matrix : three rows of three scalars
+        Rotation matrix from the axes of the second mesh to the axes of the first mesh.
+    """
+
+    mesh: Mesh
+    position: Sequence[Scalar]
+    matrix: Sequence[Sequence[Scalar]]
+
+
 def brightness_of(
     shape: Mesh | Ellipsoid | Plates,
     law: ScatteringLaw,
     to_sun: Sequence[Scalar],
     to_observer: Sequence[Scalar],
     stretch: Sequence[Scalar] = NO_STRETCH,
+    shadows: Shadows = False,
+    companion: Companion | None = None,
 ) -> Scalar:
-    """Return the brightness B of a body, an area; facets do not shadow each other.
+    """Return the brightness B of a body, an area.
 
     Parameters
     ----------
@@ -50,7 +78,11 @@ def brightness_of(
     to_sun, to_observer : three scalars
         Directions from the body along the body axes, of any length.
     stretch : three scalars
-        Factors by which the shape is stretched along its axes, x -> stretch x.
+        Factors by which the shape is stretched along its axes, x -> stretch x. A companion is stretched alike.
+    shadows : False, "centroids" or "exact"
+        Shadows of the faces of a mesh on each other. Ellipsoids are convex, and plates do not shadow each other.
+    companion : Companion, optional
+        Second mesh, which shadows and hides faces of a mesh. Without shadows it has no effect.
 
     Returns
     -------
@@ -64,10 +96,23 @@ def brightness_of(
     phase, numbers = phase_angle(sun, observer), law.numbers
     formula = law_formula(law)
     inner = [numbers[k] for k in formula.rest_numbers]
-    light = LightOfEllipsoid(shape, formula) if isinstance(shape, Ellipsoid) else LightOfPlates(shape, formula)
-    total = computed(light, (*sun, *observer, *stretch, phase, *inner))
+    own_phase = phase if formula.uses_phase else 0.0
+    light = _light(shape, formula, shadows, companion and companion.mesh)
+    place = (*companion.position, *chain.from_iterable(companion.matrix)) if companion and light.placed else ()
+    total = computed(light, (*sun, *observer, *place, *stretch, own_phase, *inner))
     brightness: Scalar = formula.factor(phase, numbers) * total
     return brightness
+
+
+@functools.lru_cache(maxsize=MAX_LIGHTS)
+def _light(
+    shape: Mesh | Ellipsoid | Plates, formula: LawFormula, shadows: Shadows, other: Mesh | None
+) -> ReflectedLight:
+    if isinstance(shape, Ellipsoid):
+        return LightOfEllipsoid(shape, formula)
+    if isinstance(shape, Mesh) and shadows:
+        return LightOfShadedMesh(shape, formula, shadows == "exact", other)
+    return LightOfPlates(shape, formula)
 
 
 def phase_angle(sun: Vector, observer: Vector) -> Scalar:

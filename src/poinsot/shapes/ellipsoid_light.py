@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import cast
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.shapes.law_program import LawFormula
-from poinsot.shapes.reflected_light import BLOCK, Block, ReflectedLight
+from poinsot.shapes.reflected_light import Block, ReflectedLight
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import Number
 
@@ -26,6 +26,8 @@ class LightOfEllipsoid(ReflectedLight):
     n dA = det L L^-T u dw. The lit and seen part is a lune between two great circles: with the angle gamma between the
     images s' = L^-1 s and e' = L^-1 e, its longitudes from the mean direction in the plane of s' and e' lie within
     (pi - gamma)/2. Integrands vanish at its edges, and so derivatives are integrals of derivatives.
+
+    The quadrature is chosen once, for the stretch and the numbers of the law of the first call.
     """
 
     def __init__(self, shape: Ellipsoid, formula: LawFormula, rule: Quadrature | None = None) -> None:
@@ -35,14 +37,13 @@ class LightOfEllipsoid(ReflectedLight):
     @override
     def entries(self, numbers: Sequence[int], *variables: Number) -> Mapping[int, Number]:
         if self._rule is None:
-            rule = _quadrature(self._shape, self.formula, [float(np.ravel(x)[0]) for x in variables[6:]])
-            return LightOfEllipsoid(self._shape, self.formula, rule).entries(numbers, *variables)
+            self._rule = _quadrature(self._shape, self.formula, [float(np.ravel(x)[0]) for x in variables[6:]])
         return super().entries(numbers, *variables)
 
     @override
     def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
         rule, epochs = cast("Quadrature", self._rule), vectors.shape[1]
-        rows = max(1, min(epochs, BLOCK // rule.count))
+        rows = max(1, min(epochs, NODES_OF_BLOCK // rule.count))
         space = np.empty((buffers, rows * rule.count))
         for start in range(0, epochs, rows):
             part = slice(start, min(start + rows, epochs))
@@ -115,25 +116,12 @@ KINK_TOLERANCE = 1e-5
 PHASES = (0.0, 0.3, 0.8, 1.4, 2.0, 2.4)
 """Phase angles at which rules are compared."""
 
-_quadratures: dict[Hashable, Quadrature] = {}
-
 
 def _quadrature(shape: Ellipsoid, formula: LawFormula, numbers: Sequence[float]) -> Quadrature:
-    """Return the rule of an ellipsoid and a law, chosen for the stretch, phase and numbers of the first call."""
-    key = shape, formula
-    if key not in _quadratures:
-        while len(_quadratures) >= MAX_QUADRATURES:
-            _quadratures.pop(next(iter(_quadratures)), None)
-        _quadratures[key] = _chosen_quadrature(shape, formula, numbers)
-    return _quadratures[key]
+    """Return the first rule that agrees with the rule before it, or the smallest one that nearly agrees.
 
-
-MAX_QUADRATURES = 64
-"""Largest number of quadratures that are stored."""
-
-
-def _chosen_quadrature(shape: Ellipsoid, formula: LawFormula, numbers: Sequence[float]) -> Quadrature:
-    """Return the first rule that agrees with the rule before it, or the smallest one that nearly agrees."""
+    The numbers are the stretch, the phase angle and numbers of the law.
+    """
     sun, observer, towards_sun, towards_observer = _sampled_directions()
     scalars: Sequence[Number] = *numbers[:3], np.array(PHASES), *numbers[4:]
     found: list[tuple[float, Quadrature]] = []
@@ -174,14 +162,16 @@ class BlockOfEllipsoid(Block):
     """Nodes of the quadrature over the lit and seen part of an ellipsoid at some epochs."""
 
     def __init__(self, epochs: slice, shape: Ellipsoid, rule: Quadrature, vectors: Array, stretch: Array) -> None:
-        self.epochs, self.counts = epochs, rule.count
+        self.epochs, self._count = epochs, rule.count
         to_sphere = shape.to_unit_sphere / stretch
         images = np.stack([to_sphere @ vectors[:3], to_sphere @ vectors[3:]])
         lengths = np.linalg.norm(images, axis=1)
         sun, observer = images / lengths[:, None]
         together, apart = sun + observer, sun - observer
         cosine, sine = (0.5 * np.linalg.norm(x, axis=0) for x in (together, apart))
-        x_axis, y_axis = _unit(together, sun), _unit(apart, _perpendicular(sun))
+        x_axis = _unit(together, sun)
+        across_x = apart - x_axis * np.sum(x_axis * apart, axis=0)  # differs from `apart` at a phase of rounding
+        y_axis = _unit(across_x, _perpendicular(x_axis))
         axes = np.stack([x_axis, y_axis, np.cross(x_axis, y_axis, axis=0)])
         half = np.maximum(np.arctan2(cosine, sine), EDGE)
         ratio = (lengths[1] - lengths[0]) / (lengths[1] + lengths[0])
@@ -206,6 +196,11 @@ class BlockOfEllipsoid(Block):
         areas *= volume * 0.5 * np.pi * size * cos_b * (half * weights)[..., None]
         self._areas, self._normals = areas.reshape(len(half), -1), normals.reshape(3, len(half), -1)
 
+    @property
+    @override
+    def counts(self) -> int:
+        return self._count
+
     @override
     def sums(self, values: Array | float, power: int) -> Array:
         weighted = self._areas * np.reshape(values, (-1, 1) if np.ndim(values) == 0 else self._areas.shape)
@@ -213,6 +208,9 @@ class BlockOfEllipsoid(Block):
             return np.asarray(np.sum(weighted, axis=1)[None])
         return np.asarray(np.einsum("ef,kef->ke", weighted, self._normals**power))
 
+
+NODES_OF_BLOCK = 16_384
+"""Number of nodes at all epochs of a block."""
 
 EDGE = 1e-9
 """Smallest half width of a lune, in radians; the light of a narrower one is below 1e-27."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import numpy as np
@@ -107,10 +108,15 @@ def _refuse_asymmetry(name: str, value: Any, hint: str) -> None:
         raise ValueError(f"{name} must be between -1 and 1, got {np.ravel(value)[np.argmax(np.abs(value))]}. {hint}")
 
 
-def _refuse_slope(name: str, value: Any, hint: str) -> None:
-    refuse_negative(name, value, hint)
-    if np.any(np.asarray(value) >= 0.5 * np.pi):
-        raise ValueError(f"{name} must be below pi/2, got {np.max(value)}. {hint}".rstrip())
+def _refuse_from(limit: float, written: str) -> Callable[[str, Any, str], None]:
+    """Return a check that refuses negative numbers, and numbers from a limit on."""
+
+    def refuse(name: str, value: Any, hint: str) -> None:
+        refuse_negative(name, value, hint)
+        if np.any(np.asarray(value) >= limit):
+            raise ValueError(f"{name} must be below {written}, got {np.max(value)}. {hint}".rstrip())
+
+    return refuse
 
 
 class ScatteringLaw(Parametric, ABC):
@@ -142,16 +148,15 @@ class ScatteringLaw(Parametric, ABC):
 
 
 def fault_of(law: ScatteringLaw) -> str:
-    """Return the condition that a law violates most, with the worst value, or an empty string."""
-    law, name = law.with_axes(4), type(law).__name__
+    """Return the first condition that a law violates, with the worst value, or an empty string."""
+    name, members = type(law).__name__, law.member_axis
     nodes, weights = np.polynomial.legendre.leggauss(SAMPLED_NODES)
     incidence = np.linspace(GRAZING_COSINE, 1.0, SAMPLED_NODES)[:, None, None]
     cosines, azimuth = 0.5 * (nodes[:, None] + 1), 0.5 * np.pi * (nodes + 1)
     sines = np.sqrt((1 - incidence**2) * (1 - cosines**2))
     phase = np.arccos(np.clip(incidence * cosines + sines * np.cos(azimuth), -1, 1))
-    shape = np.broadcast_shapes((*law.member_axis, *(1,) * (3 * len(law.member_axis))), phase.shape)
     there, back = (
-        np.broadcast_to(np.asarray(law.brightness(light), dtype=float), shape)
+        np.broadcast_to(np.asarray(law.with_axes(4).brightness(light), dtype=float), (*members, *phase.shape))
         for light in (Reflection(incidence, cosines, phase), Reflection(cosines, incidence, phase))
     )
     size = np.abs(there).max()
@@ -347,7 +352,7 @@ class Hapke(ScatteringLaw):
     b0: NotNegative
     h: Positive
     g: Annotated[Real, Rule(_refuse_asymmetry, "At -1 and 1 all light goes one way.")]
-    roughness: Annotated[Real, Rule(_refuse_slope, "It is the mean slope of the surface in radians.")] = 0.0
+    roughness: Annotated[Real, Rule(_refuse_from(0.5 * np.pi, "pi/2"), "It is the mean slope in radians.")] = 0.0
 
     @override
     def brightness(self, light: Reflection) -> Scalar:
@@ -479,7 +484,7 @@ class CookTorrance(ScatteringLaw):
     diffuse: Share
     specular: Share
     m: Positive
-    f0: Share
+    f0: Annotated[Real, Rule(_refuse_from(1.0, "1"), "The refractive index is infinite at 1.")]
 
     @override
     def brightness(self, light: Reflection) -> Scalar:

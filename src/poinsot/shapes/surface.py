@@ -1,4 +1,4 @@
-"""Surfaces of one or two meshes as edges and faces."""
+"""Surface of a mesh as edges and faces in their planes."""
 
 from __future__ import annotations
 
@@ -41,25 +41,40 @@ class Cuts(NamedTuple):
 
 
 class Surface:
-    """Faces of a mesh under parallel light and parallel lines of sight; positions are relative to the centre of mass.
+    """Faces and edges of a mesh; positions are relative to the centre of mass.
 
-    The faces of a second mesh follow the faces of the first one. They are relative to the centre of mass and the axes
-    of the second mesh, and a `Placement` states where that mesh is at each epoch.
+    Attributes
+    ----------
+    vertices : array (v, 3)
+    faces : array (f, 3) of int
+    corners : array (f, 3, 3)
+    areas : array (f,)
+    normals, centers : array (f, 3)
+        The normal of a degenerate triangle is zero, so that it is never illuminated.
+    low : float
+        Rounding error of heights over a face.
+    bases : array (f, 2, 3)
+        Two axes in the plane of each face.
+    flat_corners : array (3, 2, f)
+        Corners of the faces along these axes, from the centroids.
+    lines : array (3, 3, f)
+        Edges of the faces, as in `lines_of`.
+    edges, sides : array (e, 2) of int
+        Vertices of each edge, and the two faces at the edge. The first one contains the vertices in this order.
+    below : bool array (f,)
+        True for faces that have a vertex above their plane.
+    convex : bool array (e,)
+        True for edges at which the surface is not concave; the others have no visible shadows.
+    cuts : Cuts
+        Segments in which faces of intersecting surfaces cut other faces.
     """
 
-    def __init__(self, *meshes: Mesh) -> None:
-        first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-        self.vertices = np.concatenate([mesh.vertices - mesh.center_of_mass for mesh in meshes])
-        self.faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, first, strict=False)])
-        self.corners = self.vertices[self.faces]
-        self.areas = np.concatenate([mesh.face_areas for mesh in meshes])
-        # a degenerate triangle is never illuminated
-        self.normals = np.nan_to_num(np.concatenate([mesh.face_normals for mesh in meshes]))
-        self.centers = np.concatenate([mesh.face_centers - mesh.center_of_mass for mesh in meshes])
-        self.radii = [mesh.circumscribing_radius for mesh in meshes]
-        self.low = HEIGHT_ROUNDING * max(self.radii)
-        self.body_of_face = np.repeat(np.arange(len(meshes)), [len(mesh.faces) for mesh in meshes])
-        self.body_of_vertex = np.repeat(np.arange(len(meshes)), [len(mesh.vertices) for mesh in meshes])
+    def __init__(self, mesh: Mesh) -> None:
+        self.vertices, self.faces = mesh.vertices - mesh.center_of_mass, mesh.faces
+        self.corners, self.areas = self.vertices[self.faces], mesh.face_areas
+        self.normals = np.nan_to_num(mesh.face_normals)
+        self.centers = mesh.face_centers - mesh.center_of_mass
+        self.low = HEIGHT_ROUNDING * mesh.circumscribing_radius
         self.bases = bases_of(self.normals)
         self.flat_corners = np.einsum("fij,fkj->kif", self.bases, self.corners - self.centers[:, None])
         self.lines = lines_of(self.flat_corners)
@@ -69,25 +84,22 @@ class Surface:
         self.cuts = self._cuts()
 
     def _faces_below(self) -> Flags:
-        """Return True for faces that have a vertex of the same mesh above their plane."""
         offsets = np.einsum("fi,fi->f", self.normals, self.centers)
         below = np.zeros(len(self.areas), dtype=bool)
         rows = max(1, MAX_PAIRS // len(self.vertices))
         for start in range(0, len(self.areas), rows):
             part = slice(start, start + rows)
-            above = self.normals[part] @ self.vertices.T - offsets[part, None] > self.low
-            below[part] = (above & (self.body_of_face[part, None] == self.body_of_vertex)).any(axis=1)
+            heights = self.normals[part] @ self.vertices.T - offsets[part, None]
+            below[part] = (heights > self.low).any(axis=1)
         return below
 
     def _convex_edges(self) -> Flags:
-        """Return True for edges at which the surface is not concave; the others have no visible shadows."""
         one, other = self.sides.T
         opposite = self.faces[other].sum(axis=1) - self.edges.sum(axis=1)
         rise = np.einsum("ei,ei->e", self.normals[one], self.vertices[opposite] - self.centers[one])
         return np.asarray(rise <= self.low)
 
     def _cuts(self) -> Cuts:
-        """Return the segments in which faces of intersecting surfaces cut other faces."""
         low, high = self.corners.min(axis=1), self.corners.max(axis=1)
         some, start = np.flatnonzero(self.below), np.zeros(len(self.areas), dtype=np.int64)
         which, other = Boxes(start, low, high, np.abs(self.corners).max()).overlapping(
@@ -95,7 +107,6 @@ class Surface:
         )
         face = some[which]
         apart = (self.faces[face][:, :, None] != self.faces[other][:, None, :]).all(axis=(1, 2))
-        apart &= self.body_of_face[face] == self.body_of_face[other]
         face, other = face[apart], other[apart]
         heights = np.einsum("pi,pki->kp", self.normals[face], self.corners[other] - self.centers[face][:, None])
         crosses = (heights.min(axis=0) < -self.low) & (heights.max(axis=0) > self.low)

@@ -13,24 +13,27 @@ from poinsot.shapes.boxes import Boxes, ranges
 from poinsot.shapes.clipping import inside, lines_of, positive, turn, uncovered
 from poinsot.shapes.surface import Surface, bases_of
 
-__all__ = ["Boundary", "Placement", "Scene", "ray_hits"]
+__all__ = ["Boundary", "Neighbour", "Scene", "ray_hits"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
 
-class Placement(NamedTuple):
-    """Place of a second mesh at each epoch, along the axes of the first mesh.
+class Neighbour(NamedTuple):
+    """Another body that casts shadows and hides faces, and its place x -> matrix x + position at each epoch.
 
     Attributes
     ----------
+    surface : Surface
     positions : array (n, 3)
-        The centre of mass of the second mesh from the centre of mass of the first one.
+        Centre of mass of the neighbour from the centre of mass of the body, along the axes of the body.
     matrices : array (n, 3, 3)
-        Rotation matrices from the axes of the second mesh to the axes of the first one.
+        Matrices of positive determinant from the axes of the neighbour to the axes of the body: rotation matrices, or
+        these with a stretch.
     """
 
+    surface: Surface
     positions: Array
     matrices: Array
 
@@ -106,43 +109,41 @@ class _Covers(NamedTuple):
 
 
 class Scene:
-    """Faces of a surface at the epochs of one block, along the axes of the first mesh."""
+    """Faces of a surface at the epochs of one block, and a neighbour whose faces follow them in all lists."""
 
-    def __init__(self, surface: Surface, directions: Sequence[Array], placement: Placement | None, part: slice) -> None:
+    def __init__(self, surface: Surface, directions: Sequence[Array], neighbour: Neighbour | None, part: slice) -> None:
         self.surface = surface
-        self.arrays = {
-            "vertices": surface.vertices[None],
-            "centers": surface.centers[None],
-            "normals": surface.normals[None],
-            "bases": surface.bases[None],
-        }
-        if placement is not None:
-            placement = Placement(placement.positions[part], placement.matrices[part])
-            self.arrays = {name: self._placed(name, array[0], placement) for name, array in self.arrays.items()}
-        self.views = [_View(self, k, direction[part]) for k, direction in enumerate(directions)]
-        self.facing = np.logical_and.reduce([view.front for view in self.views])
-        exposed = self.facing & surface.below
-        if placement is not None:
-            across = [np.linalg.norm(np.cross(placement.positions, view.directions), axis=1) for view in self.views]
-            near = np.min(across, axis=0) < sum(surface.radii)
-            exposed[near] = self.facing[near]
+        self.vertices, self.faces, self.edges = surface.vertices[None], surface.faces, surface.edges
+        self.sides, self.convex = surface.sides, surface.convex
+        fronts = [direction[part] @ surface.normals.T > 0 for direction in directions]
+        exposed = np.logical_and.reduce(fronts)
+        self.facing = exposed.copy()
+        exposed &= surface.below
+        if neighbour is not None:
+            other, positions, matrices = neighbour.surface, neighbour.positions[part], neighbour.matrices[part]
+            arms = other.vertices @ matrices.transpose(0, 2, 1)
+            own = np.broadcast_to(surface.vertices, (len(arms), *surface.vertices.shape))
+            self.vertices = np.concatenate([own, arms + positions[:, None]], axis=1)
+            self.faces = np.concatenate([surface.faces, other.faces + len(surface.vertices)])
+            self.edges = np.concatenate([surface.edges, other.edges + len(surface.vertices)])
+            self.sides = np.concatenate([surface.sides, other.sides + len(surface.faces)])
+            self.convex = np.concatenate([surface.convex, other.convex])
+            reach = np.linalg.norm(surface.vertices, axis=-1).max() + np.linalg.norm(arms, axis=-1).max(axis=1)
+            for k, direction in enumerate(directions):
+                inner = np.einsum("nij,nj->ni", np.linalg.inv(matrices), direction[part])
+                fronts[k] = np.concatenate([fronts[k], inner @ other.normals.T > 0], axis=1)
+                near = np.linalg.norm(np.cross(positions, direction[part]), axis=1) < reach
+                exposed[near] = self.facing[near]
         self.exposed = np.nonzero(exposed)
         """Epochs and faces of the faces that other faces may hide."""
+        self.views = [
+            _Projection(self, k, d[part], front) for k, (d, front) in enumerate(zip(directions, fronts, strict=True))
+        ]
 
-    def _placed(self, name: str, array: Array, placement: Placement) -> Array:
-        """Return vectors (n, ...) with the second mesh in its place at each epoch."""
-        second = (self.surface.body_of_vertex if name == "vertices" else self.surface.body_of_face) == 1
-        placed = np.repeat(array[None], len(placement.positions), axis=0)
-        placed[:, second] = np.einsum("nij,f...j->nf...i", placement.matrices, array[second])
-        if name in ("vertices", "centers"):
-            placed[:, second] += placement.positions[:, None]
-        return placed
-
-    def take(self, name: str, rows: Integers, indices: Integers) -> Array:
-        """Return vectors for pairs of an epoch and an index; the last axis is the pair."""
-        array = self.arrays[name]
-        flat = array.reshape(-1, *array.shape[2:])
-        return np.moveaxis(flat[indices if len(array) == 1 else rows * array.shape[1] + indices], 0, -1)
+    def take(self, rows: Integers, indices: Integers) -> Array:
+        """Return vertices (3, n) for pairs of an epoch and a number."""
+        count = self.vertices.shape[1]
+        return self.vertices.reshape(-1, 3)[indices if len(self.vertices) == 1 else rows * count + indices].T
 
     def parts(self) -> tuple[Array, Boundary]:
         """Return the clear areas (n, faces), and the boundaries in the faces that edges of shadows cross."""
@@ -191,7 +192,7 @@ class Scene:
         An edge of a face counts where no shadow is on its left, an edge of a shadow where no other shadow is on its
         right. Of several edges of shadows at one place, with the shadows on the same side, the first one counts.
         """
-        order, faces = np.argsort(covers.cells, kind="stable"), len(self.surface.areas)
+        order, faces = np.argsort(covers.cells, kind="stable"), len(self.faces)
         cells = covers.cells[order]
         first, last = (np.searchsorted(cells, edges.cells, side) for side in ("left", "right"))
         edge, cover = np.repeat(np.arange(len(edges.cells)), last - first), order[ranges(first, last)]
@@ -204,14 +205,11 @@ class Scene:
         return uncovered(len(edges.cells), edge[some], begin[some], end[some])
 
 
-class _View:
+class _Projection:
     """Faces of a scene along one direction."""
 
-    def __init__(self, scene: Scene, index: int, directions: Array) -> None:
-        self.scene, self.index, self.directions = scene, index, directions
-        normals = scene.arrays["normals"]
-        still = len(normals) == 1
-        self.front = (directions @ normals[0].T if still else np.einsum("nfi,ni->nf", normals, directions)) > 0
+    def __init__(self, scene: Scene, index: int, directions: Array, front: Flags) -> None:
+        self.scene, self.index, self.directions, self.front = scene, index, directions, front
 
     @cached_property
     def axes(self) -> Array:
@@ -221,12 +219,12 @@ class _View:
     @cached_property
     def places(self) -> Array:
         """Vertices along the axes of the views, shape (n, vertices, 3)."""
-        return np.asarray(self.scene.arrays["vertices"] @ self.axes.transpose(0, 2, 1))
+        return np.asarray(self.scene.vertices @ self.axes.transpose(0, 2, 1))
 
     @cached_property
     def boxes(self) -> tuple[Array, Array]:
         """Lowest and highest coordinates of the faces along the axes of the views, shape (n, faces, 3)."""
-        one, two, three = (self.places[:, corner] for corner in self.scene.surface.faces.T)
+        one, two, three = (self.places[:, corner] for corner in self.scene.faces.T)
         return np.minimum(np.minimum(one, two), three), np.maximum(np.maximum(one, two), three)
 
     @cached_property
@@ -240,16 +238,14 @@ class _View:
 
     def hides(self, rows: Integers, faces: Integers) -> Flags:
         """Return True where another face hides the centroid of a face."""
-        centers = self.scene.take("centers", rows, faces)
-        places = np.einsum("pij,jp->pi", self.axes[rows], centers)
+        centers = self.scene.surface.centers[faces]
+        places = np.einsum("pij,pj->pi", self.axes[rows], centers)
         cell, which = self.bright[1].overlapping(rows, places, places)
         other = self.bright[0][which]
         cell, other = cell[other != faces[cell]], other[other != faces[cell]]
-        corners = [
-            self.scene.take("vertices", rows[cell], k) - centers[:, cell] for k in self.scene.surface.faces[other].T
-        ]
+        corners = np.stack([self.scene.take(rows[cell], k) for k in self.scene.faces[other].T]).transpose(2, 0, 1)
         hidden = np.zeros(len(rows), dtype=bool)
-        hidden[cell[ray_hits(self.directions[rows[cell]], np.stack(corners).transpose(2, 0, 1))]] = True
+        hidden[cell[ray_hits(self.directions[rows[cell]], corners - centers[cell, None])]] = True
         return hidden
 
     def shadows(self, rows: Integers, faces: Integers) -> _Edges:
@@ -286,18 +282,18 @@ class _View:
         The result is the index of the face in the list, the bright face at the edge, and both ends (2, 3, n), with
         the bright face on the left.
         """
-        surface = self.scene.surface
-        bright = self.front[:, surface.sides]
-        row, edge = np.nonzero((bright[..., 0] != bright[..., 1]) & surface.convex)
+        scene = self.scene
+        bright = self.front[:, scene.sides]
+        row, edge = np.nonzero((bright[..., 0] != bright[..., 1]) & scene.convex)
         side = bright[row, edge, 1].astype(np.int64)
-        ends = surface.edges[edge, side], surface.edges[edge, 1 - side]
+        ends = scene.edges[edge, side], scene.edges[edge, 1 - side]
         views = self.places[row, ends[0]], self.places[row, ends[1]]
         boxes = self._sorted(row, np.minimum(*views), np.maximum(*views))
         cell, which = boxes.overlapping(rows, *(edge[rows, faces] for edge in self.boxes))
-        apart = (surface.sides[edge[which]] != faces[cell, None]).all(axis=1)
+        apart = (scene.sides[edge[which]] != faces[cell, None]).all(axis=1)
         cell, which = cell[apart], which[apart]
-        places = np.stack([self.scene.take("vertices", row[which], end[which]) for end in ends])
-        return cell, surface.sides[edge[which], side[which]], places
+        places = np.stack([scene.take(row[which], end[which]) for end in ends])
+        return cell, scene.sides[edge[which], side[which]], places
 
     def _cuts(self, rows: Integers, faces: Integers) -> tuple[Integers, Integers, Array]:
         """Return the segments in which bright faces cut faces: index of the face, other face, and ends (2, 3, n)."""
@@ -317,10 +313,7 @@ class _View:
         cell, other = cell[other != face[cell]], other[other != face[cell]]
         frames, cosines, centers = self._frames(row, face)
         corners = np.stack(
-            [
-                _along(frames[..., cell], scene.take("vertices", row[cell], k) - centers[:, cell])
-                for k in surface.faces[other].T
-            ]
+            [_along(frames[..., cell], scene.take(row[cell], k) - centers[:, cell]) for k in scene.faces[other].T]
         )
         own, tolerances = surface.lines[..., face[cell]], surface.low / cosines[cell]
         meets = corners[:, 2].max(axis=0) > surface.low
@@ -342,12 +335,12 @@ class _View:
 
         The rows of a projection (3, 3) give the place of a shadow in the plane of a face, and the height over it.
         """
-        bases, normals = self.scene.take("bases", rows, faces), self.scene.take("normals", rows, faces)
-        direction = self.directions[rows].T
+        surface, direction = self.scene.surface, self.directions[rows].T
+        bases, normals = surface.bases[faces].transpose(1, 2, 0), surface.normals[faces].T
         cosines = np.sum(normals * direction, axis=0)
         tilts = np.sum(bases * direction, axis=1) / cosines
         frames = np.concatenate([bases - tilts[:, None] * normals, normals[None]])
-        return frames, cosines, self.scene.take("centers", rows, faces)
+        return frames, cosines, surface.centers[faces].T
 
 
 def ray_hits(directions: Array, corners: Array) -> Flags:

@@ -13,7 +13,7 @@ from poinsot.errors import real_numbers, refuse_zero
 from poinsot.shapes.clipping import turn
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.surface import Surface
-from poinsot.shapes.views import Boundary, Placement, Scene
+from poinsot.shapes.views import Boundary, Neighbour, Scene
 
 __all__ = ["ClearParts", "Slopes", "clear_faces", "clear_parts", "illuminated_areas", "illuminated_faces"]
 
@@ -32,13 +32,15 @@ class Slopes(NamedTuple):
     ----------
     directions : list of arrays (n, 3)
         Derivatives by the unit vectors of the directions.
-    position, rotation : array (n, 3)
-        Derivatives by the position of the second mesh and by its rotation vector, along the axes of the first mesh.
+    position : array (n, 3)
+        Derivatives by the position of the neighbour.
+    matrix : array (n, 3, 3)
+        Derivatives by the matrix of the neighbour.
     """
 
     directions: list[Array]
     position: Array
-    rotation: Array
+    matrix: Array
 
 
 class ClearParts:
@@ -54,16 +56,10 @@ class ClearParts:
     """
 
     def __init__(
-        self,
-        surface: Surface,
-        directions: Sequence[Array],
-        placement: Placement | None,
-        areas: Array,
-        boundaries: list[Boundary],
+        self, surface: Surface, count: int, areas: Array, neighbour: Neighbour | None, boundaries: list[Boundary]
     ) -> None:
-        self.areas = areas
-        self._surface, self._directions, self._placement = surface, directions, placement
-        self._boundaries = boundaries
+        self.areas, self._boundaries = areas, boundaries
+        self._surface, self._directions, self._neighbour = surface, count, neighbour
 
     @property
     def centers(self) -> Array:
@@ -93,28 +89,26 @@ class ClearParts:
         -(h/(n.d)) (dd - d (n.dd)/(n.d)), which is linear along an edge. The area changes by the integral of the
         component of this velocity into the shadow.
         """
-        surface, count = self._surface, len(self.areas)
-        directions = [np.zeros((count, 3)) for _ in self._directions]
-        position, rotation = np.zeros((count, 3)), np.zeros((count, 3))
+        count, other = len(self.areas), self._neighbour
+        directions = [np.zeros((count, 3)) for _ in range(self._directions)]
+        position, matrix = np.zeros((count, 3)), np.zeros((count, 3, 3))
         for rows, faces, edges, lengths, firsts in self._boundaries:
             turns = weights[rows, faces] * edges.turns
             changes = -(edges.lifts[0] * lengths + edges.lifts[1] * firsts) * turns
-            second = surface.body_of_face[faces]
             for k, slope in enumerate(directions):
-                along = edges.views == k
-                slope += _sums(changes * along, rows, count)
-                rotation -= np.cross(self._directions[k], _sums(changes * (along * second), rows, count))
-            if self._placement is not None:
-                turns *= surface.body_of_face[edges.others] - second
+                slope += _sums(changes * (edges.views == k), rows, count)
+            if other is not None:
+                turns *= edges.others >= len(self._surface.faces)
                 position += _sums(lengths * turns, rows, count)
-                arms = edges.places[0] * lengths + edges.places[1] * firsts
-                arms -= lengths * self._placement.positions.T[:, rows]
-                rotation += _sums(np.cross(arms, turns, axis=0), rows, count)
-        return Slopes(directions, position, rotation)
+                arms = edges.places[0] * lengths + edges.places[1] * firsts - lengths * other.positions.T[:, rows]
+                arms = np.einsum("nji,in->jn", np.linalg.inv(other.matrices)[rows], arms)
+                for k in range(3):
+                    matrix[:, :, k] += _sums(turns * arms[k], rows, count)
+        return Slopes(directions, position, matrix)
 
 
 def clear_faces(
-    surface: Surface, directions: Sequence[Array], placement: Placement | None = None, shadows: bool = True
+    surface: Surface, directions: Sequence[Array], neighbour: Neighbour | None = None, shadows: bool = True
 ) -> Flags:
     """Return True where no face hides the centroid of a face along any of several directions; shape (n, faces).
 
@@ -122,14 +116,14 @@ def clear_faces(
     ----------
     directions : sequence of arrays (n, 3)
         Unit vectors to the light and, optionally, to the observer.
-    placement : Placement, optional
-        Place of the second mesh, if there is one.
+    neighbour : Neighbour, optional
+        Another body, which may hide faces.
     shadows : bool
         False if every face that is oriented towards all directions is clear.
     """
     clear = np.empty((len(directions[0]), len(surface.areas)), dtype=bool)
     for part in _blocks(surface, len(clear)):
-        scene = Scene(surface, directions, placement, part)
+        scene = Scene(surface, directions, neighbour, part)
         clear[part] = scene.facing
         if shadows:
             rows, faces = scene.exposed
@@ -140,14 +134,14 @@ def clear_faces(
     return clear
 
 
-def clear_parts(surface: Surface, directions: Sequence[Array], placement: Placement | None = None) -> ClearParts:
+def clear_parts(surface: Surface, directions: Sequence[Array], neighbour: Neighbour | None = None) -> ClearParts:
     """Return the parts of the faces that no face hides along any of several directions, as in `clear_faces`."""
     areas = np.empty((len(directions[0]), len(surface.areas)))
     found = []
     for part in _blocks(surface, len(areas)):
-        areas[part], boundary = Scene(surface, directions, placement, part).parts()
+        areas[part], boundary = Scene(surface, directions, neighbour, part).parts()
         found.append(boundary._replace(rows=boundary.rows + part.start))
-    return ClearParts(surface, directions, placement, areas, found)
+    return ClearParts(surface, len(directions), areas, neighbour, found)
 
 
 def _blocks(surface: Surface, count: int) -> list[slice]:

@@ -112,8 +112,15 @@ def _try_pair_force(force: Force, instant: PairInstant) -> None:
 
 def _trial(record: Parametric, body: Body) -> Instant:
     """Return an instant for the trial of a formula, of a body that is made of arrays of two values."""
-    environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
-    return Instant(body, Attitude.from_quaternion(Vector(ATTITUDES.T)), environment, RATES)
+    return Instant(body, Attitude.from_quaternion(Vector(ATTITUDES.T)), _environment(record), RATES)
+
+
+def _environment(record: Parametric) -> Environment:
+    """Return the environment of a trial, at a time within the spans of the orbits of a record."""
+    orbits = list(orbits_of(record))
+    time = sample_time(orbits)
+    room = min((float(np.min(orbit.span[1])) for orbit in orbits), default=np.inf) - time
+    return Environment(time + min(0.25, 0.5 * room) * PAIR)
 
 
 def _trial_of_pair(dynamics: PairDynamics, record: Parametric) -> PairInstant:
@@ -124,8 +131,7 @@ def _trial_of_pair(dynamics: PairDynamics, record: Parametric) -> PairInstant:
     position = Vector(dynamics.sample_distance * x for x in np.array([[0.6, 0.0], [0.8, -0.6], [0.0, 0.8]]))
     momentum = Vector(0.5 * twin.reduced_mass * dynamics.sample_distance * n * x for x in (-0.8, 0.6, 0.1))
     own = [Vector(body.angular_momentum(Vector(n * x for x in (0.1, 0.2, 0.9)))) for body in twin.bodies.values()]
-    environment = Environment(sample_time(orbits_of(record)) + 0.25 * PAIR)
-    return PairInstant(twin, attitudes, position, environment, momentum, own)
+    return PairInstant(twin, attitudes, position, _environment(record), momentum, own)
 
 
 def _try(name: str, formula: Callable[[Any, Any], Any], record: Parametric, instant: AnyInstant) -> None:

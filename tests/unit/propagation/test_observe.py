@@ -37,6 +37,13 @@ class Elevation(pt.Observable):
         return {"below the horizon": pt.functions.less(self.reading(instant), 0.0)}
 
 
+class Distance(pt.Observable):
+    orbit: pt.Orbit
+
+    def reading(self, instant):
+        return pt.functions.norm(instant.position(self.orbit))
+
+
 class Delayed(pt.Observable):
     delay: float
 
@@ -128,6 +135,22 @@ def test_members_must_be_as_many():
     start = BODY.state((1, 0, 0, 0), omega_body=np.ones((3, 3)))
     with pytest.raises(ValueError, match=r"observable must have as many members as the motion, 3, got 2\."):
         pt.observe(pt.propagate(pt.System(BODY), start, TIMES), Rate(np.zeros((2, 3))))
+
+
+@pytest.mark.parametrize("dense", [True, False])
+def test_light_from_before_the_first_time(dense):
+    seen = pt.observe(moved(dense=dense), Delayed(0.7))
+    earlier = moved(TIMES - 0.7).quaternion[:, 0]
+    assert np.allclose(seen.values, earlier, rtol=0, atol=1e-14)
+
+
+def test_orbits_that_are_known_for_a_short_time():
+    def along(times):
+        return np.stack([3 + times, 0 * times, 0 * times], axis=-1)
+
+    orbit = pt.orbits.Ephemeris.from_function(1.0, position=along, start=2.0, stop=2.1)
+    seen = pt.observe(moved(), Distance(orbit), times=[2.0, 2.05, 2.1])
+    assert np.allclose(seen.values, [5.0, 5.05, 5.1], rtol=1e-12, atol=0)
 
 
 def test_light_times_of_members():

@@ -202,3 +202,32 @@ def test_internal_methods_are_not_listed():
             return -self.structure * instant.omega
 
     assert "structure" in dir(Structure(1.0))
+
+
+class Aimed(Parametric):
+    """A record one of whose fields has alternatives, and one a shape."""
+
+    target: pt.Orbit | Charge
+    shape: pt.shapes.Shape
+    gain: float
+
+
+BALL = pt.shapes.Ellipsoid((1, 1, 1), mass=1.0)
+
+
+def test_a_field_may_have_records_of_several_classes():
+    on_orbit, on_charge = Aimed(NEAR, BALL, 2.0), Aimed(Charge(FAR, 0.3), BALL, 3.0)
+    assert [*on_orbit.records] == [NEAR]
+    assert len(on_orbit.numbers) == len(NEAR.numbers) + 1
+    assert [name for name, _ in on_charge.number_names()][-2:] == ["target.strength", "gain"]
+    twin = on_charge.with_numbers(2 * x for x in on_charge.numbers)
+    assert (float(twin.target.strength), float(twin.gain), twin.shape) == (0.6, 6.0, BALL)
+    assert on_orbit.structure != on_charge.structure
+    assert Aimed(NEAR, BALL, 5.0).structure == on_orbit.structure
+
+
+def test_a_field_of_several_classes_refuses_others():
+    with pytest.raises(TypeError, match=r"^target must be an Orbit or a Charge, got Ellipsoid\.$"):
+        Aimed(BALL, BALL, 1.0)
+    with pytest.raises(TypeError, match=r"^shape must be a Shape, got KeplerOrbit\.$"):
+        Aimed(NEAR, FAR, 1.0)

@@ -19,6 +19,20 @@ LAWS = (
 )
 
 
+ANGLE = pt.shapes.Mesh(
+    [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (3, 0), (3, 1), (1, 1), (1, 2), (0, 2))],
+    [
+        *((0, 2, 1), (0, 3, 2), (0, 4, 3), (0, 5, 4), (6, 7, 8), (6, 8, 9), (6, 9, 10), (6, 10, 11)),
+        *((k, (k + 1) % 6, 6 + (k + 1) % 6) for k in range(6)),
+        *((k, 6 + (k + 1) % 6, 6 + k) for k in range(6)),
+    ],
+    density=1.0,
+)
+"""A prism over the shape of the letter L, whose upright shades its arm."""
+
+LOW_SUN, HIGH_OBSERVER = (-0.9, 0.8, 0.2), (0.6, 1.0, 0.5)
+
+
 class Coated(ScatteringLaw):
     """A law of the user: a sum of powers with a weight that depends on the phase."""
 
@@ -56,15 +70,22 @@ def test_a_stretched_mesh_is_the_mesh_of_stretched_vertices(law):
     assert found == pytest.approx(plain(BOX, law, SUN, OBSERVER, stretch), rel=1e-13, abs=0)
 
 
-@pytest.mark.parametrize("shape", [BOX, pt.shapes.Ellipsoid((3.0, 2.0, 1.5), mass=1.0)], ids=["mesh", "ellipsoid"])
+SHAPES = {
+    "mesh": (BOX, SUN, OBSERVER, False),
+    "ellipsoid": (pt.shapes.Ellipsoid((3.0, 2.0, 1.5), mass=1.0), SUN, OBSERVER, False),
+    "shadows": (ANGLE, LOW_SUN, HIGH_OBSERVER, "exact"),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("law", [*LAWS[:-1], Coated(0.4, 0.2)], ids=lambda law: type(law).__name__)
 def test_derivatives_are_quotients_of_differences(shape, law):
-    """Central differences of step h with an extrapolation leave h^4 f'''''/30 and the rounding 1e-15 f / h."""
-    numbers = [float(x) for x in law.numbers]
-    place = np.array([*SUN, *OBSERVER, 1.1, 0.9, 1.2, *numbers])
+    """Central differences with an extrapolation leave h^4 times a fifth derivative, and the rounding over h."""
+    solid, sun, observer, shadows = SHAPES[shape]
+    place = np.array([*sun, *observer, 1.1, 0.9, 1.2, *map(float, law.numbers)])
 
     def value(x):
-        return brightness_of(shape, law.with_numbers(x[9:]), x[:3], x[3:6], x[6:9])
+        return brightness_of(solid, law.with_numbers(x[9:]), x[:3], x[3:6], x[6:9], shadows)
 
     graph = Graph()
     symbols = [graph.symbol(f"x{k}") for k in range(len(place))]
@@ -95,6 +116,37 @@ def test_arrays_of_members_and_times_are_as_single_calls(shape, law):
         factors = [1.0, float(stretch[1][k, 0]), 1.1]
         one = brightness_of(shape, own, sun[:, k, n], observer[:, k, n], factors)
         assert found[k, n] == pytest.approx(one, rel=1e-12, abs=1e-14)
+
+
+def test_shadows_darken_a_concave_mesh():
+    """The upright, higher by 1, throws a shadow of length 1 on the arm, which is 2 long."""
+    kinds = False, "centroids", "exact"
+    lit, centroids, exact = (
+        brightness_of(ANGLE, Lambert(0.5), (-1.0, 1.0, 0.0), (0.0, 1.0, 0.0), shadows=shadows) for shadows in kinds
+    )
+    assert lit == pytest.approx(0.5 * (1 + 2) / 2**0.5, rel=1e-14, abs=0)
+    assert exact == pytest.approx(0.5 * (1 + 1) / 2**0.5, rel=1e-14, abs=0)
+    assert centroids in (pytest.approx(lit * n / 6, rel=1e-14, abs=0) for n in range(2, 7))
+    convex = [brightness_of(BOX, LAWS[0], SUN, OBSERVER, shadows=shadows) for shadows in kinds]
+    np.testing.assert_allclose(convex, convex[0], rtol=1e-15, atol=0)
+
+
+def test_shadows_under_a_stretch_are_shadows_of_the_stretched_mesh():
+    stretch = (1.3, 0.7, 0.9)
+    stretched = pt.shapes.Mesh(np.asarray(ANGLE.vertices) * stretch, ANGLE.faces, density=1.0)
+    found = brightness_of(ANGLE, LAWS[0], LOW_SUN, HIGH_OBSERVER, stretch, "exact")
+    expected = brightness_of(stretched, LAWS[0], LOW_SUN, HIGH_OBSERVER, shadows="exact")
+    assert found == pytest.approx(expected, rel=1e-13, abs=0)
+    assert found < 0.99 * brightness_of(stretched, LAWS[0], LOW_SUN, HIGH_OBSERVER)
+
+
+def test_centroids_have_no_derivatives():
+    graph = Graph()
+    symbols = [graph.symbol(f"x{k}") for k in range(3)]
+    brightness = brightness_of(ANGLE, LAWS[0], symbols, HIGH_OBSERVER, shadows="centroids")
+    (slope,) = tangents([brightness], {symbols[0]: 1.0})
+    with pytest.raises(ValueError, match='shadows must be "exact" for derivatives, got "centroids"'):
+        graph.evaluated([slope], dict(zip(symbols, LOW_SUN, strict=True)))
 
 
 def test_spheres_have_closed_forms():

@@ -7,9 +7,10 @@ from poinsot.shapes.clipping import inside, lines_of, positive, turn, uncovered
 TRIANGLE = np.array([(0.0, 0.0), (2.0, 0.0), (0.0, 1.0)])[..., None]
 
 
-def edge(start, end):
+def clipped(start, end, on_lines=False):
+    """Return the parameters between which an edge is inside the triangle."""
     start, end = np.array(start, dtype=float)[:, None], np.array(end, dtype=float)[:, None]
-    return start, end - start
+    return inside(lines_of(TRIANGLE), start, end - start, 1e-12, on_lines)
 
 
 def test_lines_are_distances_from_the_edges_of_a_triangle():
@@ -20,17 +21,17 @@ def test_lines_are_distances_from_the_edges_of_a_triangle():
 
 
 def test_an_edge_is_clipped_to_a_triangle():
-    begin, end = inside(lines_of(TRIANGLE), *edge((-1, 0.25), (3, 0.25)), 1e-12)
+    begin, end = clipped((-1, 0.25), (3, 0.25))
     np.testing.assert_allclose((begin[0], end[0]), (0.25, 0.625), rtol=1e-15, atol=0)
-    begin, end = inside(lines_of(TRIANGLE), *edge((0.1, 0.1), (0.2, 0.1)), 1e-12)
+    begin, end = clipped((0.1, 0.1), (0.2, 0.1))
     assert (begin[0], end[0]) == (0, 1)
-    begin, end = inside(lines_of(TRIANGLE), *edge((-1, 0.5), (0.5, 2)), 1e-12)
+    begin, end = clipped((-1, 0.5), (0.5, 2))
     assert begin[0] > end[0]
 
 
 def test_an_edge_on_a_line_is_inside_if_asked():
     for on_lines in (True, False):
-        begin, end = inside(lines_of(TRIANGLE), *edge((0.5, 1e-14), (1, -1e-14)), 1e-12, on_lines)
+        begin, end = clipped((0.5, 1e-14), (1, -1e-14), on_lines)
         assert (end[0] > begin[0]) == on_lines
 
 

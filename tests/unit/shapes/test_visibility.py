@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot.shapes import visibility
 from poinsot.shapes.surface import Surface
-from poinsot.shapes.views import Placement, ray_hits
+from poinsot.shapes.views import Neighbour, ray_hits
 from poinsot.shapes.visibility import clear_faces, clear_parts
 
 
@@ -260,7 +260,7 @@ def test_clear_areas_are_the_areas_across_slabs(name):
         cosines = np.min([surface.normals @ d for d in directions], axis=0)
         expected = areas_across_slabs(mesh, directions)
         np.testing.assert_allclose(areas * cosines, expected * cosines, rtol=0, atol=1e-14 * surface.areas.max())
-        shaded += np.count_nonzero((expected > 0) & (expected < 0.999 * surface.areas))
+        shaded += int(np.count_nonzero((expected > 0) & (expected < 0.999 * surface.areas)))
     assert shaded > 3
 
 
@@ -314,60 +314,60 @@ def test_slopes_are_differences_of_areas(seed):
 
 
 def two_bodies(count=4):
-    """Return two meshes and places near each other, together with directions along which one is before the other."""
+    """Return two meshes, places of the second one, and directions along which one mesh is before the other.
+
+    The matrices contain a stretch.
+    """
     rng = np.random.default_rng(11)
     positions = 3.2 * random_directions(count, 12)
-    matrices = Rotation.random(count, rng=5).as_matrix()
+    matrices = Rotation.random(count, rng=5).as_matrix() * rng.uniform(0.8, 1.2, (count, 1, 3))
     s, e = (positions * rng.choice([-1, 1], (count, 1)) + 0.5 * random_directions(count, k) for k in (13, 14))
-    unit = [d / np.linalg.norm(d, axis=1, keepdims=True) for d in (s, e)]
-    return (rough(5), rough(6)), Placement(positions, matrices), unit
+    return (rough(5), rough(6)), positions, matrices, [d / np.linalg.norm(d, axis=1, keepdims=True) for d in (s, e)]
 
 
-def test_two_meshes_are_as_one_mesh_of_two_surfaces():
-    meshes, placement, directions = two_bodies()
-    surface = Surface(*meshes)
-    parts, clear = clear_parts(surface, directions, placement), clear_faces(surface, directions, placement)
-    alone, lost = [Surface(mesh) for mesh in meshes], 0.0
-    for k, (position, matrix) in enumerate(zip(*placement, strict=True)):
-        corners = [meshes[0].vertices - meshes[0].center_of_mass]
-        corners += [(meshes[1].vertices - meshes[1].center_of_mass) @ matrix.T + position]
-        faces = np.concatenate([meshes[0].faces, meshes[1].faces + len(corners[0])])
-        one = Surface(pt.shapes.Mesh(np.concatenate(corners), faces, mass=1.0))
-        units = [d[k : k + 1] for d in directions]
-        np.testing.assert_allclose(parts.areas[k], clear_parts(one, units).areas[0], rtol=0, atol=1e-13)
-        assert np.array_equal(clear[k], clear_faces(one, units)[0])
-        apart = [clear_parts(alone[0], units).areas, clear_parts(alone[1], [u @ matrix for u in units]).areas]
-        lost += np.sum(apart[0]) + np.sum(apart[1]) - parts.areas[k].sum()
-    assert lost > 0.3
+def test_a_neighbour_hides_what_it_hides_as_a_part_of_one_mesh():
+    (mesh, other), positions, matrices, directions = two_bodies()
+    surface, neighbour = Surface(mesh), Neighbour(Surface(other), positions, matrices)
+    areas = clear_parts(surface, directions, neighbour).areas
+    clear, lost = clear_faces(surface, directions, neighbour), 0.0
+    for k, (position, matrix) in enumerate(zip(positions, matrices, strict=True)):
+        own = mesh.vertices - mesh.center_of_mass
+        vertices = np.concatenate([own, (other.vertices - other.center_of_mass) @ matrix.T + position])
+        one = Surface(pt.shapes.Mesh(vertices, np.concatenate([mesh.faces, other.faces + len(own)]), mass=1.0))
+        units, count = [d[k : k + 1] for d in directions], len(mesh.faces)
+        np.testing.assert_allclose(areas[k], clear_parts(one, units).areas[0, :count], rtol=0, atol=1e-13)
+        assert np.array_equal(clear[k], clear_faces(one, units)[0, :count])
+        lost += np.sum(clear_parts(surface, units).areas - areas[k])
+    assert lost > 0.1
 
 
-def test_slopes_of_two_meshes_are_differences_of_areas():
-    meshes, placement, (s, e) = two_bodies()
-    surface = Surface(*meshes)
+def test_slopes_of_a_neighbour_are_differences_of_areas():
+    (mesh, other), positions, matrices, (s, e) = two_bodies()
+    surface, shading = Surface(mesh), Surface(other)
     for k in range(len(s)):
         weights = np.random.default_rng(k).random((1, len(surface.areas)))
-        given = [s[k : k + 1], e[k : k + 1], placement.positions[k], placement.matrices[k]]
+        given = [s[k], e[k], positions[k], *matrices[k].T]
 
-        def total(sun, observer, position, matrix, weights=weights):
-            units = [d / np.linalg.norm(d) for d in (sun, observer)]
-            return (clear_parts(surface, units, Placement(position[None], matrix[None])).areas * weights).sum()
+        def parts(sun, observer, position, *columns):
+            units = [(d / np.linalg.norm(d))[None] for d in (sun, observer)]
+            return clear_parts(surface, units, Neighbour(shading, position[None], np.transpose(columns)[None]))
 
-        found = clear_parts(surface, given[:2], Placement(given[2][None], given[3][None])).slopes(weights)
-        slopes = [*found.directions, found.position, found.rotation]
-        turned = [lambda h, i=i, given=given: total(*(x + h * (i == j) for j, x in enumerate(given))) for i in range(3)]
-        turned.append(lambda h, given=given: total(*given[:3], Rotation.from_rotvec(h).as_matrix() @ given[3]))
-        for slope, function in zip(slopes, turned, strict=True):
-            expected = difference(function)
+        found = parts(*given).slopes(weights)
+        for i, slope in enumerate([*found.directions, found.position, *found.matrix.transpose(2, 0, 1)]):
+
+            def total(h, i=i, given=given, weights=weights, parts=parts):
+                return (parts(*(x + h * (i == j) for j, x in enumerate(given))).areas * weights).sum()
+
+            expected = difference(total)
             np.testing.assert_allclose(slope[0], expected, rtol=0, atol=1e-7 * np.abs(expected).max() + 1e-9)
 
 
-def test_bodies_beside_each_other_have_the_shadows_of_each_alone():
-    meshes, _, _ = two_bodies()
-    placement = Placement(np.array([(9.0, 0, 0)]), np.eye(3)[None])
-    direction = np.array([(0, 0.6, 0.8)])
-    both = clear_parts(Surface(*meshes), [direction], placement).areas[0]
-    alone = [clear_parts(Surface(mesh), [direction]).areas[0] for mesh in meshes]
-    np.testing.assert_allclose(both, np.concatenate(alone), rtol=0, atol=1e-15)
+def test_bodies_side_by_side_have_the_shadows_of_each_alone():
+    (mesh, other), *_ = two_bodies()
+    surface, direction = Surface(mesh), np.array([(0, 0.6, 0.8)])
+    neighbour = Neighbour(Surface(other), np.array([(9.0, 0, 0)]), np.eye(3)[None])
+    alone = clear_parts(surface, [direction]).areas
+    np.testing.assert_allclose(clear_parts(surface, [direction], neighbour).areas, alone, rtol=0, atol=1e-15)
 
 
 def test_degenerate_triangles_are_harmless():

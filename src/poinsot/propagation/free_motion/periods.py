@@ -32,7 +32,7 @@ from poinsot.printable import quoted
 from poinsot.propagation.free_motion.elements import elements_of
 from poinsot.quantities import Times
 
-__all__ = ["MODES", "state_with_periods"]
+__all__ = ["MODES", "cyclic_order", "least_ratio", "state_with_periods"]
 
 Array = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ def state_with_periods(
     refuse_other_members(body=moments.shape[:-1], direction=momentum_axes.shape[:-1], **counts)
     if precession[0] != "precession_period" and mode == "short-axis":
         P_phi = 1 / (1 / P_phi + 1 / P_psi)
-    order = _cyclic_order(moments, mode)
+    order = cyclic_order(moments, mode)
     I = np.take_along_axis(moments, order, axis=-1)
     tangent = _largest_nutation(I, np.asarray(P_psi / P_phi), mode)
     theta, psi = np.broadcast_arrays(_nutation(I, tangent, psi), psi)
@@ -104,7 +104,7 @@ def state_with_periods(
     return state_with(q, np.vecdot(principal, g[..., None, :]), time)
 
 
-def _cyclic_order(moments: Array, mode: str) -> NDArray[np.int_]:
+def cyclic_order(moments: Array, mode: str) -> NDArray[np.int_]:
     """Return the indices of the principal axes in cyclic order with the circled axis third."""
     third = (np.argmax if mode == "short-axis" else np.argmin)(moments, axis=-1)
     order = (np.asarray(third)[..., None] + [1, 2, 0]) % 3
@@ -133,8 +133,9 @@ def _nutation(I: Array, tangent: Array, psi: Array) -> Array:
     return np.asarray(np.arctan2(tangent * np.sqrt(d), np.sqrt(d + across * np.abs(d1 - d2) * (1 + tangent**2))))
 
 
-def _steady_ratio(first: Array, second: Array, third: Array, mode: str) -> Array:
-    """Return P_psi/P_phi of an infinitesimal nutation."""
+def least_ratio(I: Array, mode: str) -> Array:
+    """Return P_psi/P_phi of an infinitesimal nutation; the circled axis is the third."""
+    first, second, third = np.moveaxis(I, -1, 0)
     across = (third - first) * (third - second)
     root = np.sqrt(first * second / across)
     return np.asarray(1 + root if mode == "short-axis" else third * (first + second - third) / (across * (1 + root)))
@@ -147,9 +148,9 @@ def _state_of(momentum: Array) -> State:
 def _largest_nutation(I: Array, ratio: Array, mode: str) -> Array:
     """Return the tangent of the largest nutation at which the periods have a ratio."""
     I, ratio = np.broadcast_arrays(I, ratio[..., None])
-    ratio, (first, second, third) = ratio[..., 0], np.moveaxis(I, -1, 0)
+    ratio = ratio[..., 0]
     low, high = (np.full(ratio.shape, np.log(tangent)) for tangent in (MIN_TANGENT, MAX_TANGENT))
-    lowest, highest = _steady_ratio(first, second, third, mode), _ratio(I, high)
+    lowest, highest = least_ratio(I, mode), _ratio(I, high)
     if np.any(wrong := ~((ratio > lowest) & (ratio < highest))):
         least, most, got, own = (np.atleast_1d(x[wrong])[0] for x in (lowest, highest, ratio, I))
         raise ValueError(

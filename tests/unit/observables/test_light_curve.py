@@ -1,0 +1,197 @@
+"""Tests of light curves: magnitudes, light time, two bodies, members, shapes, invalid input."""
+
+import pickle
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import poinsot as pt
+from poinsot.observables import Lambert, LightCurve, LommelSeeliger
+from poinsot.shapes.brightness import brightness_of
+
+AU = 149597870.7
+LAW = LommelSeeliger(0.2)
+BALL = pt.shapes.Ellipsoid((2.0, 2.0, 2.0), density=1.0)
+EGG = pt.shapes.Ellipsoid((3.0, 2.0, 1.5), density=1.0)
+BODY = pt.Body((1.25, 1.0, 0.75))
+START = BODY.state((0.5, 0.5, -0.5, 0.5), omega_body=(0.1, 0.3, 2))
+TIMES = np.linspace(0.0, 3.0, 7)
+UNITS = {"time": "s", "inertia": "kg km2"}
+
+
+def fixed(*position):
+    return pt.orbits.FixedPosition(1.0, position=position)
+
+
+SUN, EARTH = fixed(1.1 * AU, 0.3 * AU, 0.2 * AU), fixed(0.3 * AU, -0.2 * AU, 0.5 * AU)
+
+
+def moved(units=UNITS, times=TIMES, **options):
+    return pt.propagate(pt.System(BODY, units=units), START, times, **options)
+
+
+def curve(shape=EGG, law=LAW, sun=SUN, observer=EARTH, light_time=False, **options):
+    return LightCurve(shape, law, sun, observer, light_time=light_time, **options)
+
+
+def directions(motion):
+    """Return the directions to Sun and observer, body axes, without code of observables."""
+    rotations = Rotation.from_quat(motion.quaternion, scalar_first=True)
+    return [rotations.inv().apply(-np.array(orbit.position)) for orbit in (SUN, EARTH)]
+
+
+@pytest.mark.parametrize(
+    ("brightness", "sun_distance", "distance", "expected"),
+    [
+        (4.848682336726737, 1.179786134857882, 0.583323283037265, 12.832005408435853),
+        (4.660252403357454, 2.208446234636313, 1.802936723602974, 16.686814721928734),
+    ],
+)
+def test_magnitudes(brightness, sun_distance, distance, expected):
+    """Values with 50 digits of independent code; the Lambert ball at zero phase has B = 2 pi albedo R^2 / 3."""
+    radius = np.sqrt(brightness / (2 * np.pi / 3))
+    ball = pt.shapes.Ellipsoid((radius,) * 3, density=1.0)
+    seen = curve(ball, Lambert(1.0), fixed(sun_distance * AU, 0, 0), fixed(distance * AU, 0, 0), kind="magnitude")
+    assert np.allclose(pt.observe(moved(), seen).values, expected, rtol=0, atol=3e-10)
+
+
+def test_kinds_agree():
+    motion = moved()
+    flux, magnitude, relative = pt.observe(motion, *(curve(kind=kind) for kind in ("flux", "magnitude", "relative")))
+    s, e = directions(motion)
+    expected = brightness_of(EGG, LAW, s.T, e.T)
+    assert np.allclose(magnitude.values, -26.76 - 2.5 * np.log10(flux.values), rtol=1e-15, atol=0)
+    reach = AU / np.linalg.norm(SUN.position) / np.linalg.norm(EARTH.position)
+    assert np.allclose(flux.values, expected / np.pi * reach**2, rtol=1e-14, atol=0)
+    assert np.ptp(relative.values / expected) < 1e-15
+    assert [each.attributes["units"] for each in (flux, magnitude, relative)] == ["1", "mag", "1"]
+
+
+@pytest.mark.parametrize("semiaxes", [(2.0, 2.0, 2.0), (3.0, 2.0, 1.5), (4.0, 1.0, 1.0)])
+def test_a_relative_brightness_is_relative_to_the_mean_projected_area(semiaxes):
+    """A quarter of the area of the surface (Cauchy); of a prolate spheroid in closed form."""
+    (area,) = curve(pt.shapes.Ellipsoid(semiaxes, density=1.0), kind="relative").shape.areas
+    a, b, c = semiaxes
+    if a == b == c:
+        assert abs(area / (4 * np.pi * a * a) - 1) < 1e-14
+    elif b == c:
+        e = np.sqrt(1 - (b / a) ** 2)
+        assert abs(area / (2 * np.pi * b * b * (1 + a / b * np.arcsin(e) / e)) - 1) < 1e-12
+    mesh = pt.shapes.Mesh.from_box(semiaxes, density=1.0)
+    assert abs(sum(curve(mesh).shape.areas) / (2 * (a * b + b * c + c * a)) - 1) < 1e-14
+
+
+def test_light_time_shows_an_earlier_attitude():
+    motion, delay = moved(dense=True, times=np.linspace(-3000.0, 3.0, 7)), np.linalg.norm(EARTH.position) / 299792.458
+    times = np.array([-1.0, 0.0, 2.5])
+    seen = pt.observe(motion, curve(light_time=True), times=times)
+    assert np.array_equal(seen.times, times)
+    assert np.allclose(seen.values, pt.observe(motion, curve(), times=times - delay).values, rtol=1e-13, atol=0)
+    assert np.allclose(seen.values, pt.observe(moved(), curve(light_time=True), times=times).values, rtol=1e-9, atol=0)
+
+
+def test_light_time_needs_units():
+    with pytest.raises(ValueError, match=r"light_time must have known units of time and length .* or light_time=False"):
+        pt.observe(moved(units={}), curve(light_time=True))
+
+
+def test_the_astronomical_unit_has_the_unit_of_length():
+    motion = moved(units={"time": "s", "inertia": "kg m2"})
+    with pytest.raises(ValueError, match=r"astronomical_unit must be 1\.495978707e\+11, for lengths in m, got"):
+        pt.observe(motion, curve())
+    assert pt.observe(motion, curve(kind="relative")).values.size == 7
+    assert pt.observe(motion, curve(astronomical_unit=149597870700.0)).values.size == 7
+
+
+def test_shapes_of_all_kinds():
+    box = pt.shapes.Mesh.from_box((3.0, 2.0, 1.0), density=1.0)
+    panels = pt.forces.Facets.from_box((3.0, 2.0, 1.0))
+    motion = moved()
+    of_mesh, of_panels = pt.observe(motion, curve(box), curve(panels))
+    assert np.allclose(of_mesh.values, of_panels.values, rtol=1e-13, atol=0)
+
+
+def test_a_stretched_ball_is_an_ellipsoid():
+    stretched, egg = pt.observe(moved(), curve(BALL, stretch=(1.5, 1.0, 0.75)), curve(EGG))
+    assert np.allclose(stretched.values, egg.values, rtol=1e-13, atol=0)
+
+
+def test_zero_flux_has_no_magnitude():
+    plate = pt.forces.Facets([1.0], [(1, 0, 0)], [(0, 0, 0)])
+    motion = moved()
+    flux = pt.observe(motion, curve(plate)).values
+    dark = flux == 0
+    assert 0 < dark.sum() < dark.size
+    with pytest.warns(UserWarning, match=rf"LightCurve .* none at some of 7 times: zero flux at {dark.sum()}"):
+        magnitude = pt.observe(motion, curve(plate, kind="magnitude")).values
+    assert np.array_equal(np.isnan(magnitude), dark)
+
+
+def pair_motion():
+    bodies = pt.TwoBodies(*(pt.Body.from_ellipsoid(2.0, (1.2, 1.0, 0.8)) for _ in range(2)), 1.0)
+    state = bodies.state(
+        (40, 0, 0), (0, 0.3, 0), [(0.5, 0.5, 0.5, 0.5), (1, 0, 0, 0)], omega_body=[(0.1, 0, 1), (0, 0.2, 0.5)]
+    )
+    return pt.propagate(pt.System(bodies, pt.forces.MutualGravity()), state, TIMES)
+
+
+def test_two_bodies_add_their_light():
+    motion, second = pair_motion(), Lambert(0.3)
+    both = pt.observe(motion, curve((EGG, BALL), secondary_law=second))
+    one, other = pt.observe(motion, curve(EGG).on("primary"), curve(BALL, second).on("secondary"))
+    assert np.allclose(both.values, one.values + other.values, rtol=1e-14, atol=0)
+    with pytest.raises(TypeError, match="LightCurve must be for the bodies of its system"):
+        pt.observe(moved(), curve((EGG, BALL)))
+    with pytest.raises(TypeError, match="of two bodies"):
+        pt.observe(motion, curve(EGG))
+
+
+def test_members_of_albedo_stretch_orbits_and_states():
+    albedo, stretch = np.array([0.1, 0.3]), np.array([[1.0, 1, 1], [1.2, 1, 0.8]])
+    places = np.array([[0.3 * AU, 0, 0.5 * AU], [0.5 * AU, 0.1 * AU, 0]])
+    observer = pt.orbits.FixedPosition(1.0, position=places)
+    states = BODY.state((0.5, 0.5, -0.5, 0.5), omega_body=np.array([[0.1, 0.3, 2], [1, 0.2, 0.3]]))
+    mesh = EGG.mesh(80) if hasattr(EGG, "mesh") else pt.shapes.Mesh.from_box((3.0, 2.0, 1.0), density=1.0)
+    for shape, law in ((EGG, LommelSeeliger), (EGG, Lambert), (mesh, LommelSeeliger)):
+        many = curve(shape, law(albedo), observer=observer, stretch=stretch)
+        for start in (START, states):
+            motion = pt.propagate(pt.System(BODY, units=UNITS), start, TIMES)
+            seen = pt.observe(motion, many).values
+            assert seen.shape == (2, 7)
+            for i in (0, 1):
+                own = motion.member(i) if motion.is_ensemble else motion
+                alone = curve(shape, law(albedo[i]), observer=fixed(*places[i]), stretch=stretch[i])
+                assert np.allclose(seen[i], pt.observe(own, alone).values, rtol=1e-13, atol=0)
+
+
+def test_a_curve_can_be_pickled_and_compared():
+    seen = curve(kind="magnitude", noise=0.02)
+    again = pickle.loads(pickle.dumps(seen))
+    assert repr(again) == repr(seen)
+    motion = moved()
+    assert np.array_equal(pt.observe(motion, again).values, pt.observe(motion, seen).values)
+    assert pt.observables.Readings(seen, TIMES).sigma == 0.02
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"kind": "mag"}, "kind must be 'flux', 'magnitude', 'relative', got 'mag'"),
+        ({"shape": 3.0}, "shape must be a Mesh, an Ellipsoid or Facets, got"),
+        ({"shape": (EGG, EGG, EGG)}, "shape must be one shape, or two for two bodies, got 3"),
+        ({"stretch": (1, 0, 1)}, "stretch must be positive"),
+        ({"law": EGG}, "law must be a ScatteringLaw"),
+        ({"sun": (1, 0, 0)}, "sun must be an Orbit"),
+        ({"noise": -1.0}, "noise must not be negative"),
+        ({"astronomical_unit": 0.0}, "astronomical_unit must be positive"),
+        ({"light_time": 1.0}, "light_time must be"),
+        (
+            {"shape": pt.forces.Facets([[1.0], [2.0]], [(0, 0, 1)], [(0, 0, 0)])},
+            "shape must be the same for all members",
+        ),
+    ],
+)
+def test_invalid_arguments(options, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        curve(**options)
