@@ -30,7 +30,7 @@ from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.scattering import Reflection
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.shapes.views import ray_hits
-from poinsot.systems.times import checked_times
+from poinsot.systems.times_and_states import checked_times
 
 __all__ = ["sky"]
 
