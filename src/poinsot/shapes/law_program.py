@@ -6,15 +6,13 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.functions import Scalar
+from poinsot.quantities import Array
 from poinsot.shapes.scattering import Reflection, ScatteringLaw
 from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, needed, operation_of, ordered
 
 __all__ = ["LawFormula", "law_formula"]
-
-Array = NDArray[np.float64]
 
 UFUNCS: dict[str, Callable[..., Any]] = {
     **{"add": np.add, "neg": np.negative, "mul": np.multiply, "div": np.true_divide, "pow": np.power},

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
+from poinsot.quantities import Array
 from poinsot.shapes.law_program import LawFormula
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.surface import Surface
@@ -20,8 +21,6 @@ from poinsot.shapes.visibility import clear_faces, clear_parts
 from poinsot.taylor.graph import Number, Primitive
 
 __all__ = ["BLOCK", "Block", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
-
-Array = NDArray[np.float64]
 
 BLOCK = 65_536
 """Number of facets at all epochs of a block, so that the buffers of a block stay in the cache."""
