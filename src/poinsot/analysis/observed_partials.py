@@ -47,7 +47,7 @@ from poinsot.systems.named_parameters import (
     refuse_name_of_number,
 )
 from poinsot.systems.system import System
-from poinsot.systems.times import checked_times, common_members
+from poinsot.systems.times_and_states import checked_times, common_members
 from poinsot.taylor.graph import Graph, GraphScalar, Node, tangents
 
 if TYPE_CHECKING:
