@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import find_peaks
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -249,3 +250,20 @@ def test_a_large_ensemble_has_the_distribution_of_the_program(tmp_path):
     found = np.percentile(rate[:, 1] / rate[:, 0], [5, 50, 95])
     np.testing.assert_allclose(found, [0.66, 1.03, 1.47], rtol=0, atol=0.055)
     assert np.ptp(rate[:, 0]) < 1e-3 * rate[0, 0]
+
+
+def test_the_rocket_glints_where_a_side_is_a_mirror():
+    """At each bright peak a normal of the box is midway between Sun and station to 8 degrees, as nowhere else."""
+    scenario = pt.files.read_scenario(EXAMPLES / "glinting_rocket.toml")
+    motion = scenario.propagate(progress=False)
+    [curve] = scenario.observe(motion)
+    place = np.stack(curve.observable.observer.position_at(motion.times), axis=-1)
+    to_station = -place / np.linalg.norm(place, axis=-1, keepdims=True)
+    to_sun = -np.asarray(curve.observable.sun.position)
+    middle = to_station + to_sun / np.linalg.norm(to_sun)
+    middle = motion.attitude.inv().apply(middle / np.linalg.norm(middle, axis=-1, keepdims=True))
+    off = np.degrees(np.arccos(np.max(np.abs(middle), axis=-1)))
+    peaks, _ = find_peaks(-curve.values, prominence=2)
+    mirrors, _ = find_peaks(-np.where(off < 8, off, 8))
+    assert len(peaks) == len(mirrors) == 3
+    np.testing.assert_allclose(motion.times[peaks], motion.times[mirrors], rtol=0, atol=0.2)

@@ -93,9 +93,8 @@ def test_observables_travel(observable, motion):
     assert np.array_equal(pt.observe(motion, back).values, pt.observe(motion, observable).values)
 
 
-@pytest.mark.parametrize("name", [name for name in OBSERVABLES if not name.startswith("light curve")])
-def test_a_text_describes_an_observable(name, motion):
-    observable = OBSERVABLES[name]
+@each_observable
+def test_a_text_describes_an_observable(observable, motion):
     text = text_of_observables({"it": observable}, None)
     (again,) = rebuilt_observables(text.text, "it.toml", data=text.data)
     assert np.array_equal(pt.observe(motion, again).values, pt.observe(motion, observable).values)

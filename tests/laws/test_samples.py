@@ -155,6 +155,19 @@ def test_noise_is_the_same_in_all_precisions_and_lanes(monkeypatch):
         assert np.array_equal(values(one), own[0])
 
 
+def test_controllers_and_simulated_readings_have_the_noise_of_one_seed():
+    """A gyro that is read at the samples of a controller, with the seed of its sensors, has the errors that it had."""
+    sensors, still = NoisySensors(rate_noise=0.02, seed=7), pt.Body((1e9, 1e9, 1e9))
+    system = pt.System(still, Sampled(pt.forces.LinearDamping(1.0), 0.5, sensors=sensors))
+    start = system.state((1, 0, 0, 0), omega_body=[(0, 0, 0.3), (0.1, 0, 0)])
+    motion = pt.propagate(system, start, np.arange(20) * 0.5)
+    readings = pt.observe(motion, pt.observables.Gyro(noise=0.02)).simulated(seed=7)
+    measured = -motion.own["sampled"]
+    assert np.max(np.abs(measured - motion.omega_body)) > 0.04
+    # The logarithm and the cosine of kernels and of NumPy differ by roundings.
+    assert np.allclose(measured, readings.values, rtol=0, atol=1e-15)
+
+
 def test_noise_has_the_spread_that_it_is_given():
     count, still = 4000, pt.Body((1e9, 1e9, 1e9))
     times, spread = np.arange(count) * 0.5, 4 / np.sqrt(count)

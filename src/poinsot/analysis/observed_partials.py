@@ -32,7 +32,8 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.light_time import speed_of_light
 from poinsot.mechanics.observable import Observable, observables_by_name
 from poinsot.observables.readings import Readings
-from poinsot.propagation.observe import absent_readings, checked_observables, refuse_unfit
+from poinsot.propagation.observe import checked_observables
+from poinsot.propagation.readings_along import absent_readings, refuse_unfit
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 from poinsot.records.members import expanded, members_of
@@ -46,7 +47,7 @@ from poinsot.systems.named_parameters import (
     refuse_name_of_number,
 )
 from poinsot.systems.system import System
-from poinsot.systems.times import checked_times, common_members
+from poinsot.systems.times_and_states import checked_times, common_members
 from poinsot.taylor.graph import Graph, GraphScalar, Node, tangents
 
 if TYPE_CHECKING:

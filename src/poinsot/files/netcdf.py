@@ -22,7 +22,7 @@ from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.printable import described, quoted, shortened
 from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.columns import RENAMED, Requirement, names_with, static_columns
-from poinsot.propagation.dataset import read_parts, state_variables, text_of_parts, with_present_names
+from poinsot.propagation.dataset import read_observables, read_parts, state_variables, text_of_parts, with_present_names
 from poinsot.propagation.recorded import RecordedSystem, recorded_integral
 from poinsot.propagation.scenario_of_motion import OF_SCENARIOS, WITH_FILES, with_texts
 from poinsot.propagation.stored_motion import (
@@ -334,7 +334,7 @@ def _names() -> set[str]:
 def _digest(data: xarray.Dataset) -> str:
     """Return the SHA-256 of the numbers and the attributes that are read again, in the order of their names."""
     digest = hashlib.sha256()
-    names = _names()
+    names = _names() | json.loads(str(data.attrs.get("observables", "{}"))).keys()
     for name in sorted(str(name) for name in data.variables if name in names or str(name).startswith(PREFIXES)):
         digest.update(f"{name}{data[name].shape}".encode())
         digest.update(np.ascontiguousarray(data[name].values, dtype="<f8").reshape(-1).data)
@@ -358,6 +358,12 @@ class _Reading:
             self.parts = read_parts(parts, data.attrs.get("jumps", "{}"))
         except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
             raise ValueError(f"{name} must have parts by name with their variables, got {described(parts)}.") from None
+        text = data.attrs.get("observables", "{}")
+        try:
+            found = read_observables(text)
+        except (ValueError, RecursionError, TypeError, KeyError, AttributeError):
+            raise ValueError(f"{name} must have observables by name, got {described(text)}.") from None
+        self.observables = {each: found[each] for each in found if each in data.variables}
         self.own = {part.name: part.size for part in self.parts if part.size}
         self.sizes = next((sizes for sizes in PHASES if " ".join((*sizes, *self.own)) == names), PHASES[0])
         self.bodies = BODIES if "position" in self.sizes else ONE
@@ -423,13 +429,14 @@ class _Reading:
         else:
             for body, one in zip(self.bodies, system.of_bodies.values(), strict=True):
                 one._complete(shape=self._shape(body) or one.shape)
-        columns, whole = recorded | self._orbit_variables(), isinstance(system, System)
+        columns, whole = recorded | self._orbit_variables() | self._readings(), isinstance(system, System)
         phase, initial, run = self._phase(), self._initial(), self._run()
         events = stored_events(events_in(self.data.attrs), system, phase, self._crossings())
         if self.store is not None and self.store.chunk:
-            rows = MotionRows(phase, columns, events, self.store.summary, self.store)
+            rows = MotionRows(phase, columns, events, self.store.summary, self.store, self.observables)
         else:
-            rows = MotionRows(phase, columns, events, None if whole else self._summary())
+            summary = None if whole else self._summary()
+            rows = MotionRows(phase, columns, events, summary, observables=self.observables)
         failures, provenance = self._failures(), self._provenance(whole)
         return Trajectory(system, initial, self._array(self.time), rows, run, failures=failures, provenance=provenance)
 
@@ -549,6 +556,10 @@ class _Reading:
     def _orbit_variables(self) -> dict[str, Array]:
         """Return the variables of integrated orbits, if the file contains them."""
         return {name: self._rows(name) for name in names_with(Requirement.ORBITS) if name in self.data.variables}
+
+    def _readings(self) -> dict[str, Array]:
+        """Return the readings of observables."""
+        return {name: self._rows(name) for name in self.observables}
 
     def _summary(self) -> dict[str, str | float] | None:
         """Return the summary in the attributes of the file; None if it contains none."""

@@ -17,9 +17,11 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.kinematics.state import RIGID, AnyState, Phase, changed, state_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Dated, Environment, within
-from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, ColumnTable
+from poinsot.mechanics.observable import Observable
+from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, ColumnTable, columns_of_observables
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
+from poinsot.records.members import members_of
 from poinsot.storage.run_record import RunRecord
 from poinsot.storage.selection import Chosen, rows_of
 from poinsot.systems.body_dynamics import BodyDynamics
@@ -35,6 +37,7 @@ __all__ = ["NO_COLUMNS", "ColumnReader", "LazyColumns", "MotionRows", "body_syst
 Array = NDArray[np.float64]
 EVERY = slice(None)
 NO_COLUMNS: Mapping[str, Array] = read_only({})
+NO_OBSERVABLES: Mapping[str, Observable] = read_only({})
 
 ROWS_PER_BLOCK = 16_384
 """Rows whose columns are computed together, so that intermediate results stay in the cache."""
@@ -93,6 +96,8 @@ class MotionRows:
         Recorded part of the summary of the motion. Default: the summary follows from the rows.
     store : EnsembleStore, optional
         Store from which the rows are read.
+    observables : mapping
+        Observables whose readings are recorded columns, by name.
     """
 
     def __init__(
@@ -102,9 +107,10 @@ class MotionRows:
         events: EventRecords = NO_EVENTS,
         summary: Summary | None = None,
         store: EnsembleStore | None = None,
+        observables: Mapping[str, Observable] = NO_OBSERVABLES,
     ) -> None:
         self._phase, self._columns = phase, columns
-        self.events, self.summary, self.store = events, summary, store
+        self.events, self.summary, self.store, self.observables = events, summary, store, observables
 
     @cached_property
     def phase(self) -> Phase:
@@ -141,7 +147,8 @@ class MotionRows:
         if self.store is None:
             return self
         read = {name: partial(np.asarray, values) for name, values in self.columns.items()}
-        return MotionRows(changed(self.phase, np.asarray), LazyColumns(read), self.events)
+        rows = changed(self.phase, np.asarray)
+        return MotionRows(rows, LazyColumns(read), self.events, observables=self.observables)
 
     def isel(
         self, members: Chosen | slice | None, at: NDArray[np.intp] | slice, events: EventRecords = NO_EVENTS
@@ -149,10 +156,19 @@ class MotionRows:
         """Return the rows of some members, None for one body, at some times, with the given records of events."""
         rows, columns = partial(rows_of, members=members, at=at), self.columns
         read = {name: partial(_rows_of_column, columns, name, rows) for name in columns}
-        return MotionRows(changed(self.phase, rows), LazyColumns(read), events)
+        observables = self.observables
+        if members is not None and observables:
+            observables = {name: members_of(each, members) for name, each in observables.items()}
+        return MotionRows(changed(self.phase, rows), LazyColumns(read), events, observables=observables)
 
-    def __reduce__(self) -> tuple[type, tuple[Phase, Columns, EventRecords, Summary | None, EnsembleStore | None]]:
-        return MotionRows, (self.phase, dict(self.columns), self.events, self.summary, self.store)
+    def with_observables(self, observables: Mapping[str, Observable], readings: Columns) -> MotionRows:
+        """Return the rows together with readings of observables, by name."""
+        columns = {**self.columns, **readings}
+        return MotionRows(self.phase, columns, self.events, self.summary, self.store, observables)
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        own = self.phase, dict(self.columns), self.events, self.summary, self.store, dict(self.observables)
+        return MotionRows, own
 
 
 def _column(columns: Columns, name: str) -> Array:
@@ -186,7 +202,7 @@ class ColumnReader:
 
     def __init__(self, system: System, initial: AnyState, times: Array, rows: MotionRows, run: RunRecord) -> None:
         self.system, self.initial, self.times, self.rows, self.run = system, initial, times, rows, run
-        self._columns = ColumnTable(system)
+        self._columns: ColumnTable | None = None
 
     def __getstate__(self) -> dict[str, object]:
         """Return the reader without values that follow from the rows."""
@@ -202,10 +218,18 @@ class ColumnReader:
         """States in all rows."""
         return state_of(changed(self.rows.phase, np.asarray), self.times)
 
+    @property
+    def columns(self) -> ColumnTable:
+        """Columns of the system of the motion."""
+        self._columns = self._columns or ColumnTable(self.system)
+        return self._columns
+
     @cached_property
     def table(self) -> dict[str, Column]:
         """Columns of the motion by name."""
-        return self._columns.of_motion(self._recorded)
+        recorded, readings = self._recorded, self.rows.observables
+        of_system = self.columns.of_motion(recorded)
+        return {**of_system, **columns_of_observables(readings)} if readings else of_system
 
     def environment(self, rows: MotionRows | None = None, times: Array | None = None) -> Environment:
         """Return the environment at the times, or at the times of some rows."""
@@ -235,7 +259,7 @@ class ColumnReader:
         return self._block(self.state, environment, self.rows.columns)
 
     def _block(self, state: AnyState, environment: Callable[[], Environment], recorded: Columns) -> ColumnBlock:
-        return ColumnBlock(self._columns, state, environment, recorded, lambda: self._of_bodies)
+        return ColumnBlock(self.columns, state, environment, recorded, lambda: self._of_bodies)
 
     def read(self, names: Collection[str]) -> dict[str, Array]:
         """Return columns by name: recorded columns as they are, others computed in blocks of times."""

@@ -20,6 +20,7 @@ from poinsot.immutable import cached_property, read_only
 from poinsot.kinematics.each_body import no_attribute
 from poinsot.kinematics.state import AnyState, PairState, named
 from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import quoted
@@ -36,6 +37,7 @@ __all__ = [
     "ColumnTable",
     "Requirement",
     "Scope",
+    "columns_of_observables",
     "names_with",
     "static_columns",
     "unit_of_column",
@@ -71,8 +73,9 @@ class Column:
     ----------
     name : str
         Name in a trajectory, a dataset and a file.
-    unit : str
-        Attribute of `DerivedUnits`, "1" for a number without unit, or "" for variables without a common unit.
+    unit : str or callable
+        Attribute of `DerivedUnits`, or a function of these that returns the unit; "1" for a number without unit, or ""
+        for variables without a common unit.
     meaning : str
         Description, the `long_name` of a dataset.
     compute : callable, optional
@@ -93,7 +96,7 @@ class Column:
     """
 
     name: str
-    unit: str
+    unit: str | Callable[[DerivedUnits], str]
     meaning: str
     compute: Callable[[ColumnBlock], Array] | None
     axis: str = ""
@@ -110,6 +113,8 @@ class Column:
 
     def unit_in(self, units: DerivedUnits) -> str:
         """Return the unit in the units of a system, in CF notation; "" if it is unknown."""
+        if not isinstance(self.unit, str):
+            return self.unit(units)
         return self.unit if self.unit in ("", "1") else str(getattr(units, self.unit))
 
     def of_body(self, body: str) -> Column:
@@ -244,31 +249,22 @@ class ColumnTable:
     """
 
     def __init__(self, system: System) -> None:
-        self.system = system
+        static = static_columns(tuple(system.of_bodies))
+        self.system, self._integrals = system, dict[str, Column]()
+        self._of_states = {**static, **_of_parts(system)} if system.parts else static
+        self._unknown = _unknown_formulas(system)
 
     def __reduce__(self) -> tuple[type[ColumnTable], tuple[System]]:
         return ColumnTable, (self.system,)
 
-    @cached_property
-    def _of_states(self) -> Mapping[str, Column]:
-        """Columns of the table and of the parts, by name."""
-        static, system = static_columns(tuple(self.system.of_bodies)), self.system
-        return {**static, **_of_parts(system)} if system.parts else static
-
-    @cached_property
-    def _of_integrals(self) -> dict[str, Column]:
-        """Columns of the integrals, by name."""
-        return _of_integrals(self.system)
-
-    @cached_property
-    def _unknown(self) -> frozenset[Requirement]:
-        """Kinds of formulas that a system from a file, or one of two bodies, does not have."""
-        parts = any(not isinstance(part, Part) for part in self.system.parts)
-        return (PARTS if parts else NOTHING) | (NOTHING if self.system.dynamics.moves_alone else FORCES)
-
     def find(self, name: str) -> Column | None:
         """Return a column; None for an unknown name."""
-        return self._of_states.get(name) or self._of_integrals.get(name)
+        return self._of_states.get(name) or self._of_integrals().get(name)
+
+    def _of_integrals(self) -> dict[str, Column]:
+        """Return the columns of the integrals, which are found at the first call."""
+        self._integrals = self._integrals or _of_integrals(self.system)
+        return self._integrals
 
     def is_computable(self, column: Column) -> bool:
         """Return True if a column follows from states, without formulas that are unknown."""
@@ -276,7 +272,7 @@ class ColumnTable:
 
     def of_motion(self, recorded: Collection[str]) -> dict[str, Column]:
         """Return the columns of a motion that contains some columns, by name: recorded and computable columns."""
-        every = {**self._of_states, **self._of_integrals}
+        every = {**self._of_states, **self._of_integrals()}
         return {name: each for name, each in every.items() if name in recorded or self.is_computable(each)}
 
 
@@ -286,10 +282,26 @@ def unit_of_column(system: System, name: str) -> str:
     return "" if column is None else column.unit_in(DerivedUnits(system.units))
 
 
+def columns_of_observables(observables: Mapping[str, Observable]) -> dict[str, Column]:
+    """Return the columns of the readings of observables, by name; they are read, not computed."""
+    found = {}
+    for name, each in observables.items():
+        count, frame = len(each.components), {"frame": each.frame} if each.frame else {}
+        axis = f"component_{name}" if count else ""
+        found[name] = Column(name, each.unit, f"readings of {name}", None, axis, attributes=frame, length=count)
+    return found
+
+
 def names_with(requirement: Requirement) -> list[str]:
     """Return the names of the columns of the table with a requirement, for motions of one body and of two."""
     each = (*static_columns(("",)).values(), *static_columns(PairState.body_names).values())
     return list(dict.fromkeys(column.name for column in each if requirement in column.requires))
+
+
+def _unknown_formulas(system: System) -> frozenset[Requirement]:
+    """Return the kinds of formulas that a system from a file, or one of two bodies, does not have."""
+    parts = any(not isinstance(part, Part) for part in system.parts)
+    return (PARTS if parts else NOTHING) | (NOTHING if system.dynamics.moves_alone else FORCES)
 
 
 def _of_parts(system: System) -> dict[str, Column]:

@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.kinematics.state import RIGID, AnyState, Phase, named
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
+from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.part import Jump, Part
 from poinsot.printable import quoted
 from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.columns import RENAMED, Column
-from poinsot.propagation.recorded import RecordedPart
+from poinsot.propagation.recorded import RecordedObservable, RecordedPart
 from poinsot.propagation.two_body_motion import two_bodies
 from poinsot.records.calendar import Calendar, attributes_of_time
 from poinsot.records.units import DerivedUnits
@@ -31,9 +32,11 @@ __all__ = [
     "dataset_of_motion",
     "dataset_of_result",
     "dataset_of_store",
+    "read_observables",
     "read_parts",
     "state_variables",
     "text_of_jumps",
+    "text_of_observables",
     "text_of_parts",
     "with_present_names",
 ]
@@ -60,6 +63,7 @@ def dataset_of_motion(
     import xarray
 
     system, units, table = motion.system, DerivedUnits(motion.system.units), motion.table
+    observables = motion.rows.observables
     arrays = motion.read(names) if names else {}
     leading = ("member", "time") if motion.is_ensemble else ("time",)
     along = {
@@ -74,6 +78,7 @@ def dataset_of_motion(
             "parameter": ["0", "1", "2", "3"],
             "axis": ["1", "2", "3"],
             **{f"component_{part.name}": components(part) for part in system.parts if part.size},
+            **{f"component_{name}": list(each.components) for name, each in observables.items() if each.components},
         },
         attrs={
             "Conventions": "CF-1.11",
@@ -82,6 +87,7 @@ def dataset_of_motion(
             "system": repr(system),
             "initial_state": repr(motion.initial),
             **({"parts": text_of_parts(system.parts)} if system.parts else {}),
+            **({"observables": text_of_observables(observables, units)} if observables else {}),
             **({"jumps": text_of_jumps(system.dynamics.jumping)} if system.dynamics.jumping else {}),
             "state_variables": " ".join(
                 name.removeprefix("own_") for name in state_variables(motion.system, motion.rows.phase)
@@ -172,6 +178,26 @@ def text_of_jumps(parts: Iterable[Part | RecordedPart]) -> str:
     return json.dumps(
         {name: [np.asarray(x).tolist() for x in (jump.period, jump.offset)] for name, jump in each.items()}
     )
+
+
+def text_of_observables(observables: Mapping[str, Observable], units: DerivedUnits) -> str:
+    """Return the text of a file about the observables whose readings it contains."""
+    return json.dumps({
+        name: {"text": repr(each), "components": each.components, "unit": each.unit(units), "frame": each.frame}
+        for name, each in observables.items()
+    })  # fmt: skip
+
+
+def read_observables(text: str) -> dict[str, RecordedObservable]:
+    """Return the observables in a file, from the text of `text_of_observables`."""
+    found = {}
+    for name, each in json.loads(text).items():
+        words = each["components"]
+        known = [each["text"], each["unit"], each["frame"], *words]
+        if not name.isidentifier() or not all(isinstance(word, str) for word in known):
+            raise ValueError(f"observables must have names and texts, got {quoted(name)}.")
+        found[name] = RecordedObservable(each["text"], each["unit"], each["frame"], " ".join(words))
+    return found
 
 
 def read_parts(text: str, jumps: str = "{}") -> tuple[RecordedPart, ...]:

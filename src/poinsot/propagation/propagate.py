@@ -3,37 +3,41 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import cast
 
+import numpy as np
+from numpy.typing import NDArray
 from typing_extensions import Unpack
 
 from poinsot.checked import checked
+from poinsot.display.progress import Progress
+from poinsot.errors import PropagationError
 from poinsot.integration import equations
 from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
+from poinsot.integration.report import Report
 from poinsot.integration.settings import RunSettings, checked_tolerance
-from poinsot.kinematics.state import AnyState
+from poinsot.kinematics.state import AnyState, Bodies
 from poinsot.mechanics.event import Event
-from poinsot.propagation.arguments import (
-    broadcast_members,
-    check_bodies,
-    check_starts,
-    checked_device,
-    checked_formulation,
-    checked_threads,
-)
+from poinsot.mechanics.observable import Observable, observables_by_name
+from poinsot.propagation.arguments import checked_device, checked_formulation, checked_threads
 from poinsot.propagation.integrator import Integrator
+from poinsot.propagation.readings_along import readings_without_rows, refuse_unfit, with_readings
+from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
-from poinsot.storage.chunk_plan import Chunking, plan_of
+from poinsot.records.members import members_of
+from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
 from poinsot.systems.system import System
-from poinsot.systems.times import check_span, checked_times, common_members
+from poinsot.systems.times_and_states import broadcast_members, check_bodies, check_span, checked_times, common_members
 
-__all__ = ["propagate"]
+__all__ = ["propagate", "propagated_again"]
+
+Array = NDArray[np.float64]
 
 
 @checked
@@ -43,6 +47,7 @@ def propagate(
     times: Times,
     *,
     events: Sequence[Event] = (),
+    observables: Sequence[Observable] = (),
     formulation: str | Formulation | None = None,
     tolerance: float | None = None,
     dense: bool = False,
@@ -68,6 +73,9 @@ def propagate(
         Times of the results, strictly increasing or strictly decreasing; dates if an orbit has a calendar.
     events : list of Event
         Events to detect. `motion.events` contains the times and states of each.
+    observables : list of Observable
+        Observables whose readings are variables of the motion, such as `motion.column("light_curve")`. An ensemble in
+        chunks may store the readings alone: `variables=["light_curve"]`.
     formulation : {"lie_poisson", "canonical", "euler_angles", "planar"} or Formulation, optional
         Integrated variables. Default: "lie_poisson", (q, g), the fastest. The other formulations derive g from their
         variables, which amplifies rounding errors in the angular velocity about the axis of smallest moment by up to
@@ -119,11 +127,10 @@ def propagate(
     check_bodies(system, state)
     if plan and not members:
         raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its motion.")
-    if members:
-        if dense:
-            raise ValueError("an ensemble must be propagated without dense=True, got it. Propagate members one by one.")
-        state = broadcast_members(state, members)
-    check_starts(problem, state)
+    state = _of_members(state, members, dense) if members else state
+    if problem.checks_start:
+        problem.check_start(state)
+    instruments = _checked_observables(observables, system, members, t)
     variables = equations.state_vector(problem, state, chosen, precision)
     where = checked_device(device)
     cores = checked_threads(plan.threads(threads) if plan else threads) if members else 1
@@ -132,13 +139,87 @@ def propagate(
     if not (plan and plan.client):  # whose workers have devices of their own
         integrator.check_device(bool(members))
     if members and plan:
-        whole = integrator.motion_without_rows(state, t, plan.provenance)
-        integrate = partial(integrator.motion_of_members, state, t)
-        ensemble = ensemble_of_motions(whole, variables, problem.events, integrator.settings, integrate)
-        return cast("Trajectory", run_in_chunks(ensemble, plan, shown))
+        return _propagated_in_chunks(integrator, state, t, instruments, plan)
     motion, report = integrator.motion(state, t)
     if members and report.interrupted:
         report.check("propagation", float(t[-1]), motion)
     if not members and (report.stops or report.interrupted):
         report.check_one(float(t[-1]), motion)
-    return motion
+    return with_readings(motion, instruments, partial(propagated_again, threads=cores))
+
+
+def _of_members(state: Bodies, members: tuple[int, ...], dense: bool) -> Bodies:
+    """Return a state for each member; raise a ValueError for dense output."""
+    if dense:
+        raise ValueError("an ensemble must be propagated without dense=True, got it. Propagate members one by one.")
+    return broadcast_members(state, members)
+
+
+def _checked_observables(
+    observables: Sequence[Observable], system: System, members: tuple[int, ...], times: Array
+) -> dict[str, Observable]:
+    """Return observables by name; raise an error for one that does not fit the system, the members or the times."""
+    found = observables_by_name(observables)
+    for each in found.values():
+        refuse_unfit(system, each, members, times)
+        if each.member_axis and not members:
+            raise ValueError("observables must have the same numbers for one body, got members. Use pt.observe.")
+    return found
+
+
+def _propagated_in_chunks(
+    integrator: Integrator, state: AnyState, times: Array, observables: Mapping[str, Observable], plan: Plan
+) -> Trajectory:
+    """Return the motions of an ensemble that is integrated in chunks of members."""
+    whole = integrator.motion_without_rows(state, times, plan.provenance)
+    if observables:
+        whole = whole.with_observables(observables, readings_without_rows(whole, observables))
+    integrate = partial(_observed_members, integrator, state, times, observables)
+    ensemble = ensemble_of_motions(
+        whole, integrator.variables, integrator.problem.events, integrator.settings, integrate
+    )
+    return cast("Trajectory", run_in_chunks(ensemble, plan, bool(integrator.settings.progress)))
+
+
+def _observed_members(
+    integrator: Integrator,
+    state: AnyState,
+    times: Array,
+    observables: Mapping[str, Observable],
+    members: slice,
+    progress: Progress,
+) -> tuple[Trajectory, Report]:
+    """Return the motions of some members of an ensemble with readings, and the report of their run."""
+    motion, report = integrator.motion_of_members(state, times, members, progress)
+    if report.interrupted:
+        return motion.with_observables(observables, readings_without_rows(motion, observables)), report
+    some = {name: members_of(each, members) for name, each in observables.items()}
+    again = partial(propagated_again, threads=integrator.settings.threads)
+    return with_readings(motion, some, again), report
+
+
+def propagated_again(motion: Trajectory, times: Array, threads: int | None = None) -> Trajectory:
+    """Return the motion at other times, by another propagation from its initial state."""
+    system, run = motion.system, motion.run
+    events = [record.event for record in motion.events]
+    formulas = isinstance(system, RecordedSystem) or any(isinstance(event, RecordedEvent) for event in events)
+    if formulas or not system.dynamics.moves_alone:
+        raise ValueError(
+            "times must be among the times of a motion without formulas, such as a motion from a file, got others. "
+            "Propagate the system, or choose some of motion.times."
+        )
+    try:
+        return propagate(
+            system,
+            motion.initial,
+            times,
+            events=events,
+            formulation=run.formulation or None,
+            tolerance=run.tolerance or None,
+            precision=run.precision,
+            threads=threads,
+            progress=False,
+        )
+    except PropagationError as error:
+        stopped: Trajectory = error.trajectory
+        return stopped

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import ClassVar, NamedTuple, NoReturn
+from typing import Any, ClassVar, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +16,17 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.instant import Instant
+from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.mechanics.part import Jump
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import printable
+from poinsot.records.units import DerivedUnits
 from poinsot.systems.dynamics import AnyDynamics
 from poinsot.systems.integrals import Integral
 from poinsot.systems.system import System
 
-__all__ = ["RecordedEvent", "RecordedPart", "RecordedSystem", "recorded_integral"]
+__all__ = ["RecordedEvent", "RecordedObservable", "RecordedPart", "RecordedSystem", "recorded_integral"]
 
 Array = NDArray[np.float64]
 
@@ -181,6 +183,45 @@ class RecordedEvent(Event):
     @override
     def value(self, instant: Instant) -> Scalar:
         raise ValueError(f"{self.name} must have its formula to be computed, got none in the store.")
+
+
+class RecordedObservable(Observable):
+    """Observable from a file that contains its text, but no formula.
+
+    Parameters
+    ----------
+    text : str
+        `repr` of the observable.
+    unit_of_readings, axes, names : str
+        Unit of the readings, axes of the components, and names of the components, separated by spaces.
+    """
+
+    text: str
+    unit_of_readings: str
+    axes: str
+    names: str
+
+    @override
+    def __repr__(self) -> str:
+        return printable(self.text, kept="\n")
+
+    @property
+    def components(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Names of the numbers of a reading."""
+        return tuple(self.names.split())
+
+    @override
+    def unit(self, units: DerivedUnits) -> str:
+        return self.unit_of_readings
+
+    @property
+    @override
+    def frame(self) -> str:
+        return self.axes
+
+    @override
+    def reading(self, instant: Instant) -> Any:
+        raise _formula_missing("reading")
 
 
 def _formula_missing(name: str) -> ValueError:

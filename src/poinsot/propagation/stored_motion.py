@@ -238,6 +238,8 @@ def ensemble_of_motions(
         "events": events,
         "settings": (variables.formulation.name, settings.tolerance, settings.device),
     }
+    if whole.observables:
+        problem["observables"] = tuple(whole.observables.items())
     needed = {Requirement.ORBITS}
     if "not_rerunnable" in described.attrs:  # states do not define energies again
         needed |= {Requirement.FORCES, *([Requirement.PARTS] if system.parts else [])}
@@ -247,7 +249,7 @@ def ensemble_of_motions(
         last=float(times[-1]),
         problem=digests(problem),
         variables=_described(table, whole),
-        stored=(*names, *required),
+        stored=(*names, *required, *whole.observables),
         member_bytes=8 * times.size * (variables.size + sum(variables.sizes.values())),
         fixed=described.assign_attrs(
             {**method, "tolerance": run.tolerance, "order": 0, "steps": 0, **event_attributes(events)}
@@ -285,8 +287,9 @@ def _opened(whole: Trajectory, events: Sequence[Event], store: EnsembleStore) ->
     if phase is None:
         return store.dataset()
     arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)], dtype=float)
-    columns = {ORBIT_VARIABLES: arrays[ORBIT_VARIABLES]} if ORBIT_VARIABLES in arrays else {}
+    columns = {name: arrays[name] for name in (ORBIT_VARIABLES, *whole.observables) if name in arrays}
+    observables = {name: each for name, each in whole.observables.items() if name in columns}
     found = stored_events(events, whole.system, whole._rows.phase, functools.partial(event_tables, store))
-    rows = MotionRows(phase, columns, found, store.summary, store)
+    rows = MotionRows(phase, columns, found, store.summary, store, observables)
     run, failures = run_in(store, whole.run), failures_in(store)
     return Trajectory(whole.system, whole.initial, times, rows, run, failures=failures, provenance=whole.provenance)

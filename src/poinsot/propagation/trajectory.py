@@ -16,6 +16,7 @@ from poinsot.errors import real_numbers
 from poinsot.immutable import ReadOnlyDict, cached_property, owned
 from poinsot.kinematics.state import AnyState, Phase, State, changed, state_of
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Environment
+from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.part import jumps_at
 from poinsot.printable import described
 from poinsot.propagation import motion_report
@@ -150,6 +151,17 @@ class Trajectory(QuantitiesOfMotion):
     def store(self) -> EnsembleStore | None:
         """Store of an ensemble, from which arrays are read on access; None for a motion in memory."""
         return self._rows.store
+
+    @property
+    def observables(self) -> Mapping[str, Observable]:
+        """Observables whose readings are variables of the motion, by name: `propagate(..., observables=[...])`."""
+        return self._rows.observables
+
+    def with_observables(self, observables: Mapping[str, Observable], readings: Mapping[str, Array]) -> Trajectory:
+        """Return the motion together with readings of observables, by name, at its times."""
+        rows = self._rows.with_observables(observables, readings)
+        about = self.run, self._dense, self.failures, self.provenance
+        return Trajectory(self.system, self.initial, self.times, rows, *about)
 
     @cached_property
     def environment(self) -> Environment:

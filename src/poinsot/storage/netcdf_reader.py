@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import netCDF4
@@ -16,13 +17,15 @@ Variable = list[Any]
 def content(path: str, size: int, names: list[str], beginnings: list[str]) -> tuple[Any, list[NDArray[Any]]]:
     """Return the attributes of a file, and its variables with one of the names or beginnings, with their arrays.
 
+    The attribute `observables` names further variables.
     What `save` does not write is refused before it is read: groups, types of its own, and variables in chunks, with
     filters, or of more bytes than the file, `size`.
     """
     with netCDF4.Dataset(path) as file:
         if file.groups or file.cmptypes or file.vltypes or file.enumtypes:
             raise ValueError("it has groups or types of its own")
-        wanted = [name for name in file.variables if name in names or name.startswith(tuple(beginnings))]
+        known = {*names, *_named_in(file)}
+        wanted = [name for name in file.variables if name in known or name.startswith(tuple(beginnings))]
         variables = [file.variables[name] for name in wanted]
         for variable in variables:
             if not isinstance(variable.dtype, np.dtype) or variable.dtype.kind not in "fiu":
@@ -36,6 +39,13 @@ def content(path: str, size: int, names: list[str], beginnings: list[str]) -> tu
         arrays = [np.asarray(variable[...]) for variable in variables]
         described = [[variable.name, variable.dimensions, _attributes(variable)] for variable in variables]
         return [_attributes(file), described], arrays
+
+
+def _named_in(file: netCDF4.Dataset) -> list[str]:
+    """Return the names of the readings in a file, which are the keys of its attribute `observables`."""
+    text = file.getncattr("observables") if "observables" in file.ncattrs() else "{}"
+    described = json.loads(text)
+    return list(described) if isinstance(described, dict) else []
 
 
 def _attributes(owner: Any) -> dict[str, Any]:

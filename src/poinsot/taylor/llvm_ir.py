@@ -572,7 +572,7 @@ class FunctionText:
             high = float(number)
             low = float(Fraction(number) - Fraction(high)) if math.isfinite(high) else 0.0
             return WideValue(*(self.constant(str(kind), part) for part in (high, low)))
-        return Value(self, kind, _number(kind, float(number)))
+        return Value(self, kind, _number(kind, number if isinstance(number, int) else float(number)))
 
     def call(self, kind: str, name: str, *arguments: Value) -> Value:
         """Call a function that returns a value."""
