@@ -14,10 +14,11 @@ from poinsot.checked import checked
 from poinsot.functions import Scalar
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.printable import described
-from poinsot.quantities import Array
 from poinsot.shapes.shape import Shape
 
 __all__ = ["Assembly"]
+
+Array = NDArray[np.float64]
 
 
 class Assembly(Shape):

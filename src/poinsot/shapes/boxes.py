@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.quantities import Array
-
 __all__ = ["Boxes", "ranges"]
 
+Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 BOX_MARGIN = 1e-9

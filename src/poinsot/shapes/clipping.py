@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.quantities import Array
-
 __all__ = ["inside", "lines_of", "positive", "turn", "uncovered"]
 
+Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 

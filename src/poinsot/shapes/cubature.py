@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from poinsot.algebra.solid_harmonics import SolidHarmonics
-from poinsot.quantities import Array
 
 __all__ = ["MAX_POINTS", "ball", "cylinder", "gravity_of_points", "multipoles", "triangle"]
+
+Array = NDArray[np.float64]
 
 MAX_POINTS = 4096
 """Largest number of points in one block, whose harmonics fit in the processor caches."""

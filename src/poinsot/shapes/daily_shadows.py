@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.quantities import Array
 from poinsot.shapes.surface import Surface
 
 __all__ = ["DailyShadows"]
 
+Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integers = NDArray[np.int64]
 

@@ -6,15 +6,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.quantities import Array
 from poinsot.shapes.law_program import LawFormula
 from poinsot.shapes.reflected_light import Block, ReflectedLight
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import Number
 
 __all__ = ["LightOfEllipsoid", "Quadrature"]
+
+Array = NDArray[np.float64]
 
 
 class LightOfEllipsoid(ReflectedLight):

@@ -12,12 +12,13 @@ from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
 from poinsot.mechanics.body import inertia_of_spread
-from poinsot.quantities import Array
 from poinsot.shapes.cubature import gravity_of_points, multipoles
 from poinsot.shapes.shape import Shape, ShapePoints
 from poinsot.shapes.support import extreme_points, support_of_points
 
 __all__ = ["Mascons"]
+
+Array = NDArray[np.float64]
 
 
 class Mascons(Shape):

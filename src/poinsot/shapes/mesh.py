@@ -14,7 +14,6 @@ from poinsot.errors import array_of, real_array, refuse_nonpositive
 from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
 from poinsot.mechanics.body import inertia_of_spread
-from poinsot.quantities import Array
 from poinsot.records.parameters import Points
 from poinsot.shapes import polyhedron
 from poinsot.shapes.shape import Shape, ShapePoints, mass_of
@@ -23,6 +22,7 @@ from poinsot.shapes.winding import FLAT_TOLERANCE, check_closed, check_outwards,
 
 __all__ = ["Mesh"]
 
+Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.quantities import Array
 from poinsot.shapes import cubature
 
 __all__ = ["Triangles", "gravity", "multipoles", "second_moments", "volume_and_center", "winding_numbers"]
 
+Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 

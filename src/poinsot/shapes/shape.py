@@ -17,13 +17,15 @@ from poinsot.functions import Scalar
 from poinsot.kinematics.attitude import rotation_matrix, unit_quaternion
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.gravity_field import GravityField, norms, whole_degree
-from poinsot.quantities import Along, Array
+from poinsot.quantities import Along
 from poinsot.records.parameters import Structural
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 __all__ = ["Shape"]
+
+Array = NDArray[np.float64]
 
 ShapePoints = Annotated[ArrayLike, ("n", 3), Along("axes of the shape")]
 ShapeVector = Annotated[ArrayLike, (3,), Along("axes of the shape")]

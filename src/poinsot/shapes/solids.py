@@ -17,7 +17,6 @@ from poinsot.checked import checked
 from poinsot.errors import real_array, real_numbers, refuse_nonpositive
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.body import Body
-from poinsot.quantities import Array
 from poinsot.shapes import cubature
 from poinsot.shapes.geodesic import geodesic_sphere
 from poinsot.shapes.mesh import Mesh
@@ -25,6 +24,8 @@ from poinsot.shapes.polyhedron import volume_and_center
 from poinsot.shapes.shape import Shape, ShapeVector, mass_of
 
 __all__ = ["Cylinder", "Ellipsoid"]
+
+Array = NDArray[np.float64]
 
 
 FEWEST_FACES = 20

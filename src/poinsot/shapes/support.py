@@ -6,14 +6,16 @@ import functools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
 from poinsot.functions import Scalar
-from poinsot.quantities import Array
 from poinsot.taylor.graph import Number, Primitive, computed
 
 __all__ = ["extreme_points", "support_of_points"]
+
+Array = NDArray[np.float64]
 
 MAX_WRITTEN = 64
 """Largest number of points whose support function is a formula, for scalars of any kind."""

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.quantities import Array
 from poinsot.shapes.boxes import Boxes
 from poinsot.shapes.clipping import inside, lines_of
 from poinsot.shapes.mesh import Mesh
 
 __all__ = ["Cuts", "Surface", "bases_of"]
 
+Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 

@@ -9,13 +9,13 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.quantities import Array
 from poinsot.shapes.boxes import Boxes, ranges
 from poinsot.shapes.clipping import inside, lines_of, positive, turn, uncovered
 from poinsot.shapes.surface import Surface, bases_of
 
 __all__ = ["Boundary", "Neighbour", "Scene", "ray_hits"]
 
+Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import real_numbers, refuse_zero
-from poinsot.quantities import Array
 from poinsot.shapes.clipping import turn
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.surface import Surface
@@ -18,6 +17,7 @@ from poinsot.shapes.views import Boundary, Neighbour, Scene
 
 __all__ = ["ClearParts", "Slopes", "clear_faces", "clear_parts", "illuminated_areas", "illuminated_faces"]
 
+Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 

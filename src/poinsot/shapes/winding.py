@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.quantities import Array
 from poinsot.shapes import polyhedron
 
 __all__ = ["FLAT_TOLERANCE", "check_closed", "check_outwards", "repaired"]
 
+Array = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 FLAT_TOLERANCE = 64 * np.finfo(float).eps
