@@ -16,7 +16,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -33,9 +32,9 @@ from poinsot.mechanics.light_time import speed_of_light
 from poinsot.mechanics.observable import Observable, observables_by_name
 from poinsot.observables.readings import Readings
 from poinsot.propagation.observe import checked_observables
-from poinsot.propagation.readings_along import absent_readings, refuse_unfit
+from poinsot.propagation.readings_along import absent_readings, hidden_readings, refuse_unfit
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.members import expanded, members_of
 from poinsot.records.parameters import Parametric
 from poinsot.records.units import DerivedUnits
@@ -54,8 +53,6 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = ["ObservedPartials", "observed_partials"]
-
-Array = NDArray[np.float64]
 
 
 class ObservedPartials(Summarized):
@@ -405,6 +402,8 @@ def _of_one(transition: StateTransition, plan: Readings, number: int, seen: Arra
     by_parameters[..., through] += (found.by_state[..., None, :] @ S)[..., 0, :]
     axis = found.values.ndim - 1 - bool(observable.components)
     values, by_start, by_parameters = (np.take(x, back, axis) for x in (found.values, by_start, by_parameters))
+    for where in hidden_readings(observable, plan.times, values.shape[: axis + 1]).values():
+        values[where], by_start[where], by_parameters[where] = np.nan, np.nan, np.nan
     about = {"units": observable.unit(DerivedUnits(system.units)), "frame": observable.frame}
     about |= {"time_units": system.units["time"], "system": repr(system), "initial_state": repr(motion.initial)}
     readings = _with_values(plan, values, {name: text for name, text in about.items() if text})
