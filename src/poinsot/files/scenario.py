@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
