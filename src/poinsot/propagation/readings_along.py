@@ -80,6 +80,7 @@ def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...
             f"times must lie within the span of the orbits of {type(observable).__name__}, [{quoted(first)}, "
             f"{quoted(last)}], got {quoted(float(outside[0]))}."
         )
+    observable.check_times(times)
 
 
 class _Values(NamedTuple):
