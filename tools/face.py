@@ -45,7 +45,7 @@ SHARED = {
     "time_axis.* ensembles.Q* *.is_constant *.median_attitude",
     "shapes": "boxes.* brightness.* clipping.* cubature.* daily_shadows.* ellipsoid_light.* geodesic.* law_program.* "
     "polyhedron.* reflected_light.* scattering.* surface.* views.* visibility.ClearParts visibility.Slopes "
-    "shape.*_points visibility.clear_* winding.*",
+    "support.* visibility.clear_* winding.*",
 }
 """Namespaces, and patterns of `module.name` that modules of the package share and that are not public."""
 

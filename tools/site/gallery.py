@@ -31,7 +31,7 @@ GROUPS = {
     "Moons and planets": "hyperion phobos europa io titan moon mercury cassini_states forced_librations "
     "librations_of_worlds tidal_despinning spin_orbit_capture",
     "Asteroids": "apophis apophis_ensemble toutatis yorp contact_binary series_of_gravity",
-    "Observations": "glinting_rocket eros_light_curves",
+    "Observations": "ten_nights_of_apophis glinting_rocket eros_light_curves",
     "Two bodies": "dart didymos dimorphos_map moshup patroclus",
     "Tops": "heavy_top",
     "Sections and maps": "poincare_hyperion heavy_body_section megno_map",
@@ -68,6 +68,7 @@ QUESTIONS = {
     "spin_orbit_capture": "Does the tide capture a planet in a resonance?",
     "apophis": "How will the Earth change Apophis in 2029?",
     "apophis_ensemble": "How do the rates of Apophis spread at the Earth?",
+    "ten_nights_of_apophis": "Which periods of Apophis does a light curve contain?",
     "toutatis": "How do Sun and Earth change Toutatis?",
     "yorp": "How does sunlight change the obliquity of an asteroid?",
     "contact_binary": "Does a contact binary keep its long axis on the planet?",

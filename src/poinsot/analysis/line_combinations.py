@@ -2,10 +2,11 @@
 
 The light curve of a tumbling body has lines at n1 f_phi + n2 f_psi (Kaasalainen 2001, A&A 376, 302). Two lines and
 their integers determine both frequencies. Each such pair of frequencies is compared with all lines. The frequencies of
-pairs that agree with most lines are fitted by least squares, as Pravec et al. (2005, Icarus 173, 108) do.
+pairs whose agreement is least likely by chance are fitted by least squares.
 
-Pairs are searched as the precession of the long axis, f_long, and f_psi. In the long-axis mode f_phi = f_long, in the
-short-axis mode f_phi = f_long + f_psi and n1 f_long + n2 f_psi = n1 f_phi + (n2 - n1) f_psi.
+In the long-axis mode the precession of the long axis is f_long = f_phi, in the short-axis mode f_long = f_phi - f_psi
+and n1 f_phi + n2 f_psi = n1 f_long + (n1 + n2) f_psi. A homogeneous ellipsoid looks the same after half a turn about
+the circled axis, hence n2 is even.
 """
 
 from __future__ import annotations
@@ -37,9 +38,19 @@ MAX_DEVIATION = 4.0
 START_LINES = 3
 """Number of strongest lines of which two determine the base frequencies."""
 MAX_START_ORDER = 4
-"""Largest |n1| + |n2| of a line that determines the base frequencies."""
+"""Largest order of a line that determines the base frequencies."""
+ODD = 2
+"""Increase of the order of a combination by an odd n2."""
+STRONGEST = {"short-axis": (2, -2), "long-axis": (2, 0)}
+"""Combination of the strongest line of an elongated body."""
 MIN_SHORT_AXIS_RATIO = 2.0
 """P_psi/P_phi of any body in the short-axis mode is above this ratio."""
+ASSIGNMENTS = 400
+"""Number of assignments of integers that are fitted."""
+ROUNDS = 6
+"""Largest number of assignments to fitted frequencies."""
+USUAL = np.log(1e6)
+"""Evidence of the usual strongest line of an elongated body."""
 MAX_COMBINATIONS = 100_000
 
 
@@ -65,6 +76,8 @@ class LineIdentification(Summarized):
         Mode of the free rotation, "short-axis" or "long-axis", or nothing if the base frequencies were given.
     order : int
         Largest sum of the magnitudes of the integers, in the short-axis mode of n1 and n1 + n2.
+    evidence : float
+        Logarithm of the odds against chance agreement, by which alternatives are ordered.
 
     Examples
     --------
@@ -82,6 +95,7 @@ class LineIdentification(Summarized):
     deviations: Array
     mode: str
     order: int
+    evidence: float
 
     @property
     def periods(self) -> Array:
@@ -108,7 +122,7 @@ class LineIdentification(Summarized):
         """Return all combinations (n, k) within four standard errors of a line, the lowest first."""
         if not -self.lines.size <= line < self.lines.size:
             raise ValueError(f"line must be below the number of lines, {self.lines.size}, got {line}.")
-        integers = _of_mode(_combinations(self.base.size, self.order), self.mode)
+        integers = _combinations(self.base.size, self.order, self.mode)[0]
         error = np.hypot(self.line_errors[line], np.abs(integers) @ self.base_errors)
         near: Integers = integers[np.abs(integers @ self.base - self.lines[line]) <= MAX_DEVIATION * error]
         return near
@@ -126,6 +140,7 @@ class LineIdentification(Summarized):
             "periods": formatted(self.periods),
             "standard errors of the periods": formatted(self.period_errors),
             "mode": self.mode,
+            "evidence": formatted(self.evidence),
             **rows,
         }
 
@@ -142,10 +157,12 @@ def identify_lines(
     """Return identifications of lines as integer combinations of base frequencies, the most plausible first.
 
     Without `base` they are the precession f_phi and the rotation f_psi of a tumbling body, in either mode. Lines alone
-    do not distinguish the alternatives. First come those that explain most lines; of these, those whose strongest line
-    is the second harmonic of the precession of the long axis, as of elongated bodies (Pravec et al. 2005, Icarus 173,
-    108): 2 f_phi - 2 f_psi in the short-axis mode and 2 f_phi in the long-axis mode; then those with the smallest
-    integers. An odd integer counts two more, because light curves of ellipsoids have even integers of f_psi.
+    do not distinguish the alternatives. Their order is the order of `evidence`, the sum of -ln p of the lines, where p
+    is the probability that a random frequency is within four standard errors of one of the combinations that are as
+    simple as the combination of the line. The simplest combinations have the smallest sum |n1| + |n2|, in the
+    short-axis mode |n1| + |n1 + n2|; an odd n2 counts two more, because n2 is even for ellipsoids. The strongest line
+    of an elongated body is the second harmonic of the precession of the long axis (Pravec et al. 2005, Icarus 173,
+    108): 2 f_phi - 2 f_psi in the short-axis mode, 2 f_phi in the long-axis mode. If so, the evidence gains ln 1e6.
 
     Parameters
     ----------
@@ -184,14 +201,19 @@ def identify_lines(
     if base is not None:
         known = real_array("base", base, (None,))
         refuse_nonpositive("base", known)
-        integers = _combinations(known.size, order)
-        multiples, _ = _nearest(integers @ known, np.zeros(len(integers)), integers, nu, errors)
+        ladder = _Ladder(*_combinations(known.size, order), nu)
+        multiples, evidence = ladder.nearest(ladder.integers @ known, np.zeros(len(ladder.integers)), nu, errors)
         off = _deviations(nu, errors, multiples, known)
-        return [LineIdentification(known, np.zeros(known.size), nu, errors, multiples, off, "", order)]
-    found = [
-        one for multiples in _assignments(nu, errors, order) for one in _fitted(nu, errors, multiples, body, order)
-    ]
-    return sorted(found, key=_rank)[:count]
+        none = np.zeros(known.size)
+        return [LineIdentification(known, none, nu, errors, multiples, off, "", order, float(evidence))]
+    found: dict[tuple[str, bytes], LineIdentification] = {}
+    for mode in MODES:
+        ladder, least = _Ladder(*_combinations(2, order, mode), nu), _least_ratio(body, mode)
+        for multiples in _assignments(nu, errors, ladder) if np.isfinite(least) else ():
+            one = _fitted(nu, errors, multiples, ladder, mode, order)
+            if one and one.base[0] / one.base[1] > least:
+                found.setdefault((mode, one.multiples.tobytes()), one)
+    return sorted(found.values(), key=lambda one: (-round(one.evidence, 6), one.chi2))[:count]
 
 
 def _lines_of(spectrum: LineSpectrum, least: int) -> tuple[Array, Array]:
@@ -210,87 +232,92 @@ def _lines_of(spectrum: LineSpectrum, least: int) -> tuple[Array, Array]:
     return nu, errors
 
 
-def _combinations(count: int, order: int) -> Integers:
-    """Return all integers (n, count) with a sum of magnitudes from 1 to `order`, the smallest first."""
+def _combinations(count: int, order: int, mode: str = "") -> tuple[Integers, Integers]:
+    """Return all integers (n, count) of an order of at most `order`, the simplest first, and how simple each is."""
     if (2 * order + 1) ** count > MAX_COMBINATIONS:
         raise ValueError(
             f"order must have at most {MAX_COMBINATIONS} combinations of {count} base frequencies, got {order}."
         )
     every = np.array(list(itertools.product(range(-order, order + 1), repeat=count)))
     size = np.sum(np.abs(every), axis=1)
-    every = every[(size > 0) & (size <= order)]
-    ordered: Integers = every[np.argsort(_complexity(every), kind="stable")]
-    return ordered
+    every, size = every[(size > 0) & (size <= order)], size[(size > 0) & (size <= order)]
+    if mode == "short-axis":  # from multiples of f_long and f_psi
+        every = every @ np.array([[1, -1], [0, 1]])
+    complexity = size + ODD * (every[:, -1] % 2) if mode else size
+    simplest = np.argsort(complexity, kind="stable")
+    return every[simplest], complexity[simplest]
 
 
-def _complexity(integers: Integers) -> Integers:
-    """Return the sum of the magnitudes of integers, in which odd ones count two more."""
-    total: Integers = np.sum(np.abs(integers) + 2 * (integers % 2), axis=-1)
-    return total
+class _Ladder:
+    """Combinations, the simplest first, and the probability of a chance agreement with one of the first of them."""
+
+    def __init__(self, integers: Integers, complexity: Integers, nu: Array) -> None:
+        self.integers, self.complexity = integers, complexity
+        as_simple = np.searchsorted(complexity, complexity, side="right")
+        self.density = (
+            as_simple * MAX_DEVIATION / np.max(np.abs(nu))
+        )  # half of the combinations are positive, and two sides
+
+    def nearest(self, values: Array, own: Array, nu: Array, errors: Array) -> tuple[Integers, Array]:
+        """Return the simplest combination of each line within its error, zero without one, and the evidence.
+
+        The values (..., n) of combinations have errors of their own.
+        """
+        variance = own[..., None, :] ** 2 + errors[:, None] ** 2
+        near = (values[..., None, :] - nu[:, None]) ** 2 <= MAX_DEVIATION**2 * variance
+        first = np.argmax(near, axis=-1)
+        has_one = np.any(near, axis=-1)
+        chance = self.density[first] * np.sqrt(np.take_along_axis(variance, first[..., None], axis=-1)[..., 0])
+        evidence = np.sum(-np.log(np.minimum(chance, 1.0)), axis=-1, where=has_one)
+        return np.where(has_one[..., None], self.integers[first], 0), evidence
 
 
-def _of_mode(integers: Integers, mode: str) -> Integers:
-    """Return the integers of f_phi and f_psi from the integers of f_long and f_psi; see the top of the module."""
-    turn = np.array([[1, -1], [0, 1]]) if mode == "short-axis" else np.eye(integers.shape[-1], dtype=int)
-    turned: Integers = integers @ turn
-    return turned
-
-
-def _nearest(values: Array, own: Array, integers: Integers, nu: Array, errors: Array) -> tuple[Integers, Integers]:
-    """Return the simplest combination of each line within its error, and the number of lines with one.
-
-    Integers of lines without one are zero. The values (..., n) of combinations have errors of their own.
-    """
-    off = np.abs(values[..., None, :] - nu[:, None]) <= MAX_DEVIATION * np.hypot(own[..., None, :], errors[:, None])
-    first = np.argmax(off, axis=-1)
-    has_one = np.any(off, axis=-1)
-    return np.where(has_one[..., None], integers[first], 0), np.count_nonzero(has_one, axis=-1)
-
-
-def _assignments(nu: Array, errors: Array, order: int) -> Integers:
-    """Return the integers (m, lines, 2) by which two frequencies explain as many lines as possible."""
-    starts, integers = _combinations(2, min(order, MAX_START_ORDER)), _combinations(2, order)
-    found: list[Integers] = []
-    most = 0
-    for i, j in itertools.combinations(range(min(nu.size, START_LINES)), 2):
+def _assignments(nu: Array, errors: Array, ladder: _Ladder) -> Integers:
+    """Return the integers (m, lines, 2) of the assignments with the largest evidence, which pairs of lines start."""
+    integers = ladder.integers
+    starts = integers[ladder.complexity <= MAX_START_ORDER]
+    found, evidences = [np.empty((0, nu.size, 2), int)], [np.empty(0)]
+    pairs = {*itertools.combinations(range(min(nu.size, START_LINES)), 2), *((0, j) for j in range(1, nu.size))}
+    for i, j in sorted(pairs):
         for first in starts:
-            pairs = np.stack([np.broadcast_to(first, starts.shape), starts], axis=1)
-            pairs = pairs[pairs[:, 0, 0] * pairs[:, 1, 1] != pairs[:, 0, 1] * pairs[:, 1, 0]]
-            inverse = np.linalg.inv(pairs)
-            base = inverse @ nu[[i, j]]
-            usable = np.all(base > 0, axis=1)
-            parts = integers @ inverse[usable]
-            own = np.sqrt(parts**2 @ errors[[i, j]] ** 2)
-            multiples, explained = _nearest(parts @ nu[[i, j]], own, integers, nu, errors)
-            if explained.size and (now := int(np.max(explained))) >= most:
-                found = found if now == most else []
-                most = now
-                found.append(multiples[explained == most])
-    return np.unique(np.concatenate(found), axis=0) if found else np.empty((0, nu.size, 2), int)
+            both = np.stack([np.broadcast_to(first, starts.shape), starts], axis=1)
+            both = both[both[:, 0, 0] * both[:, 1, 1] != both[:, 0, 1] * both[:, 1, 0]]
+            inverse = np.linalg.inv(both)
+            inverse = inverse[np.all(inverse @ nu[[i, j]] > 0, axis=1)]
+            parts = integers @ inverse
+            multiples, evidence = ladder.nearest(
+                parts @ nu[[i, j]], np.sqrt(parts**2 @ errors[[i, j]] ** 2), nu, errors
+            )
+            best = np.argsort(-evidence)[:ASSIGNMENTS]
+            found.append(multiples[best])
+            evidences.append(evidence[best])
+    order = np.argsort(-np.concatenate(evidences), kind="stable")
+    _, first_of_each = np.unique(np.concatenate(found)[order], axis=0, return_index=True)
+    return np.concatenate(found)[order][np.sort(first_of_each)][:ASSIGNMENTS]
 
 
-def _fitted(nu: Array, errors: Array, along: Integers, body: Body | None, order: int) -> list[LineIdentification]:
-    """Return the identifications with fitted base frequencies, in each mode in which a body can have them.
-
-    The integers are those of f_long and f_psi.
-    """
-    used = np.any(along, axis=1)
-    design = along[used] / errors[used, None]
-    if np.linalg.matrix_rank(design) < 2:
-        return []
-    covariance = np.linalg.inv(design.T @ design)
-    base = covariance @ design.T @ (nu[used] / errors[used])
-    deviations = _deviations(nu, errors, along, base)
-    if np.nanmax(np.abs(deviations)) > MAX_DEVIATION:
-        return []
-    found = []
-    for mode in MODES:
-        turn = np.array([[1, 1], [0, 1]]) if mode == "short-axis" else np.eye(2)  # f_phi, f_psi of f_long, f_psi
-        own, own_errors = turn @ base, np.sqrt(np.diag(turn @ covariance @ turn.T))
-        if np.all(own > MAX_DEVIATION * own_errors) and own[0] / own[1] > _least_ratio(body, mode):
-            multiples = _of_mode(along, mode)
-            found.append(LineIdentification(own, own_errors, nu, errors, multiples, deviations, mode, order))
-    return found
+def _fitted(
+    nu: Array, errors: Array, multiples: Integers, ladder: _Ladder, mode: str, order: int
+) -> LineIdentification | None:
+    """Return the identification with fitted base frequencies, to which the integers are assigned again."""
+    for _ in range(ROUNDS):
+        used = np.any(multiples, axis=1)
+        design = multiples[used] / errors[used, None]
+        if np.linalg.matrix_rank(design) < 2:
+            return None
+        covariance = np.linalg.inv(design.T @ design)
+        base, base_errors = covariance @ design.T @ (nu[used] / errors[used]), np.sqrt(np.diag(covariance))
+        if not np.all(base > MAX_DEVIATION * base_errors):
+            return None
+        own = np.sqrt(np.sum((ladder.integers @ covariance) * ladder.integers, axis=1))
+        before, (multiples, evidence) = multiples, ladder.nearest(ladder.integers @ base, own, nu, errors)
+        if np.array_equal(multiples, before):
+            break
+    else:
+        return None
+    strongest = tuple(multiples[0].tolist()) == STRONGEST[mode]
+    weight, deviations = float(evidence) + USUAL * strongest, _deviations(nu, errors, multiples, base)
+    return LineIdentification(base, base_errors, nu, errors, multiples, deviations, mode, order, weight)
 
 
 def _least_ratio(body: Body | None, mode: str) -> float:
@@ -307,10 +334,3 @@ def _least_ratio(body: Body | None, mode: str) -> float:
 def _deviations(nu: Array, errors: Array, multiples: Integers, base: Array) -> Array:
     """Return the differences of lines from their combinations in standard errors, NaN without a combination."""
     return np.where(np.any(multiples, axis=1), (nu - multiples @ base) / errors, np.nan)
-
-
-def _rank(found: LineIdentification) -> tuple[float, ...]:
-    """Return the numbers by which identifications are ordered."""
-    along_long_axis = found.multiples @ np.array([[1, 1], [0, 1]]) if found.mode == "short-axis" else found.multiples
-    usual = tuple(along_long_axis[0].tolist()) == (2, 0)
-    return -found.explained, not usual, int(np.sum(_complexity(along_long_axis))), found.chi2

@@ -21,7 +21,7 @@ from poinsot.printable import described, quoted
 from poinsot.quantities import Real, Rule
 from poinsot.records.parameters import NotNegative, Positive, Structural
 from poinsot.records.units import DerivedUnits, length_of_inertia
-from poinsot.shapes.brightness import brightness_of
+from poinsot.shapes.brightness import Companion, Shadows, brightness_of
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.scattering import ScatteringLaw
 from poinsot.shapes.solids import Ellipsoid
@@ -32,6 +32,9 @@ Array = NDArray[np.float64]
 
 KINDS = {"flux": "1", "magnitude": "mag", "relative": "1"}
 """Kinds of readings, with their units."""
+
+SHADOWS: dict[str, Shadows] = {"exact": "exact", "centroids": "centroids", "none": False}
+"""Shadows of a mesh: of exact areas, of whole faces by their centroids, or none."""
 
 ASTRONOMICAL_UNIT = METRES["au"] / METRES["km"]
 """Astronomical unit in km, the unit of length of most orbits."""
@@ -107,6 +110,11 @@ def _refuse_kind(name: str, value: Any, _: str) -> None:
         raise ValueError(f"{name} must be {', '.join(map(repr, KINDS))}, got {quoted(value)}.")
 
 
+def _refuse_shadows(name: str, value: Any, _: str) -> None:
+    if value not in SHADOWS:
+        raise ValueError(f"{name} must be {', '.join(map(repr, SHADOWS))} or False, got {quoted(value)}.")
+
+
 class LightCurve(Observable):
     """Brightness of a body, or of two bodies, in the light of the Sun, for a distant observer.
 
@@ -131,6 +139,10 @@ class LightCurve(Observable):
         mean projected area of a convex body; it does not depend on distances.
     stretch : array (3,)
         Factors by which the shape is stretched along the body axes. The moments of inertia do not change.
+    shadows : {"exact", "centroids", "none"} or False
+        Shadows and occultations of faces of a mesh by other faces and by the mesh of the other body: by exact areas, or
+        of whole faces by their centroids, which has no partial derivatives. False or "none" for none. Facets and
+        ellipsoids neither shadow nor hide another body.
     light_time : bool
         True to show the body as it was when the light left it. False for times that are corrected already.
     sun_magnitude : float
@@ -167,6 +179,7 @@ class LightCurve(Observable):
     secondary_law: tuple[ScatteringLaw, ...] = ()
     kind: Annotated[str, Rule(_refuse_kind)] = "flux"
     stretch: Annotated[Any, (3,), Rule(refuse_nonpositive)] = (1.0, 1.0, 1.0)
+    shadows: Annotated[str | bool, str, Rule(_refuse_shadows)] = "exact"
     light_time: bool = True
     sun_magnitude: Real = SUN_MAGNITUDE
     astronomical_unit: Positive = ASTRONOMICAL_UNIT
@@ -178,6 +191,8 @@ class LightCurve(Observable):
         object.__setattr__(self, "shape", Surfaces(self.shape))
         if isinstance(self.secondary_law, ScatteringLaw):
             object.__setattr__(self, "secondary_law", (self.secondary_law,))
+        if self.shadows is False:
+            object.__setattr__(self, "shadows", "none")
         super().__post_init__()
 
     @property
@@ -224,21 +239,36 @@ class LightCurve(Observable):
     def reading(self, instant: Any) -> Scalar:
         shapes, laws = self._surfaces.each, (self.law, *(self.secondary_law or (self.law,)))
         bodies = [instant.primary, instant.secondary] if len(shapes) > 1 else [instant]
-        light = [self._light(*each) for each in zip(bodies, shapes, laws[: len(shapes)], strict=True)]
+        companions: list[Companion | None] = [None]
+        if len(bodies) > 1:
+            apart = instant.separation
+            places = (*bodies, shapes[1], apart), (*bodies[::-1], shapes[0], -1 * apart)
+            companions = [_companion(*each) for each in places]
+        light = [self._light(*each) for each in zip(bodies, shapes, laws[: len(shapes)], companions, strict=True)]
         total: Scalar = sum(light[1:], start=light[0])
         if self.kind == "magnitude":
             magnitude: Scalar = self.sun_magnitude - 2.5 / np.log(10.0) * functions.log(total)
             return magnitude
         return total
 
-    def _light(self, instant: Any, shape: Outline, law: ScatteringLaw) -> Scalar:
+    def _light(self, instant: Any, shape: Outline, law: ScatteringLaw, companion: Companion | None) -> Scalar:
         """Return the flux of one body, or its brightness over the mean projected area of all."""
         to_sun, to_observer = (
             instant.attitude.to_body(-Vector(instant.position(orbit))) for orbit in (self.sun, self.observer)
         )
-        brightness = brightness_of(shape, law, to_sun, to_observer, self.stretch)
+        shadows = SHADOWS[str(self.shadows)]
+        brightness = brightness_of(shape, law, to_sun, to_observer, self.stretch, shadows, companion)
         if self.kind == "relative":
             return brightness * (4 / sum(self._surfaces.areas))
         reach = self.astronomical_unit * instant.inverse_distance(self.sun) * instant.inverse_distance(self.observer)
         flux: Scalar = brightness / functions.pi * reach * reach
         return flux
+
+
+def _companion(own: Any, other: Any, shape: Outline, position: Vector) -> Companion | None:
+    """Return the second mesh along the axes of a body, for its position from the body in space axes."""
+    if not isinstance(shape, Mesh):
+        return None
+    columns = [own.attitude.to_body(other.attitude.to_space(Vector(axis))) for axis in np.eye(3).tolist()]
+    rows = [[column[k] for column in columns] for k in range(3)]
+    return Companion(shape, own.attitude.to_body(position), rows)

@@ -13,7 +13,8 @@ from poinsot.functions import Scalar
 from poinsot.immutable import cached_property
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.shapes.cubature import gravity_of_points, multipoles
-from poinsot.shapes.shape import Shape, ShapePoints, extreme_points, support_of_points
+from poinsot.shapes.shape import Shape, ShapePoints
+from poinsot.shapes.support import extreme_points, support_of_points
 
 __all__ = ["Mascons"]
 

@@ -16,7 +16,8 @@ from poinsot.immutable import cached_property
 from poinsot.mechanics.body import inertia_of_spread
 from poinsot.records.parameters import Points
 from poinsot.shapes import polyhedron
-from poinsot.shapes.shape import Shape, ShapePoints, extreme_points, mass_of, support_of_points
+from poinsot.shapes.shape import Shape, ShapePoints, mass_of
+from poinsot.shapes.support import extreme_points, support_of_points
 from poinsot.shapes.winding import FLAT_TOLERANCE, check_closed, check_outwards, repaired
 
 __all__ = ["Mesh"]

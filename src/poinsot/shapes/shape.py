@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import inspect
 from abc import abstractmethod
 from collections.abc import Iterable
@@ -11,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot import functions
 from poinsot.checked import checked
 from poinsot.display.html_text import formatted, text_table
 from poinsot.errors import exactly_one, real_array, real_numbers, refuse_nonpositive
@@ -25,7 +23,7 @@ from poinsot.records.parameters import Structural
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["Shape", "extreme_points", "support_of_points"]
+__all__ = ["Shape"]
 
 Array = NDArray[np.float64]
 
@@ -210,18 +208,3 @@ def mass_of(volume: float, mass: float | None, density: float | None) -> float:
     number = float(real_array(name, value, ()))
     refuse_nonpositive(name, number)
     return number if name == "mass" else number * volume
-
-
-def extreme_points(points: Array) -> Array:
-    """Return the vertices of the convex hull of points (n, 3); all points if they lie in a plane."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        return np.asarray(points[ConvexHull(points).vertices])
-    except QhullError:
-        return points
-
-
-def support_of_points(points: Array, direction: Iterable[Scalar]) -> Scalar:
-    """Return the largest of the products x . w of points x (n, 3) with a vector w."""
-    return functools.reduce(functions.maximum, (functions.dot(point, direction) for point in points))

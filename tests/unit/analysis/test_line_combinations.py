@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 import poinsot as pt
 
 APOPHIS, TOUTATIS = pt.Body((0.61, 0.965, 1.0)), pt.Body((3.0836, 3.235, 1.0))
-SHORT = np.array([[2, -2], [2, 0], [2, -4], [4, -4], [4, -2]])
+SHORT = np.array([[2, -2], [1, 0], [4, -4], [2, 0], [1, -2], [0, 2], [2, -4], [1, 2]])  # of a simulated ellipsoid
 LONG = np.array([[2, 0], [2, 2], [0, 2], [4, 2], [2, -1]])
 
 
@@ -30,11 +30,11 @@ def test_lines_of_apophis_give_the_published_periods_first():
     assert found[0].mode == "short-axis"
     np.testing.assert_allclose(found[0].periods, (27.38, 263.0), rtol=1e-12, atol=0)
     np.testing.assert_array_equal(found[0].multiples, SHORT)
-    other = found[1]  # the long axis with the same lines
-    assert other.mode == "long-axis"
+    (other,) = [one for one in found if one.mode == "long-axis" and abs(one.periods[1] - 263) < 1]
     np.testing.assert_allclose(other.periods, (1 / (1 / 27.38 - 1 / 263), 263.0), rtol=1e-12, atol=0)
-    assert abs(other.periods[0] - 30.56) < 0.005
-    assert all(one.explained == 5 for one in found)
+    assert abs(other.periods[0] - 30.56) < 0.005  # P_1, of the long axis with the same lines
+    assert other.explained == 8
+    assert [one.evidence for one in found] == sorted((one.evidence for one in found), reverse=True)
 
 
 def test_lines_of_toutatis_have_no_short_axis_mode():
@@ -53,7 +53,7 @@ def test_alternatives_have_periods_that_the_body_can_have(body, mode, ratio):
     ratios = [one.periods[1] / one.periods[0] for one in found if one.mode == mode]
     assert min(ratios) > ratio
     assert len(found) > 20
-    for one in found if body else ():
+    for one in found[:10] if body else ():
         if one.periods[1] / one.periods[0] < 60:  # farther from the separatrix
             pt.analysis.FreeRotation.from_periods(
                 body, one.mode, precession_period=one.periods[0], rotation_period=one.periods[1]
@@ -81,8 +81,8 @@ def test_multiples_of_known_frequencies_are_those_of_an_exhaustive_search():
 
 def test_frequencies_and_errors_are_the_least_squares():
     base, rng = 2 * np.pi / np.array([27.38, 263.0]), np.random.default_rng(2)
-    errors = rng.uniform(1e-5, 4e-5, 5)
-    nu = SHORT @ base + errors * rng.normal(size=5)
+    errors = rng.uniform(1e-5, 4e-5, 8)
+    nu = SHORT @ base + errors * rng.normal(size=8)
     found = pt.analysis.identify_lines(spectrum(nu, errors), body=APOPHIS)[0]
     solved = least_squares(lambda f: (SHORT @ f - nu) / errors, base, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     jacobian = np.asarray(solved.jac)
@@ -98,9 +98,9 @@ def test_a_line_of_another_source_has_no_combination():
     base = 2 * np.pi / np.array([27.38, 263.0])
     nu = np.append(SHORT @ base, 0.4712345)
     found = pt.analysis.identify_lines(spectrum(nu, 2e-6), body=APOPHIS)[0]
-    np.testing.assert_array_equal(found.multiples[:5], SHORT)
-    np.testing.assert_array_equal(found.multiples[5], (0, 0))
-    assert found.explained == 5
+    np.testing.assert_array_equal(found.multiples[:8], SHORT)
+    np.testing.assert_array_equal(found.multiples[8], (0, 0))
+    assert found.explained == 8
     assert "0.471235: none" in repr(found)
 
 

@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot.observables import Lambert, LightCurve, LommelSeeliger
 from poinsot.shapes.brightness import brightness_of
+from poinsot.shapes.surface import Surface
+from poinsot.shapes.visibility import clear_faces, clear_parts
 
 AU = 149597870.7
 LAW = LommelSeeliger(0.2)
@@ -150,6 +152,14 @@ def pair_motion():
     return pt.propagate(pt.System(bodies, pt.forces.MutualGravity()), state, TIMES)
 
 
+def two_boxes(sides, *places):
+    """Return equal boxes at several places as one mesh."""
+    box = pt.shapes.Mesh.from_box(sides, density=1.0)
+    vertices = np.concatenate([box.vertices + place for place in places])
+    faces = np.concatenate([box.faces + 8 * k for k in range(len(places))])
+    return pt.shapes.Mesh(vertices, faces, density=1.0)
+
+
 def test_two_bodies_add_their_light():
     motion, second = pair_motion(), Lambert(0.3)
     both = pt.observe(motion, curve((EGG, BALL), secondary_law=second))
@@ -159,6 +169,101 @@ def test_two_bodies_add_their_light():
         pt.observe(moved(), curve((EGG, BALL)))
     with pytest.raises(TypeError, match="of two bodies"):
         pt.observe(motion, curve(EGG))
+
+
+ANGLE = two_boxes((2.0, 1.0, 1.0), (0, 0, 0), (-0.75, 0, 1.0))
+"""Two boxes, of which the upper one throws shadows on the lower one."""
+
+
+@pytest.mark.parametrize("stretch", [(1.0, 1.0, 1.0), (1.2, 0.9, 1.1)])
+def test_shadows_of_a_mesh(stretch):
+    """The motion is about one axis, and the Sun is low."""
+    body = pt.Body((1.25, 1.0, 0.75))
+    motion = pt.propagate(pt.System(body, units=UNITS), body.state((1, 0, 0, 0), omega_body=(0, 0, 1)), TIMES)
+    seen = [
+        curve(ANGLE, kind="relative", stretch=stretch, shadows=mode) for mode in ("exact", "centroids", "none", False)
+    ]
+    exact, centroids, none, again = (readings.values for readings in pt.observe(motion, *seen))
+    assert np.array_equal(none, again)
+    assert np.array_equal(exact, pt.observe(motion, curve(ANGLE, kind="relative", stretch=stretch)).values)
+    assert np.all(exact <= none * (1 + 1e-14))
+    assert np.sum(exact < 0.97 * none) > 2
+    assert np.sum(centroids < 0.97 * none) > 2
+    s, e = directions(motion)
+    for mode, values in (("exact", exact), ("centroids", centroids)):
+        expected = brightness_of(ANGLE, LAW, s.T, e.T, stretch, mode) * 4 / np.sum(ANGLE.face_areas)
+        np.testing.assert_allclose(values, expected, rtol=1e-13, atol=1e-16)
+
+
+def near_pair():
+    """Return a system of two bodies near each other, and a state in which each passes before the other."""
+    bodies = pt.TwoBodies(*(pt.Body.from_ellipsoid(2.0, (1.2, 1.0, 0.8)) for _ in range(2)), 1.0)
+    state = bodies.state(
+        (4, 0, 0.4), (0, 1, 0.1), [(0.5, 0.5, 0.5, 0.5), (1, 0, 0, 0)], omega_body=[(0.1, 0, 1), (0, 0.2, 0.5)]
+    )
+    return pt.System(bodies, pt.forces.MutualGravity()), state
+
+
+def eclipsing(**options):
+    """Return the light curve of two meshes; Sun and observer are near the plane of the orbit, and without parallax."""
+    far = 1e5 * AU
+    sun, observer = fixed(-0.9 * far, -0.5 * far, 0.03 * far), fixed(-1.0 * far, 0.1 * far, 0.05 * far)
+    meshes = ANGLE, two_boxes((1.0, 1.5, 1.2), (0, 0, 0), (0.3, 0.6, 0.9))
+    return curve(meshes, sun=sun, observer=observer, secondary_law=LommelSeeliger(0.3), kind="relative", **options)
+
+
+def test_two_bodies_shadow_and_hide_each_other():
+    """The reference is one mesh with the faces of both."""
+    system, state = near_pair()
+    motion = pt.propagate(system, state, np.linspace(0.0, 30.0, 41))
+    seen = eclipsing()
+    both = pt.observe(motion, seen, eclipsing(shadows="centroids"))
+    meshes = seen.shape.each
+    sides = [Rotation.from_quat(body.quaternion, scalar_first=True) for body in (motion.primary, motion.secondary)]
+    area = sum(seen.shape.areas)
+    for k, separation in enumerate(motion.position):
+        vertices = [
+            (mesh.vertices - mesh.center_of_mass) @ turn[k].as_matrix().T
+            for mesh, turn in zip(meshes, sides, strict=True)
+        ]
+        vertices[1] = vertices[1] + separation
+        faces = np.concatenate([meshes[0].faces, meshes[1].faces + len(vertices[0])])
+        one = Surface(pt.shapes.Mesh(np.concatenate(vertices), faces, density=1.0))
+        s, e = (-np.array(orbit.position) / np.linalg.norm(orbit.position) for orbit in (seen.sun, seen.observer))
+        mu0, mu = np.maximum(one.normals @ s, 0), np.maximum(one.normals @ e, 0)
+        light = (
+            mu0 * mu / np.where(mu0 > 0, mu0 + mu, 1) / 4 * np.repeat((0.2, 0.3), [len(mesh.faces) for mesh in meshes])
+        )
+        areas = clear_parts(one, [s[None], e[None]]).areas[0], one.areas * clear_faces(one, [s[None], e[None]])[0]
+        for found, clear in zip(both, areas, strict=True):
+            assert found.values[k] == pytest.approx(clear @ light * 4 / area, rel=1e-11, abs=1e-14)
+    laws = LAW, LommelSeeliger(0.3)
+    alone = [
+        own * pt.observe(motion, curve(mesh, law, seen.sun, seen.observer, kind="relative").on(name)).values
+        for mesh, law, name, own in zip(meshes, laws, ("primary", "secondary"), seen.shape.areas, strict=True)
+    ]
+    lost = 1 - both[0].values * area / np.sum(alone, axis=0)
+    assert lost.max() > 0.3
+    assert 5 < np.sum(lost > 1e-3) < 36
+
+
+def test_derivatives_of_mutual_shadows():
+    system, state = near_pair()
+    seen, times = eclipsing(), np.array([5.0, 11.0, 17.0, 20.0])
+    found = pt.analysis.observed_partials(system, state, seen, times, ["stretch"])
+
+    def values(position=(0, 0, 0), stretch=(0, 0, 0)):
+        shifted = pt.PairState(state.position + position, state.momentum, state.primary, state.secondary)
+        motion = pt.propagate(system, shifted, times)
+        return pt.observe(motion, eclipsing(stretch=1 + np.array(stretch))).values
+
+    columns = [found.coordinates.index(f"position_{k}") for k in (1, 2, 3)]
+    for k, step in enumerate(1e-5 * np.eye(3)):
+        for change, slope in (
+            (values(step) - values(-step), found.by_start[..., columns[k]]),
+            (values((0, 0, 0), step) - values((0, 0, 0), -step), found.by_parameters[..., k]),
+        ):
+            np.testing.assert_allclose(slope, change / 2e-5, rtol=1e-5, atol=1e-6)
 
 
 def test_members_of_albedo_stretch_orbits_and_states():
@@ -192,6 +297,8 @@ def test_a_curve_can_be_pickled_and_compared():
     ("options", "message"),
     [
         ({"kind": "mag"}, "kind must be 'flux', 'magnitude', 'relative', got 'mag'"),
+        ({"shadows": "all"}, "shadows must be 'exact', 'centroids', 'none' or False, got 'all'"),
+        ({"shadows": 3}, "shadows must be a str, got int"),
         ({"shape": 3.0}, "shape must be a Mesh, an Ellipsoid or Facets, got"),
         ({"shape": (EGG, EGG, EGG)}, "shape must be one shape, or two for two bodies, got 3"),
         ({"stretch": (1, 0, 1)}, "stretch must be positive"),

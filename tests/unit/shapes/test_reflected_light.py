@@ -63,15 +63,15 @@ def test_derivatives_by_the_place_of_a_companion_are_differences():
 @pytest.mark.parametrize("shadows", ["exact", "centroids"])
 def test_arrays_of_members_and_times_are_as_single_calls(shadows):
     rng = np.random.default_rng(1)
-    sun, observer = rng.normal(size=(2, 3, 4, 5))
-    stretch = [1.0, rng.uniform(0.8, 1.2, (4, 1)), 1.1]
+    sun, observer = rng.normal(size=(3, 4, 5)), rng.normal(size=(3, 4, 5))
+    middle = rng.uniform(0.8, 1.2, (4, 1))
     heights = POSITION[1] + rng.uniform(0, 1, 5)
     companion = Companion(OTHER, [POSITION[0], heights, POSITION[2]], TURN)
-    found = np.asarray(brightness_of(MESH, LAWS[1], sun, observer, stretch, shadows, companion))
+    found = np.asarray(brightness_of(MESH, LAWS[1], sun, observer, (1.0, middle, 1.1), shadows, companion))
     assert found.shape == (4, 5)
     for k, n in np.ndindex(4, 5):
         own = Companion(OTHER, [POSITION[0], float(heights[n]), POSITION[2]], TURN)
-        factors = [1.0, float(stretch[1][k, 0]), 1.1]
+        factors = (1.0, float(middle[k, 0]), 1.1)
         one = brightness_of(MESH, LAWS[1], sun[:, k, n], observer[:, k, n], factors, shadows, own)
         assert found[k, n] == pytest.approx(one, rel=1e-12, abs=1e-15)
 

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 __all__ = ["read_readings", "write_readings"]
 
+TEXT = "observable_text"
+"""Attribute with the text that makes the observables again."""
+
 ARRAYS = ("time", "values", "sigma")
 """Ends of the names of the variables of readings, of which the last two are optional."""
 
@@ -130,7 +133,7 @@ def _text_of(readings: Sequence[Readings]) -> tuple[dict[str, str], Mapping[str,
         made = text_of_observables({each.name: each.observable for each in readings}, *calendars)
     except ValueError as error:
         return {"not_readable": str(error)}, {}
-    return {"observables": made.text}, made.data
+    return {TEXT: made.text}, made.data
 
 
 def _description(readings: Readings) -> dict[str, Any]:
@@ -225,10 +228,10 @@ def _descriptions(text: Any, name: str) -> list[Mapping[str, Any]]:
 def _observables(data: xarray.Dataset, about: Sequence[Mapping[str, Any]], name: str) -> Sequence[Observable]:
     """Return the observables of readings, made again from the text in a file if there is one."""
     reason = str(data.attrs.get("not_readable", "the file contains no text of its observables."))
-    if "observables" in data.attrs:
+    if TEXT in data.attrs:
         arrays = {str(key): data[key].values for key in data.variables if str(key).startswith("observable_")}
         try:
-            made = rebuilt_observables(str(data.attrs["observables"]), f"the observables in {name}", data=arrays)
+            made = rebuilt_observables(str(data.attrs[TEXT]), f"the observables in {name}", data=arrays)
             if len(made) == len(about):
                 return made
             reason = f"its text describes {len(made)} observables."
