@@ -224,14 +224,10 @@ class LightCurve(Observable):
     @override
     def unit(self, units: DerivedUnits) -> str:
         known = units.length if units.length in METRES else length_of_inertia(units.inertia, METRES)
-        if (
-            known
-            and self.kind != "relative"
-            and np.any(np.abs(self.astronomical_unit * METRES[known] / METRES["au"] - 1) > 1e-3)
-        ):
+        expected, given = METRES["au"] / METRES.get(known, np.nan), np.ravel(self.astronomical_unit)
+        if self.kind != "relative" and np.any(np.abs(given / expected - 1) > UNIT_TOLERANCE):
             raise ValueError(
-                f"astronomical_unit must be {METRES['au'] / METRES[known]:.10g}, for lengths in {known}, got "
-                f"{quoted(float(np.ravel(self.astronomical_unit)[0]))}."
+                f"astronomical_unit must be {expected:.10g} for lengths in {known}, got {quoted(float(given[0]))}."
             )
         return KINDS[self.kind]
 

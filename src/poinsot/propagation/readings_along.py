@@ -16,7 +16,7 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.printable import quoted
-from poinsot.propagation.recorded import RecordedObservable, RecordedSystem
+from poinsot.propagation.recorded import RecordedSystem
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.records.members import expanded, members_of
 from poinsot.records.units import DerivedUnits
@@ -64,8 +64,6 @@ class _System(Collection):
 
 def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...], times: Array) -> None:
     """Raise an error for an observable that does not fit a system of members, or times at which an orbit is unknown."""
-    if isinstance(observable, RecordedObservable):
-        raise ValueError("an observable must have its formula to be read, got its text alone. The motion has readings.")
     _System((*system.dynamics.records, observable)).refuse_other_axes()
     if not isinstance(system, RecordedSystem):
         try_observable(system.dynamics, observable)

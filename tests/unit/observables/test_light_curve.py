@@ -100,7 +100,7 @@ def test_light_time_needs_units():
 
 def test_the_astronomical_unit_has_the_unit_of_length():
     motion = moved(units={"time": "s", "inertia": "kg m2"})
-    with pytest.raises(ValueError, match=r"astronomical_unit must be 1\.495978707e\+11, for lengths in m, got"):
+    with pytest.raises(ValueError, match=r"astronomical_unit must be 1\.495978707e\+11 for lengths in m, got"):
         pt.observe(motion, curve())
     assert pt.observe(motion, curve(kind="relative")).values.size == 7
     assert pt.observe(motion, curve(astronomical_unit=149597870700.0)).values.size == 7
