@@ -47,6 +47,7 @@ SECTIONS = {
     "two_bodies": "pairs",
     "cubesat": "spacecraft",
     "brightness": "brightness",
+    "shadows": "shadows",
     "in_stores": "stores",
     "on_workers": "workers",
 }

@@ -97,6 +97,7 @@ def text(results):
         (_state_transition, "state_transition"),
         (_chaos, "chaos_maps"),
         (_two_bodies, "two_bodies"),
+        (_shadows, "shadows"),
         (_cubesat, "cubesat"),
         (_in_stores, "in_stores"),
         (_on_workers, "on_workers"),
@@ -680,6 +681,19 @@ def _state_transition(found):
     )
     headings = ("problem", "time", "before", "heyoka by hand", "times faster than before")
     return "\n".join(("## Variational equations\n", what, table(headings, rows)))
+
+
+def _shadows(found):
+    kinds = ("centroids", "exact", "derivatives", "illuminated")
+    rows = [(name, one["faces"], *(f"{one[kind]:.3g} s" for kind in kinds)) for name, one in found["meshes"].items()]
+    what = prose(
+        f"Parts of faces that the Sun illuminates and the observer sees, for {found['epochs']} pairs of directions,",
+        "on one core: by the centroids of the faces, by exact areas, and the derivatives of a sum of the areas by all",
+        "directions; exact illuminated areas alone. The exact areas of one of two bodies, each with the faces of the",
+        f"first line and always before or behind the other, take {found['pair']:.3g} s.",
+    )
+    headings = ("mesh", "faces", "centroids", "exact", "derivatives", "illuminated")
+    return "\n".join(("## Shadows of meshes\n", what, table(headings, rows)))
 
 
 def _chaos(found):

@@ -321,6 +321,18 @@ def of_cubesat(found):
     return [Target(what, seconds and 1e3 * seconds, 60, True, " ms")]
 
 
+def of_shadows(found):
+    """Return the targets of shadows on meshes, per 1000 epochs."""
+    scale = 1000 / found["epochs"]
+    return [
+        Target(
+            f"Clear faces by {kind}, {name} of {one['faces']} faces, 1000 epochs", scale * one[key], bound, True, " s"
+        )
+        for name, one in found["meshes"].items()
+        for kind, key, bound in (("centroids", "centroids", 1), ("exact areas", "exact", 10))
+    ]
+
+
 def of_stores(found):
     """Return the targets of ensembles in a store."""
     million, chunks = found["million"], found["chunks"]
@@ -343,6 +355,7 @@ GROUPS = (
     (of_tops, "tops"),
     (of_a_device, "on_a_device"),
     (of_closed_form, "closed_form", "closed_form_accuracy"),
+    (of_shadows, "shadows"),
     (of_second_calls, "second_propagate"),
     (of_first_motion, "first_motion"),
     (of_first_calls, "first_calls"),

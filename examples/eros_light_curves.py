@@ -7,7 +7,7 @@ the database of asteroid models from inversion techniques (Durech, Sidorin and K
 file for Eros. The model is an ellipsoid of 34.4 x 11.2 x 11.2 km with the law of Lommel and Seeliger, which rotates
 about the pole at the ecliptic longitude 17.22 deg and latitude 11.35 deg. For each curve the program fits one factor
 of brightness and one angle of rotation. The angles show a rate that is wrong by less than a millionth: with the rate
-of the IAU report they drift by 19 deg in seventy years, with a rate from the spacecraft NEAR they stay constant to 3
+of the IAU report they drift by 18 deg in seventy years, with a rate from the spacecraft NEAR they stay constant to 2
 deg.
 """
 

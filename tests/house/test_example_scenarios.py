@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import find_peaks
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.analysis.line_spectrum import lines_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -68,6 +70,18 @@ def test_mercury_turns_three_times_in_two_revolutions():
     assert np.degrees((seen[0].inv() * seen[-1]).magnitude()) < 0.01
     turns = np.trapezoid(motion.omega_body[:, 2], motion.times) / (2 * np.pi)
     assert turns == pytest.approx(12, abs=1e-3)
+
+
+def test_apophis_shows_its_periods_to_the_observer():
+    """The periods of Pravec et al. (2014), and the strongest line of the light curve at half the period of 30.56 h."""
+    scenario = pt.files.read_scenario(EXAMPLES / "ten_nights_of_apophis.toml")
+    rotation = pt.analysis.FreeRotation(scenario.system.body, scenario.state)
+    assert rotation.precession_period == pytest.approx(27.38, rel=1e-4, abs=0)
+    assert rotation.rotation_period == pytest.approx(263.0, rel=1e-4, abs=0)
+    seen = scenario.observe()[0]
+    level = seen.values - np.polyval(np.polyfit(seen.times, seen.values, 1), seen.times)
+    strongest = lines_of(level, seen.times, 10).frequencies[0]  # without a warning of the many weak lines
+    assert 4 * np.pi / strongest == pytest.approx(30.56, rel=0.002, abs=0)  # the direction to the Earth changes
 
 
 def test_apophis_leaves_the_earth_with_another_rotation():
@@ -249,3 +263,20 @@ def test_a_large_ensemble_has_the_distribution_of_the_program(tmp_path):
     found = np.percentile(rate[:, 1] / rate[:, 0], [5, 50, 95])
     np.testing.assert_allclose(found, [0.66, 1.03, 1.47], rtol=0, atol=0.055)
     assert np.ptp(rate[:, 0]) < 1e-3 * rate[0, 0]
+
+
+def test_the_rocket_glints_where_a_side_is_a_mirror():
+    """At each bright peak a normal of the box is midway between Sun and station to 8 degrees, as nowhere else."""
+    scenario = pt.files.read_scenario(EXAMPLES / "glinting_rocket.toml")
+    motion = scenario.propagate(progress=False)
+    [curve] = scenario.observe(motion)
+    place = np.stack(curve.observable.observer.position_at(motion.times), axis=-1)
+    to_station = -place / np.linalg.norm(place, axis=-1, keepdims=True)
+    to_sun = -np.asarray(curve.observable.sun.position)
+    middle = to_station + to_sun / np.linalg.norm(to_sun)
+    middle = motion.attitude.inv().apply(middle / np.linalg.norm(middle, axis=-1, keepdims=True))
+    off = np.degrees(np.arccos(np.max(np.abs(middle), axis=-1)))
+    peaks, _ = find_peaks(-curve.values, prominence=2)
+    mirrors, _ = find_peaks(-np.where(off < 8, off, 8))
+    assert len(peaks) == len(mirrors) == 3
+    np.testing.assert_allclose(motion.times[peaks], motion.times[mirrors], rtol=0, atol=0.2)

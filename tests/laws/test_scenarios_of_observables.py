@@ -222,6 +222,36 @@ def test_plots_of_readings(top, tmp_path):
     )
 
 
+LIGHT = """\
+[[observe]]
+type = "LightCurve"
+shape = { type = "Ellipsoid", semiaxes = [3, 2, 1], mass = 1 }
+law = { type = "Lambert", albedo = 0.2 }
+sun = "STATION"
+observer = "STATION"
+kind = "relative"
+light_time = false
+"""
+
+
+def test_pictures_of_a_result_with_a_light_curve(top, tmp_path):
+    """The plane of the sky, and arrows to the Sun and to the observer in the scene and in the animation."""
+    path = tmp_path / "lit.toml"
+    path.write_text(TEXT + LIGHT)
+    call("run", path)
+    result = tmp_path / "lit.nc"
+    assert call("plot", result, "--kind", "sky").stdout == f"{tmp_path}/lit-sky.png\n"
+    call("view", result)
+    assert 'data-part="observer" checked' in (tmp_path / "lit.html").read_text()
+    call("animate", result, "--seconds", "0.1")
+    plain = call("run", top)
+    assert plain.exit_code == 0
+    sentence = "--kind sky must be of a scenario with a light curve, [[observe]] type = 'LightCurve', got none."
+    assert sentence in call("plot", tmp_path / "top.nc", "--kind", "sky", code=2).stderr
+    call("view", tmp_path / "top.nc")
+    assert 'data-part="observer"' not in (tmp_path / "top.html").read_text()
+
+
 def test_what_observe_refuses(top, tmp_path):
     bare = tmp_path / "bare.toml"
     bare.write_text(TEXT)

@@ -47,8 +47,13 @@ from poinsot.systems.named_parameters import (
     refuse_name_of_number,
 )
 from poinsot.systems.system import System
+<<<<<<< HEAD:src/poinsot/analysis/reading_partials.py
 from poinsot.systems.times import checked_times, common_members
 from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, tangents
+=======
+from poinsot.systems.times_and_states import checked_times, common_members
+from poinsot.taylor.graph import Graph, GraphScalar, Node, tangents
+>>>>>>> main:src/poinsot/analysis/observed_partials.py
 
 if TYPE_CHECKING:
     import xarray

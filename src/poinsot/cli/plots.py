@@ -34,12 +34,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from poinsot.mechanics.environment import Orbit
+    from poinsot.observables.light_curve import LightCurve
     from poinsot.observables.readings import Readings
     from poinsot.propagation.trajectory import Trajectory
 
 __all__ = ["KINDS", "animate", "drawn", "plot", "usual_kind", "view", "viewed"]
 
-OF_ANALYSES = {"branch", "chaos", "map", "section", "sky", "spectrum", "uncertainty", "yorp"}
+OF_ANALYSES = {"branch", "chaos", "map", "section", "spectrum", "uncertainty", "yorp"}
 OF_READINGS = ("readings", "phased", "phase_plane")
 """The kinds of plot of readings."""
 KINDS = tuple(name for name in poinsot.plot.__all__ if name not in OF_ANALYSES | {*OF_READINGS})
@@ -282,8 +283,9 @@ def animate(
         motion = _chosen(_loaded(file, member, time), body)
     from poinsot.plot.animation import animate as write_animation
 
+    sun, observer = _sun_and_observer(motion)
     with busy(f"Writing {path}"):
-        write_animation(motion, path, seconds=seconds, overwrite=overwrite)
+        write_animation(motion, path, seconds=seconds, sun=sun, observer=observer, overwrite=overwrite)
     report_path(path)
     advise((opened("view", file), "writes an interactive 3D view"))
 
@@ -330,8 +332,9 @@ def viewed(motion: Trajectory, path: Path, overwrite: bool, others: Trajectory |
     """Write the page of a motion, and return its path."""
     from poinsot.plot.view import view as page_of
 
+    sun, observer = _sun_and_observer(motion)
     with busy(f"Writing {path}"):
-        return page_of(motion, path, others=others, overwrite=overwrite)
+        return page_of(motion, path, others=others, sun=sun, observer=observer, overwrite=overwrite)
 
 
 def _check_options(kind: str, given: dict[str, Any]) -> None:
@@ -369,6 +372,7 @@ def _arguments(
         "ensemble": lambda: motion,
         "other": lambda: None if other is None else _chosen(_loaded(other, time=time), body),
         "orbit": lambda: _orbit(motion, orbit),
+        "curve": lambda: _light_curve(motion),
         "title": lambda: motion.provenance.get("title") or "",
     }
     given = {name: made[name]() for name in _wanted(kind) if name in made}
@@ -400,6 +404,28 @@ def _numbers(option: str, text: str | None) -> list[float]:
         return [] if text is None else [float(word) for word in text.split(",")]
     except ValueError:
         raise ValueError(f"{option} must be numbers separated by commas, got {quoted(text)}.") from None
+
+
+def _light_curves(motion: Trajectory) -> list[LightCurve]:
+    """Return the light curves among the observables in the scenario of a motion."""
+    from poinsot.files.scenario import repetition
+    from poinsot.observables.light_curve import LightCurve
+    from poinsot.systems.system import System
+
+    plans = repetition(motion, "the result").plans if isinstance(motion.system, System) else ()
+    return [plan.observable for plan in plans if isinstance(plan.observable, LightCurve)]
+
+
+def _light_curve(motion: Trajectory) -> LightCurve:
+    """Return the first light curve in the scenario of a motion."""
+    for curve in _light_curves(motion):
+        return curve
+    raise ValueError("--kind sky must be of a scenario with a light curve, [[observe]] type = 'LightCurve', got none.")
+
+
+def _sun_and_observer(motion: Trajectory) -> tuple[Orbit | None, Orbit | None]:
+    """Return the orbits from the Sun and from the observer of the first light curve in the scenario of a motion."""
+    return next(((curve.sun, curve.observer) for curve in _light_curves(motion)), (None, None))
 
 
 def _orbit(motion: Trajectory, number: int | None) -> Orbit:

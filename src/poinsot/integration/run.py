@@ -205,7 +205,8 @@ class Run:
 
     def fast_first(self) -> Members:
         """Return the members, fast rotators first."""
-        return np.argsort(-self.speeds, kind="stable")
+        several = self.parameters.origins.size > 1
+        return np.argsort(-self.speeds, kind="stable") if several else np.zeros(1, dtype=np.intp)
 
     def _slabs(self, order: Members, threads: int) -> Iterator[Members]:
         """Yield members in slabs, fast rotators first, of decreasing size, so that all threads end at the same time."""

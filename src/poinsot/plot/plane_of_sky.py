@@ -30,7 +30,7 @@ from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.scattering import Reflection
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.shapes.views import ray_hits
-from poinsot.systems.times import checked_times
+from poinsot.systems.times_and_states import checked_times
 
 __all__ = ["sky"]
 
@@ -39,6 +39,8 @@ ARROW, SPACING, BELOW = 1.45, 3.1, 0.35
 """Length of the arrows, distance of neighbouring pictures and space for the scale, in radii of the body."""
 TEXT = (-1.5, 1.5)
 """Place of the time, in radii of the body from the middle of a picture."""
+DEFAULT_COUNT = 8
+"""Number of pictures without times."""
 MAX_COLUMNS = 4
 """Largest number of pictures in a row."""
 INCHES, MIN_WIDTH = 2.3, 4.2
@@ -82,7 +84,7 @@ def sky(
     curve : LightCurve
         Light curve, whose shape, scattering law, Sun and observer are used, with the light time.
     times : array (n,) or float, optional
-        Times of the observations, dates if an orbit has a calendar. Default: the first time of the motion.
+        Times of the observations, dates if an orbit has a calendar. Default: eight of the times of the motion.
     north : array (3,), optional
         Direction of north, space axes. Default: the third axis, the pole of equatorial or ecliptic axes.
     {options}
@@ -101,7 +103,8 @@ def sky(
     'east to the left'
     """
     one_body(motion)
-    at = motion.times[:1] if times is None else checked_times(np.atleast_1d(times), motion.system)
+    some = np.unique(np.linspace(0, motion.times.size - 1, DEFAULT_COUNT).astype(int))
+    at = motion.times[some] if times is None else checked_times(np.atleast_1d(times), motion.system)
     views = _views(motion, curve, at, real_array("north", north, (3,)))
     columns = min(len(views), MAX_COLUMNS)
     rows = -(-len(views) // columns)
@@ -183,7 +186,7 @@ def _view(curve: LightCurve, surface: _Surface, axes: Array, units: dict[str, Ar
     sun, observer = axes @ units["Sun"], axes @ units["observer"]
     corners, mu0, mu = surface.corners, surface.normals @ sun, surface.normals @ observer
     lit = (mu0 > 0) & (mu > 0)
-    if isinstance(_shape_of(curve), Mesh):
+    if curve.shadows != "none" and isinstance(_shape_of(curve), Mesh):
         lit[lit] &= ~surface.shaded(np.flatnonzero(lit), sun)
     light = Reflection(mu0[lit], mu[lit], np.arccos(np.clip(sun @ observer, -1, 1)))
     brightness = np.zeros(len(corners))
@@ -255,7 +258,14 @@ def _draw(panel: Axes, view: _View, centre: Array, radius: float, brightest: flo
 
     grey = DARK + (BRIGHT - DARK) * np.sqrt(np.minimum(view.brightness / brightest, 1))
     colours = np.repeat(np.where(view.brightness > 0, grey, DARK)[:, None], 3, axis=1)
-    look: Any = {"facecolors": colours, "edgecolors": colours, "linewidths": 0.8, "zorder": 2, "rasterized": True}
+    look: Any = {
+        "facecolors": colours,
+        "edgecolors": colours,
+        "linewidths": 0,
+        "antialiaseds": False,
+        "zorder": 2,
+        "rasterized": True,
+    }
     panel.add_collection(PolyCollection(list(centre + view.corners[..., :2]), **look))
     for name, colour in ARROWS.items():
         x, y, depth = ARROW * radius * view.arrows[name]

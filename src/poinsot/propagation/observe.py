@@ -17,7 +17,7 @@ from poinsot.propagation.readings_along import values_along
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 from poinsot.records.units import DerivedUnits
-from poinsot.systems.times import checked_times
+from poinsot.systems.times_and_states import checked_times
 
 __all__ = ["checked_observables", "observe"]
 

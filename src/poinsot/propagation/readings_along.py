@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import override
 
 from poinsot.errors import level_of_user
 from poinsot.kinematics.state import AnyState, changed, state_of
@@ -54,24 +53,22 @@ def values_along(motion: Trajectory, observable: Observable, times: Array, again
     return values
 
 
-class _System(Collection):
-    """Records of a system together with an observable."""
-
-    @override
-    def with_records(self, records: Iterable[Any]) -> _System:
-        return _System(tuple(records))
-
-
 def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...], times: Array) -> None:
     """Raise an error for an observable that does not fit a system of members, or times at which an orbit is unknown."""
+<<<<<<< HEAD
     _System((*system.dynamics.records, observable)).refuse_other_axes()
+=======
+    if isinstance(observable, RecordedObservable):
+        raise ValueError("an observable must have its formula to be read, got its text alone. The motion has readings.")
+    Collection((*system.dynamics.records, observable)).refuse_other_axes()
+>>>>>>> main
     if not isinstance(system, RecordedSystem):
         try_observable(system.dynamics, observable)
     if observable.member_axis and members and observable.member_axis != members:
         raise ValueError(
             f"the observable must have as many members as the motion, {members[0]}, got {observable.member_axis[0]}."
         )
-    first, last = _System((observable,)).span
+    first, last = Collection((observable,)).span
     outside = times[(times < first) | (times > last)]
     if outside.size:
         raise ValueError(

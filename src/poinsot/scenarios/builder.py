@@ -33,7 +33,7 @@ from poinsot.scenarios.schema import MAX_TIMES, STARTS, STATE, converted, scenar
 from poinsot.scenarios.toml_text import Path, parsed_toml
 from poinsot.suggestions import nearest
 from poinsot.systems.system import System, is_of_two_bodies
-from poinsot.systems.times import check_span, checked_times, common_members
+from poinsot.systems.times_and_states import check_span, checked_times, common_members
 
 __all__ = ["Parts"]
 

@@ -19,7 +19,7 @@ from poinsot.shapes.views import Neighbour
 from poinsot.shapes.visibility import clear_faces, clear_parts
 from poinsot.taylor.graph import Number, Primitive
 
-__all__ = ["BLOCK", "Block", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
+__all__ = ["BLOCK", "FacetBlock", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ class Plates(Protocol):
         """Unit normals of the plates."""
 
 
-class Block(ABC):
+class FacetBlock(ABC):
     """Facets that are lit and seen at consecutive epochs, one after the other.
 
     Attributes
@@ -114,7 +114,7 @@ class ReflectedLight(Primitive):
         self.formula = formula
 
     @abstractmethod
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         """Yield blocks of epochs, with buffers for their facets, for vectors (6 + placed, epochs) and one stretch."""
 
     @override
@@ -219,7 +219,7 @@ class LightOfPlates(ReflectedLight):
         return StretchedPlates(stretch, normals, scales[:, 0], weights)
 
     @override
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         plates = self._last
         if not np.array_equal(plates.stretch, stretch):
             plates = self._last = self._stretched(stretch)
@@ -307,7 +307,7 @@ class Shading:
         return np.concatenate(slopes, axis=1).T
 
 
-class BlockOfPlates(Block):
+class BlockOfPlates(FacetBlock):
     """Plates that are lit and seen, chosen from all plates of some epochs."""
 
     def __init__(

@@ -217,7 +217,7 @@ def test_two_bodies_shadow_and_hide_each_other():
     system, state = near_pair()
     motion = pt.propagate(system, state, np.linspace(0.0, 30.0, 41))
     seen = eclipsing()
-    both = pt.observe(motion, seen, eclipsing(shadows="centroids"))
+    both = [pt.observe(motion, each) for each in (seen, eclipsing(shadows="centroids"))]
     meshes = seen.shape.each
     sides = [Rotation.from_quat(body.quaternion, scalar_first=True) for body in (motion.primary, motion.secondary)]
     area = sum(seen.shape.areas)

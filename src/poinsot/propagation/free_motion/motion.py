@@ -23,7 +23,6 @@ from poinsot.integration.settings import RunSettings
 from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.kinematics.state import AnyState, Phase, State
 from poinsot.mechanics.body import Body
-from poinsot.propagation.arguments import broadcast_members, check_bodies
 from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
@@ -37,7 +36,7 @@ from poinsot.storage.chunk_run import run_in_chunks
 from poinsot.storage.memory import refuse_larger_than_memory
 from poinsot.storage.run_record import Method, RunRecord, versions
 from poinsot.systems.system import System
-from poinsot.systems.times import checked_times, common_members
+from poinsot.systems.times_and_states import broadcast_members, check_bodies, checked_times, common_members
 
 __all__ = ["free_motion"]
 
