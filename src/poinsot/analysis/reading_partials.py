@@ -33,7 +33,7 @@ from poinsot.mechanics.light_time import speed_of_light
 from poinsot.mechanics.observable import Observable, observables_by_name
 from poinsot.observables.readings import Readings
 from poinsot.propagation.observe import checked_observables
-from poinsot.propagation.readings_along import absent_readings, refuse_unfit
+from poinsot.propagation.readings_along import absent_readings, hidden_readings, refuse_unfit
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Times
 from poinsot.records.members import expanded, members_of
@@ -47,13 +47,8 @@ from poinsot.systems.named_parameters import (
     refuse_name_of_number,
 )
 from poinsot.systems.system import System
-<<<<<<< HEAD:src/poinsot/analysis/reading_partials.py
-from poinsot.systems.times import checked_times, common_members
-from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, tangents
-=======
 from poinsot.systems.times_and_states import checked_times, common_members
-from poinsot.taylor.graph import Graph, GraphScalar, Node, tangents
->>>>>>> main:src/poinsot/analysis/observed_partials.py
+from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, tangents
 
 if TYPE_CHECKING:
     import xarray
@@ -410,6 +405,8 @@ def _of_one(transition: StateTransition, plan: Readings, number: int, seen: Arra
     by_parameters[..., through] += (found.by_state[..., None, :] @ S)[..., 0, :]
     axis = found.values.ndim - 1 - bool(observable.components)
     values, by_start, by_parameters = (np.take(x, back, axis) for x in (found.values, by_start, by_parameters))
+    for where in hidden_readings(observable, plan.times, values.shape[: axis + 1]).values():
+        values[where], by_start[where], by_parameters[where] = np.nan, np.nan, np.nan
     about = {"units": observable.unit(DerivedUnits(system.units)), "frame": observable.frame}
     about |= {"time_units": system.units["time"], "system": repr(system), "initial_state": repr(motion.initial)}
     readings = _with_values(plan, values, {name: text for name, text in about.items() if text})

@@ -122,7 +122,7 @@ class VectorSensor(Observable):
         if self.occulters and isinstance(self.target, Orbit):
             covers = [occulter.covers(instant, self.target) for occulter in self.occulters]
             own["eclipsed"] = functools.reduce(lambda some, one: functions.where(some, True, one), covers)
-        return {**super().validity(instant), **own}
+        return own
 
     @override
     def disturbed(self, readings: Array, errors: Array) -> Array:
@@ -193,5 +193,4 @@ class CoarseSunSensors(Observable):
     @override
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:
         visible = visible_fraction(instant, self.sun, self.occulters, self.sun_radius)
-        own = {"eclipsed": functions.less(visible, DARK)} if self.occulters else {}
-        return {**super().validity(instant), **own}
+        return {"eclipsed": functions.less(visible, DARK)} if self.occulters else {}

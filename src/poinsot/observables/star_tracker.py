@@ -120,8 +120,7 @@ class StarTracker(Observable):
     @override
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:
         margins = [each.margin(instant, self.boresight()) for each in self.exclusions]
-        own = {"blinded": functions.less(functools.reduce(functions.minimum, margins), 0.0)} if margins else {}
-        return {**super().validity(instant), **own}
+        return {"blinded": functions.less(functools.reduce(functions.minimum, margins), 0.0)} if margins else {}
 
     @override
     def check_values(self, values: Array) -> None:
