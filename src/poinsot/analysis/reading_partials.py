@@ -16,7 +16,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -35,7 +34,7 @@ from poinsot.observables.readings import Readings
 from poinsot.propagation.observe import checked_observables
 from poinsot.propagation.readings_along import absent_readings, hidden_readings, refuse_unfit
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.members import expanded, members_of
 from poinsot.records.parameters import Parametric
 from poinsot.records.units import DerivedUnits
@@ -54,8 +53,6 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = ["ObservedPartials", "observed_partials"]
-
-Array = NDArray[np.float64]
 
 
 class ObservedPartials(Summarized):

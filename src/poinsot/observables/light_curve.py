@@ -7,7 +7,6 @@ from dataclasses import KW_ONLY
 from typing import Annotated, Any, ClassVar, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -18,7 +17,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.light_time import METRES
 from poinsot.mechanics.observable import Observable
 from poinsot.printable import described, quoted
-from poinsot.quantities import Real, Rule
+from poinsot.quantities import Array, Real, Rule
 from poinsot.records.parameters import NotNegative, Positive, Structural
 from poinsot.records.units import DerivedUnits, length_of_inertia
 from poinsot.shapes.brightness import Companion, Shadows, brightness_of
@@ -27,8 +26,6 @@ from poinsot.shapes.scattering import ScatteringLaw
 from poinsot.shapes.solids import Ellipsoid
 
 __all__ = ["LightCurve"]
-
-Array = NDArray[np.float64]
 
 KINDS = {"flux": "1", "magnitude": "mag", "relative": "1"}
 """Kinds of readings, with their units."""

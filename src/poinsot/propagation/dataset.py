@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot.kinematics.state import RIGID, AnyState, Phase, named
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
@@ -18,6 +18,7 @@ from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.columns import RENAMED, Column
 from poinsot.propagation.recorded import RecordedObservable, RecordedPart
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.quantities import Array
 from poinsot.records.calendar import Calendar, attributes_of_time
 from poinsot.records.units import DerivedUnits
 from poinsot.storage.run_record import RunRecord
@@ -40,8 +41,6 @@ __all__ = [
     "text_of_parts",
     "with_present_names",
 ]
-
-Array = NDArray[np.float64]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 

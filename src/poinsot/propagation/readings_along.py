@@ -17,6 +17,7 @@ from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.printable import quoted
 from poinsot.propagation.recorded import RecordedSystem
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Array
 from poinsot.records.members import expanded, members_of
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.collection import Collection
@@ -33,8 +34,6 @@ __all__ = [
     "values_along",
     "with_readings",
 ]
-
-Array = NDArray[np.float64]
 
 Propagation = Callable[[Trajectory, Array], Trajectory]
 """Function that returns a motion at other times, ascending, from the same initial state."""

@@ -21,6 +21,7 @@ from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.mechanics.part import Jump
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import printable
+from poinsot.quantities import Array
 from poinsot.records.formula_errors import FormulaError
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.dynamics import AnyDynamics
@@ -28,8 +29,6 @@ from poinsot.systems.integrals import Integral
 from poinsot.systems.system import System
 
 __all__ = ["RecordedEvent", "RecordedObservable", "RecordedPart", "RecordedSystem", "recorded_integral"]
-
-Array = NDArray[np.float64]
 
 
 class RecordedPart(NamedTuple):

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
@@ -25,8 +24,6 @@ from poinsot.printable import quoted, shortened
 from poinsot.records.calendar import Calendar, julian_dates
 
 __all__ = ["blocks_in", "read_alcdef", "write_alcdef"]
-
-Array = NDArray[np.float64]
 
 DELIMITERS = {"PIPE": "|", "TAB": "\t", "COMMA": ",", "SEMICOLON": ";"}
 
