@@ -11,7 +11,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.functions import Scalar
@@ -20,13 +19,12 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.light_time import emission_time, speed_of_light
 from poinsot.mechanics.two_bodies import check_name_of_body
+from poinsot.quantities import Array
 from poinsot.records.members import expanded, of_scalars
 from poinsot.records.parameters import Parametric, kinds_of
 from poinsot.records.units import DerivedUnits
 
 __all__ = ["Observable", "ObservableOn", "deviation_of", "observables_by_name"]
-
-Array = NDArray[np.float64]
 
 
 class Observable(Parametric, ABC):
@@ -80,6 +78,9 @@ class Observable(Parametric, ABC):
 
     def check_values(self, values: Array) -> None:
         """Raise a ValueError for values that the instrument cannot read; NaN where there is no reading."""
+
+    def check_times(self, times: Array) -> None:
+        """Raise a ValueError for times at which the formula does not hold, such as an observer inside the body."""
 
     @property
     def light_path(self) -> Orbit | None:
@@ -160,6 +161,10 @@ class ObservableOn(Observable):
     @override
     def validity(self, instant: Any) -> Mapping[str, Scalar]:
         return self.observable.validity(getattr(instant, self.body))
+
+    @override
+    def check_times(self, times: Array) -> None:
+        self.observable.check_times(times)
 
     @property
     @override
