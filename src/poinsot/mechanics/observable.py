@@ -79,6 +79,9 @@ class Observable(Parametric, ABC):
     def check_values(self, values: Array) -> None:
         """Raise a ValueError for values that the instrument cannot read; NaN where there is no reading."""
 
+    def check_times(self, times: Array) -> None:
+        """Raise a ValueError for times at which the formula does not hold, such as an observer inside the body."""
+
     @property
     def light_path(self) -> Orbit | None:
         """Orbit of the body relative to the observer, whose light time is subtracted; None without light time."""
@@ -158,6 +161,10 @@ class ObservableOn(Observable):
     @override
     def validity(self, instant: Any) -> Mapping[str, Scalar]:
         return self.observable.validity(getattr(instant, self.body))
+
+    @override
+    def check_times(self, times: Array) -> None:
+        self.observable.check_times(times)
 
     @property
     @override

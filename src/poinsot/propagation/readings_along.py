@@ -15,7 +15,7 @@ from poinsot.mechanics.environment import Environment, orbits_of
 from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.printable import quoted
-from poinsot.propagation.recorded import RecordedObservable, RecordedSystem
+from poinsot.propagation.recorded import RecordedSystem
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array
 from poinsot.records.members import expanded, members_of
@@ -68,8 +68,6 @@ def hidden_readings(observable: Observable, times: Array, shape: tuple[int, ...]
 
 def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...], times: Array) -> None:
     """Raise an error for an observable that does not fit a system of members, or times at which an orbit is unknown."""
-    if isinstance(observable, RecordedObservable):
-        raise ValueError("an observable must have its formula to be read, got its text alone. The motion has readings.")
     Collection((*system.dynamics.records, observable)).refuse_other_axes()
     if not isinstance(system, RecordedSystem):
         try_observable(system.dynamics, observable)
@@ -84,6 +82,7 @@ def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...
             f"times must lie within the span of the orbits of {type(observable).__name__}, [{quoted(first)}, "
             f"{quoted(last)}], got {quoted(float(outside[0]))}."
         )
+    observable.check_times(times)
 
 
 class _Values(NamedTuple):

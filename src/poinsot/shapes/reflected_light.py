@@ -20,7 +20,7 @@ from poinsot.shapes.visibility import clear_faces, clear_parts
 from poinsot.taylor.compiled_sums import CompiledSums
 from poinsot.taylor.graph import Number, Primitive
 
-__all__ = ["BLOCK", "Block", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
+__all__ = ["BLOCK", "FacetBlock", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ class Plates(Protocol):
         """Unit normals of the plates."""
 
 
-class Block(ABC):
+class FacetBlock(ABC):
     """Facets that are lit and seen at consecutive epochs, one after the other.
 
     Attributes
@@ -136,7 +136,7 @@ class ReflectedLight(Primitive):
         self.formula = formula
 
     @abstractmethod
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         """Yield blocks of epochs, with buffers for their facets, for vectors (6 + placed, epochs) and one stretch."""
 
     @override
@@ -273,7 +273,7 @@ class LightOfPlates(ReflectedLight):
         return Sums(value, *np.split(np.reshape(found, (-1, epochs)), ends))
 
     @override
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         _, normals, scales, weights, _ = self._plates(stretch)
         epochs, count = vectors.shape[1], len(normals)
         rows = max(1, min(epochs, BLOCK // max(count, 1)))
@@ -366,7 +366,7 @@ class Shading:
         return np.concatenate(slopes, axis=1).T
 
 
-class BlockOfPlates(Block):
+class BlockOfPlates(FacetBlock):
     """Plates that are lit and seen, chosen from all plates of some epochs."""
 
     def __init__(

@@ -47,7 +47,7 @@ from poinsot.systems.named_parameters import (
 )
 from poinsot.systems.system import System
 from poinsot.systems.times_and_states import checked_times, common_members
-from poinsot.taylor.graph import Graph, GraphScalar, Node, tangents
+from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, tangents
 
 if TYPE_CHECKING:
     import xarray
@@ -451,12 +451,14 @@ def _derivatives(
     outputs = list(reading) if observable.components else [reading]
     full, variables = coordinate_names(system), [x for values in own.values() for x in values]
     space = TangentSpace([full.index(name) for name in coordinates], bodies, variables)
-    seeds = [space.vector(unit, {}).seeds for unit in np.eye(len(coordinates)).tolist()] + traced.inputs
-    columns: list[list[Any]] = [tangents(outputs, each) if each else [0.0] * len(outputs) for each in seeds]
+    seeds = [*(space.vector(unit, {}).seeds for unit in np.eye(len(coordinates)).tolist()), *traced.inputs]
     if delays:
         velocity = [graph.leaf(x) for x in _velocity(system, state, motion)]
         drift = TangentSpace(range(len(full)), bodies, variables).vector(velocity, {})
-        along = tangents(outputs, drift.seeds | {cast("Node", moment): 1.0})
+        seeds.append(drift.seeds | {cast("Node", moment): 1.0})
+    columns = _differentials(outputs, seeds)
+    if delays:
+        along = columns.pop()
         for place, delay in delays.items():
             column = columns[len(coordinates) + place]
             columns[len(coordinates) + place] = [
@@ -471,6 +473,16 @@ def _derivatives(
     table = table if observable.components else table[..., 0, :]
     k = len(coordinates)
     return _Derivatives(table[..., 0], table[..., 1 : k + 1], table[..., k + 1 :])
+
+
+def _differentials(outputs: Sequence[Scalar], seeds: Sequence[Mapping[Node, GraphScalar]]) -> list[list[Any]]:
+    """Return the differentials of outputs for several sets of differentials of nodes, from one gradient of each output.
+
+    Readings have few components and many columns of derivatives, so that gradients cost less than tangents.
+    """
+    nodes = list(dict.fromkeys(node for each in seeds for node in each))
+    slopes = [dict(zip(nodes, gradient(output, nodes), strict=True)) for output in outputs]
+    return [[sum(slope[node] * seed for node, seed in each.items()) for slope in slopes] for each in seeds]
 
 
 def _turning(graph: Graph, state: State) -> TurningBody:
