@@ -321,6 +321,23 @@ def of_cubesat(found):
     return [Target(what, seconds and 1e3 * seconds, 60, True, " ms")]
 
 
+def of_brightness(found):
+    """Return the targets of the brightness of meshes."""
+    meshes, curve = found["meshes"], found["light_curve"]
+    slowest = {
+        kind: max(one[kind] / one[f"script, {kind}"] for one in meshes.values()) for kind in ("value", "gradient")
+    }
+    rate = found["cells"] / found["laws"]["Hapke"]["gradient"]
+    return [
+        Target("Brightness of a mesh, time over that of a NumPy script", slowest["value"], 1.0, True),
+        Target("Brightness with derivatives, time over that of a NumPy script", slowest["gradient"], 1.0, True),
+        Target("Brightness with derivatives by Hapke's law, facets at all epochs per second", rate, 1e7, False),
+        Target(
+            "Light curve with derivatives, time over that without", curve["derivatives"] / curve["value"], 4.0, True
+        ),
+    ]
+
+
 def of_shadows(found):
     """Return the targets of shadows on meshes, per 1000 epochs."""
     scale = 1000 / found["epochs"]
@@ -365,6 +382,7 @@ GROUPS = (
     (of_chaos, "chaos_maps"),
     (of_two_bodies, "two_bodies"),
     (of_cubesat, "cubesat"),
+    (of_brightness, "brightness"),
     (of_stores, "in_stores"),
 )
 """Functions that make the targets of each section."""

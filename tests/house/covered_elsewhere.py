@@ -115,7 +115,7 @@ COVERED_BY = {
     "systems/formula_trials.py": "unit/records/test_formula_errors.py",
     "systems/named_parameters.py": "unit/records/test_parameters.py",
     "systems/probing.py": "unit/records/test_formula_errors.py",
-    "systems/times.py": "unit/propagation/test_propagate.py",
+    "systems/times_and_states.py": "unit/propagation/test_propagate.py",
     "taylor/canonical_form.py": "unit/taylor/test_lowering.py",
     "taylor/llvm_ir.py": "oracles/test_quadruple_precision.py",
     "taylor/memory.py": "unit/taylor/test_kernels.py",

@@ -8,6 +8,7 @@ from scipy.signal import find_peaks
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
+from poinsot.analysis.line_spectrum import lines_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -69,6 +70,18 @@ def test_mercury_turns_three_times_in_two_revolutions():
     assert np.degrees((seen[0].inv() * seen[-1]).magnitude()) < 0.01
     turns = np.trapezoid(motion.omega_body[:, 2], motion.times) / (2 * np.pi)
     assert turns == pytest.approx(12, abs=1e-3)
+
+
+def test_apophis_shows_its_periods_to_the_observer():
+    """The periods of Pravec et al. (2014), and the strongest line of the light curve at half the period of 30.56 h."""
+    scenario = pt.files.read_scenario(EXAMPLES / "ten_nights_of_apophis.toml")
+    rotation = pt.analysis.FreeRotation(scenario.system.body, scenario.state)
+    assert rotation.precession_period == pytest.approx(27.38, rel=1e-4, abs=0)
+    assert rotation.rotation_period == pytest.approx(263.0, rel=1e-4, abs=0)
+    seen = scenario.observe()[0]
+    level = seen.values - np.polyval(np.polyfit(seen.times, seen.values, 1), seen.times)
+    strongest = lines_of(level, seen.times, 10).frequencies[0]  # without a warning of the many weak lines
+    assert 4 * np.pi / strongest == pytest.approx(30.56, rel=0.002, abs=0)  # the direction to the Earth changes
 
 
 def test_apophis_leaves_the_earth_with_another_rotation():

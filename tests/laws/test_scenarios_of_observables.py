@@ -252,6 +252,82 @@ def test_pictures_of_a_result_with_a_light_curve(top, tmp_path):
     assert 'data-part="observer"' not in (tmp_path / "top.html").read_text()
 
 
+ASTEROID = """\
+title = "asteroid"
+[units]
+inertia = "kg km2"
+[calendar]
+zero = "2026-11-21T00:00:00"
+scale = "TDB"
+[body]
+type = "Body.from_shape"
+shape = { type = "Ellipsoid", semiaxes = [0.9, 0.6, 0.5], density = 2e12 }
+[state]
+quaternion = [1, 0, 0, 0]
+omega_body = ["0 deg/h", "10 deg/h", "120 deg/h"]
+[orbits.SUN]
+type = "planet_orbit"
+body = "mars"
+attractor = "sun"
+start = "2026-11-21T00:00:00 TDB"
+stop = "2026-11-22T00:00:00 TDB"
+[orbits.EARTH]
+type = "planet_orbit"
+body = "mars"
+attractor = "earth"
+start = "2026-11-21T00:00:00 TDB"
+stop = "2026-11-22T00:00:00 TDB"
+[times]
+start = "1 h"
+stop = "5 h"
+count = 9
+[[observe]]
+name = "night 1"
+type = "LightCurve"
+shape = { type = "Ellipsoid", semiaxes = [0.9, 0.6, 0.5], density = 2e12 }
+law = { type = "LommelSeeliger", albedo = 0.2 }
+sun = "SUN"
+observer = "EARTH"
+kind = "KIND"
+sigma = 0.02
+"""
+
+
+def test_light_curves_in_the_formats_of_asteroids(tmp_path):
+    shape, law = pt.shapes.Ellipsoid((0.9, 0.6, 0.5), density=2e12), pt.observables.LommelSeeliger(albedo=0.2)
+    calendar = pt.Calendar("2026-11-21T00:00:00", "TDB")
+    path = tmp_path / "asteroid.toml"
+    path.write_text(ASTEROID.replace("KIND", "relative"))
+    scenario = read_scenario(path)
+    (seen,) = scenario.observe()
+    assert call("observe", path, "--format", "damit").stdout == f"{tmp_path}/asteroid.lc.txt\n"
+    (back,) = pt.files.read_damit(tmp_path / "asteroid.lc.txt", shape, law, calendar=calendar)
+    assert np.array_equal(back.values, seen.values)
+    late = seen.times - back.times
+    assert np.all((late > 60) & (late < 2000))  # light time of Mars
+    model = pt.observe(pt.propagate(scenario.system, scenario.state, back.times), back.observable)
+    np.testing.assert_allclose(model.values, seen.values, rtol=1e-8, atol=0)  # positions are rounded to 0.15 m
+    info = call("info", tmp_path / "asteroid.lc.txt").stdout.splitlines()
+    assert info[:2] == ["Light curves, DAMIT: 1, 0 of which are calibrated", "  data: 9"]
+    assert "must be magnitudes, in mag, for ALCDEF" in call("observe", path, "--format", "alcdef", code=2).stderr
+    path.write_text(ASTEROID.replace("KIND", "magnitude"))
+    assert "must be fluxes of a LightCurve" in call("observe", path, "--format", "damit", "--overwrite", code=2).stderr
+    assert call("observe", path, "--format", "alcdef").stdout == f"{tmp_path}/asteroid.alcdef.txt\n"
+    (mags,) = pt.files.read_alcdef(tmp_path / "asteroid.alcdef.txt", scenario.plans[0].observable, calendar=calendar)
+    (seen,) = read_scenario(path).observe()
+    assert np.array_equal(mags.values, seen.values)
+    assert mags.sigma.tolist() == [0.02] * 9
+    np.testing.assert_allclose(mags.times, seen.times, rtol=0, atol=2e-10)
+    assert call("info", tmp_path / "asteroid.alcdef.txt").stdout.startswith("Light curves, ALCDEF: 1\n")
+
+
+def test_shapes_and_spins_are_described(tmp_path):
+    mesh = pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0)
+    assert "Shape: 8 vertices, 12 faces" in call("info", pt.files.write_damit_shape(mesh, tmp_path / "s.txt")).stdout
+    (tmp_path / "spin.txt").write_text("251 -63 5.27\n2433827.771536 10\n")
+    assert "pole: longitude 251 deg, latitude -63 deg" in call("info", tmp_path / "spin.txt").stdout
+
+
 def test_what_observe_refuses(top, tmp_path):
     bare = tmp_path / "bare.toml"
     bare.write_text(TEXT)

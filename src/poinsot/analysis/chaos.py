@@ -35,7 +35,7 @@ from poinsot.records.units import DerivedUnits
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.run_record import RunRecord
 from poinsot.systems.system import System
-from poinsot.systems.times import checked_times
+from poinsot.systems.times_and_states import checked_times
 
 if TYPE_CHECKING:
     import xarray

@@ -36,7 +36,7 @@ from poinsot.systems.body_dynamics import BodyDynamics
 from poinsot.systems.dynamics import Turning
 from poinsot.systems.probing import time_scale
 from poinsot.systems.system import OfOneBody, System
-from poinsot.systems.times import checked_time
+from poinsot.systems.times_and_states import checked_time
 from poinsot.taylor.graph import Graph, Node, gradient
 
 if TYPE_CHECKING:

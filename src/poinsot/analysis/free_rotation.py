@@ -18,14 +18,13 @@ from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
 from poinsot.orbits.pole import pole_attitude
-from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.periods import state_with_periods
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.quantities import Angle, Duration, Time
 from poinsot.records.members import members_of
 from poinsot.systems.system import System
-from poinsot.systems.times import common_members
+from poinsot.systems.times_and_states import broadcast_members, common_members
 
 __all__ = ["FreeRotation"]
 

@@ -190,10 +190,11 @@ def identify_lines(
     Examples
     --------
     >>> times = np.linspace(0, 300, 3001)
-    >>> signal = np.cos(2 * times) + 0.3 * np.cos(2.2 * times) + 0.1 * np.cos(1.8 * times)
-    >>> found = pt.analysis.identify_lines(pt.analysis.frequencies(signal, times, 3))[0]
+    >>> lines = {2.0: 1.0, 1.1: 0.2, 2.2: 0.1, 0.9: 0.05}
+    >>> signal = sum(size * np.cos(rate * times) for rate, size in lines.items())
+    >>> found = pt.analysis.identify_lines(pt.analysis.frequencies(signal, times, 4))[0]
     >>> found.mode, found.base.round(3), found.multiples.tolist()
-    ('short-axis', array([1.1, 0.1]), [[2, -2], [2, 0], [2, -4]])
+    ('short-axis', array([1.1, 0.1]), [[2, -2], [1, 0], [2, 0], [1, -2]])
     """
     refuse_nonpositive("order", order)
     refuse_nonpositive("count", count)

@@ -33,7 +33,7 @@ from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array, Inclination
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.system import System, is_of_two_bodies
-from poinsot.systems.times import common_members
+from poinsot.systems.times_and_states import common_members
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

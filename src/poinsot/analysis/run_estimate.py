@@ -13,14 +13,14 @@ from typing_extensions import override
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized, formatted_times, rounded
 from poinsot.kinematics.state import AnyState
-from poinsot.propagation.arguments import broadcast_members, checked_threads
+from poinsot.propagation.arguments import checked_threads
 from poinsot.propagation.propagate import propagate
 from poinsot.quantities import Times
 from poinsot.records.members import members_of
 from poinsot.storage.chunk_plan import Chunking
 from poinsot.storage.memory import available_memory
 from poinsot.systems.system import System
-from poinsot.systems.times import checked_times, common_members
+from poinsot.systems.times_and_states import broadcast_members, checked_times, common_members
 
 __all__ = ["RunEstimate", "estimate_run"]
 

@@ -31,7 +31,7 @@ from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Angle, Angles, AngularVelocities, Time
 from poinsot.records.parameters import same
 from poinsot.systems.system import OfOneBody, System
-from poinsot.systems.times import checked_time
+from poinsot.systems.times_and_states import checked_time
 
 if TYPE_CHECKING:
     import xarray

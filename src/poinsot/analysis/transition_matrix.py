@@ -34,7 +34,7 @@ from poinsot.quantities import Array, Times
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.systems.named_parameters import binary_size, resolve
 from poinsot.systems.system import System
-from poinsot.systems.times import checked_times
+from poinsot.systems.times_and_states import checked_times
 
 if TYPE_CHECKING:
     import xarray

@@ -247,7 +247,7 @@ def _report(motion: Trajectory, original: Trajectory | None, written: dict[str, 
 
 def _store(job: Scenario, out: Path | None, **of_stores: object) -> Path | None:
     """Return the store of an ensemble if one is asked for; refuse options that go with one alone."""
-    from poinsot.systems.times import common_members
+    from poinsot.systems.times_and_states import common_members
 
     named = out is not None and out.suffix == ".zarr"
     if named and common_members(job.system, job.state):
@@ -297,7 +297,7 @@ def _looks_like_a_file(path: Path) -> bool:
 
 def _check_outputs(job: Scenario, names: dict[str, Path], overwrite: bool, resume: bool) -> None:
     """Check the output files before the run."""
-    from poinsot.systems.times import common_members
+    from poinsot.systems.times_and_states import common_members
 
     members = common_members(job.system, job.state)
     if "view" in names and members:

@@ -143,7 +143,7 @@ def traced_equations(problem: Problem, variables: StateVector) -> Equations:
     scale, variables, symbolic = next(numbers), variables.with_factors(numbers), problem.with_numbers(numbers)
     own, time = [graph.symbol(place) for place in range(variables.size)], graph.symbol(TIME)
     chart, system, variations = variables.formulation, symbolic.dynamics, variables.variations
-    environment = _environment(symbolic, variables, own, time)
+    environment = _environment(symbolic, variables, own, time) if problem.orbits else Environment(time)
     turning = None
     if variables.comoving:
         ((block, along),) = environment.blocks
@@ -164,7 +164,8 @@ def traced_equations(problem: Problem, variables: StateVector) -> Equations:
         ]
         rates = cast("list[GraphScalar]", [*of_charts, *of_blocks])
         events = [cast("Node", event.value(instant)) for event in symbolic.events]
-        updates = [_update(graph, part, instant, variables, scale) for part in system.jumping]
+        jumping = system.jumping if problem.dynamics.jumping else ()
+        updates = [_update(graph, part, instant, variables, scale) for part in jumping]
         conditions = [cast("Node", event.condition(instant)) for event in symbolic.events]
         distance = chart.nearness([*own, time])
         events += [] if distance is None else [cast("Node", distance)]
@@ -182,7 +183,7 @@ def traced_equations(problem: Problem, variables: StateVector) -> Equations:
             of_blocks[: len(parts)],
             graph.input,
         )
-        _refuse_varied_samples(graph, system.jumping, variations)
+        _refuse_varied_samples(graph, jumping, variations)
         return _with_variations(traced, graph, variables, linear, variations)
     except FormulaError:
         raise

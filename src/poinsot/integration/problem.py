@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from operator import attrgetter
 from typing import Any, ClassVar
 
 from typing_extensions import override
 
 from poinsot.immutable import cached_property
+from poinsot.kinematics.state import AnyState
 from poinsot.mechanics.event import Event
+from poinsot.mechanics.part import Part
 from poinsot.records.members import common_axis
 from poinsot.systems.collection import Collection, knots_of, results_of
 from poinsot.systems.dynamics import AnyDynamics
@@ -41,6 +43,8 @@ class Problem(Collection):
     system: System
     dynamics: AnyDynamics
     events: tuple[Event, ...]
+    checks_start: bool
+    """True if a part or an event does not accept every initial state."""
     _seals: ClassVar[bool] = False
 
     def __init__(self, system: System, events: Sequence[Event] = ()) -> None:
@@ -48,8 +52,10 @@ class Problem(Collection):
         super().__init__((dynamics, *events))
         shared = dict(zip(SHARED, SHARED_OF(dynamics), strict=True))
         if events:
-            shared |= _with_events(dynamics, EventCollection(tuple(events)))
-        vars(self).update(shared, system=system, dynamics=dynamics, events=tuple(events))
+            shared |= _with_events(dynamics, Collection(tuple(events)))
+        checking: list[Part | Event] = [*dynamics.parts, *events]
+        checks_start = True in [record.checks_start for record in checking]
+        vars(self).update(shared, system=system, dynamics=dynamics, events=tuple(events), checks_start=checks_start)
         if events:
             self.refuse_other_axes()
             for event in events:
@@ -70,23 +76,21 @@ class Problem(Collection):
         return self.between_knots()
 
     @override
-    def with_records(self, records: Iterable[Any]) -> Problem:
-        twin = object.__new__(Problem)
-        dynamics, *events = records = tuple(records)
-        Collection.__init__(twin, records)
-        vars(twin).update(dynamics=dynamics, events=tuple(events))
-        return twin
+    def _name_records(self) -> None:
+        dynamics, *events = self.records
+        vars(self).update(dynamics=dynamics, events=tuple(events))
+
+    def check_start(self, state: AnyState) -> None:
+        """Raise the error of a part or an event that does not accept an initial state."""
+        expanded = self.broadcast_to(state.shape)
+        instant = expanded.dynamics.at(state)
+        for part in expanded.dynamics.parts:
+            part.check_start(instant)
+        for event in expanded.events:
+            event.check_start(instant)
 
 
-class EventCollection(Collection):
-    """The events of a problem, without the system."""
-
-    @override
-    def with_records(self, records: Iterable[Event]) -> EventCollection:
-        return EventCollection(tuple(records))
-
-
-def _with_events(dynamics: AnyDynamics, events: EventCollection) -> dict[str, Any]:
+def _with_events(dynamics: AnyDynamics, events: Collection) -> dict[str, Any]:
     """Return the shared attributes of a system together with events, without a second look at the system."""
     structure = (dynamics.structure, *events.structure)
     (first, last), (begin, end) = dynamics.span, events.span

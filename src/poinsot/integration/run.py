@@ -27,6 +27,7 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.integration.variational import STEPS_AT_A_TIME
 from poinsot.kinematics.state import AnyState
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.members import members_of
 from poinsot.taylor import kernels
 from poinsot.taylor.dense_output import StoredSteps
@@ -53,7 +54,6 @@ BYTES_AT_A_TIME = 1_000_000
 FIRST = np.zeros(1, dtype=int)
 NONE, NO_TASKS = np.empty(0, dtype=int), np.empty((0, 4), dtype=int)
 
-Array = NDArray[np.float64]
 Members = NDArray[np.int_]
 Tasks = NDArray[np.int_]
 """Numbers of tasks: each is one member in one direction."""
@@ -205,7 +205,8 @@ class Run:
 
     def fast_first(self) -> Members:
         """Return the members, fast rotators first."""
-        return np.argsort(-self.speeds, kind="stable")
+        several = self.parameters.origins.size > 1
+        return np.argsort(-self.speeds, kind="stable") if several else np.zeros(1, dtype=np.intp)
 
     def _slabs(self, order: Members, threads: int) -> Iterator[Members]:
         """Yield members in slabs, fast rotators first, of decreasing size, so that all threads end at the same time."""

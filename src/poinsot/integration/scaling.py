@@ -18,6 +18,7 @@ from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.two_bodies import TwoBodies, mean_motion
+from poinsot.quantities import Array
 from poinsot.systems.body_dynamics import BodyDynamics
 from poinsot.systems.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
 from poinsot.systems.dynamics import AnyDynamics, Dynamics
@@ -41,7 +42,6 @@ __all__ = [
     "traced_sizes",
 ]
 
-Array = NDArray[np.float64]
 Number = float | Array
 
 MIN_SCALE, MAX_SCALE = 2.0**-512, 2.0**512
@@ -159,7 +159,7 @@ def _momentum_of(system: BodyDynamics, torque: Number) -> Number:
 
 def _strongest_at_samples(system: BodyDynamics, branching: bool) -> Number:
     with np.errstate(all="ignore"):
-        graph, sizes = traced_sizes(system)
+        graph, sizes = system.results.pop("traced sizes", None) or traced_sizes(system)
         found = [graph.evaluated(sizes), *[on_branches(graph, sizes)] * branching]
         return functools.reduce(np.maximum, (_summed(system.forces, each) for each in found))
 
@@ -194,7 +194,10 @@ def _size(force: Force, instant: Instant) -> Any:
 def _has_branches(system: BodyDynamics) -> bool:
     """Return True if the formula of a force has a condition on the time or on an orbit."""
     if "has branches" not in system.alike:
-        system.alike["has branches"] = bool(conditions(traced_sizes(system)[1]))
+        traced = traced_sizes(system)
+        system.alike["has branches"] = bool(conditions(traced[1]))
+        if not system.members:  # the graph of an ensemble is large
+            system.results["traced sizes"] = traced
     found: bool = system.alike["has branches"]
     return found
 

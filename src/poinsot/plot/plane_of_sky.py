@@ -30,7 +30,7 @@ from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.scattering import Reflection
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.shapes.views import ray_hits
-from poinsot.systems.times import checked_times
+from poinsot.systems.times_and_states import checked_times
 
 __all__ = ["sky"]
 
@@ -186,7 +186,7 @@ def _view(curve: LightCurve, surface: _Surface, axes: Array, units: dict[str, Ar
     sun, observer = axes @ units["Sun"], axes @ units["observer"]
     corners, mu0, mu = surface.corners, surface.normals @ sun, surface.normals @ observer
     lit = (mu0 > 0) & (mu > 0)
-    if isinstance(_shape_of(curve), Mesh):
+    if curve.shadows != "none" and isinstance(_shape_of(curve), Mesh):
         lit[lit] &= ~surface.shaded(np.flatnonzero(lit), sun)
     light = Reflection(mu0[lit], mu[lit], np.arccos(np.clip(sun @ observer, -1, 1)))
     brightness = np.zeros(len(corners))

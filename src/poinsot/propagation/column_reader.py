@@ -21,6 +21,7 @@ from poinsot.mechanics.observable import Observable
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, ColumnTable, columns_of_observables
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
+from poinsot.quantities import Array
 from poinsot.records.members import members_of
 from poinsot.storage.run_record import RunRecord
 from poinsot.storage.selection import Chosen, rows_of
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
 __all__ = ["NO_COLUMNS", "ColumnReader", "LazyColumns", "MotionRows", "body_systems"]
 
-Array = NDArray[np.float64]
 EVERY = slice(None)
 NO_COLUMNS: Mapping[str, Array] = read_only({})
 NO_OBSERVABLES: Mapping[str, Observable] = read_only({})
@@ -202,7 +202,7 @@ class ColumnReader:
 
     def __init__(self, system: System, initial: AnyState, times: Array, rows: MotionRows, run: RunRecord) -> None:
         self.system, self.initial, self.times, self.rows, self.run = system, initial, times, rows, run
-        self._columns = ColumnTable(system)
+        self._columns: ColumnTable | None = None
 
     def __getstate__(self) -> dict[str, object]:
         """Return the reader without values that follow from the rows."""
@@ -218,11 +218,17 @@ class ColumnReader:
         """States in all rows."""
         return state_of(changed(self.rows.phase, np.asarray), self.times)
 
+    @property
+    def columns(self) -> ColumnTable:
+        """Columns of the system of the motion."""
+        self._columns = self._columns or ColumnTable(self.system)
+        return self._columns
+
     @cached_property
     def table(self) -> dict[str, Column]:
         """Columns of the motion by name."""
-        of_system = self._columns.of_motion(self._recorded)
-        readings = self.rows.observables
+        recorded, readings = self._recorded, self.rows.observables
+        of_system = self.columns.of_motion(recorded)
         return {**of_system, **columns_of_observables(readings)} if readings else of_system
 
     def environment(self, rows: MotionRows | None = None, times: Array | None = None) -> Environment:
@@ -253,7 +259,7 @@ class ColumnReader:
         return self._block(self.state, environment, self.rows.columns)
 
     def _block(self, state: AnyState, environment: Callable[[], Environment], recorded: Columns) -> ColumnBlock:
-        return ColumnBlock(self._columns, state, environment, recorded, lambda: self._of_bodies)
+        return ColumnBlock(self.columns, state, environment, recorded, lambda: self._of_bodies)
 
     def read(self, names: Collection[str]) -> dict[str, Array]:
         """Return columns by name: recorded columns as they are, others computed in blocks of times."""

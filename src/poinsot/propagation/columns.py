@@ -13,7 +13,6 @@ from enum import Enum, auto
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.immutable import cached_property, read_only
@@ -24,6 +23,7 @@ from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.integrals import Integral
 from poinsot.systems.system import System
@@ -42,8 +42,6 @@ __all__ = [
     "static_columns",
     "unit_of_column",
 ]
-
-Array = NDArray[np.float64]
 
 
 class Scope(Enum):
@@ -249,31 +247,22 @@ class ColumnTable:
     """
 
     def __init__(self, system: System) -> None:
-        self.system = system
+        static = static_columns(tuple(system.of_bodies))
+        self.system, self._integrals = system, dict[str, Column]()
+        self._of_states = {**static, **_of_parts(system)} if system.parts else static
+        self._unknown = _unknown_formulas(system)
 
     def __reduce__(self) -> tuple[type[ColumnTable], tuple[System]]:
         return ColumnTable, (self.system,)
 
-    @cached_property
-    def _of_states(self) -> Mapping[str, Column]:
-        """Columns of the table and of the parts, by name."""
-        static, system = static_columns(tuple(self.system.of_bodies)), self.system
-        return {**static, **_of_parts(system)} if system.parts else static
-
-    @cached_property
-    def _of_integrals(self) -> dict[str, Column]:
-        """Columns of the integrals, by name."""
-        return _of_integrals(self.system)
-
-    @cached_property
-    def _unknown(self) -> frozenset[Requirement]:
-        """Kinds of formulas that a system from a file, or one of two bodies, does not have."""
-        parts = any(not isinstance(part, Part) for part in self.system.parts)
-        return (PARTS if parts else NOTHING) | (NOTHING if self.system.dynamics.moves_alone else FORCES)
-
     def find(self, name: str) -> Column | None:
         """Return a column; None for an unknown name."""
-        return self._of_states.get(name) or self._of_integrals.get(name)
+        return self._of_states.get(name) or self._of_integrals().get(name)
+
+    def _of_integrals(self) -> dict[str, Column]:
+        """Return the columns of the integrals, which are found at the first call."""
+        self._integrals = self._integrals or _of_integrals(self.system)
+        return self._integrals
 
     def is_computable(self, column: Column) -> bool:
         """Return True if a column follows from states, without formulas that are unknown."""
@@ -281,7 +270,7 @@ class ColumnTable:
 
     def of_motion(self, recorded: Collection[str]) -> dict[str, Column]:
         """Return the columns of a motion that contains some columns, by name: recorded and computable columns."""
-        every = {**self._of_states, **self._of_integrals}
+        every = {**self._of_states, **self._of_integrals()}
         return {name: each for name, each in every.items() if name in recorded or self.is_computable(each)}
 
 
@@ -305,6 +294,12 @@ def names_with(requirement: Requirement) -> list[str]:
     """Return the names of the columns of the table with a requirement, for motions of one body and of two."""
     each = (*static_columns(("",)).values(), *static_columns(PairState.body_names).values())
     return list(dict.fromkeys(column.name for column in each if requirement in column.requires))
+
+
+def _unknown_formulas(system: System) -> frozenset[Requirement]:
+    """Return the kinds of formulas that a system from a file, or one of two bodies, does not have."""
+    parts = any(not isinstance(part, Part) for part in system.parts)
+    return (PARTS if parts else NOTHING) | (NOTHING if system.dynamics.moves_alone else FORCES)
 
 
 def _of_parts(system: System) -> dict[str, Column]:

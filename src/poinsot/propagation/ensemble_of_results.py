@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from poinsot.display.progress import Progress
 from poinsot.errors import PropagationInterrupted
 from poinsot.kinematics.state import AnyState
-from poinsot.propagation.arguments import broadcast_members
 from poinsot.propagation.stored_motion import result_in
 from poinsot.records.members import members_of
 from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
@@ -25,7 +24,7 @@ from poinsot.storage.ensemble_store import plain_variables
 from poinsot.storage.fingerprint import digests
 from poinsot.storage.zarr_group import Attributes, Described
 from poinsot.systems.system import System
-from poinsot.systems.times import common_members
+from poinsot.systems.times_and_states import broadcast_members, common_members
 
 if TYPE_CHECKING:
     import xarray

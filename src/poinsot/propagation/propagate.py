@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import cast
 
-import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import Unpack
 
 from poinsot.checked import checked
@@ -19,32 +17,23 @@ from poinsot.integration.formulations import Formulation
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
 from poinsot.integration.settings import RunSettings, checked_tolerance
-from poinsot.kinematics.state import AnyState
+from poinsot.kinematics.state import AnyState, Bodies
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.observable import Observable, observables_by_name
-from poinsot.propagation.arguments import (
-    broadcast_members,
-    check_bodies,
-    check_starts,
-    checked_device,
-    checked_formulation,
-    checked_threads,
-)
+from poinsot.propagation.arguments import checked_device, checked_formulation, checked_threads
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.readings_along import readings_without_rows, refuse_unfit, with_readings
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.members import members_of
 from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
 from poinsot.systems.system import System
-from poinsot.systems.times import check_span, checked_times, common_members
+from poinsot.systems.times_and_states import broadcast_members, check_bodies, check_span, checked_times, common_members
 
 __all__ = ["propagate", "propagated_again"]
-
-Array = NDArray[np.float64]
 
 
 @checked
@@ -134,11 +123,9 @@ def propagate(
     check_bodies(system, state)
     if plan and not members:
         raise ValueError("out, chunk, reduce and client must be given for an ensemble, got one body. Save its motion.")
-    if members:
-        if dense:
-            raise ValueError("an ensemble must be propagated without dense=True, got it. Propagate members one by one.")
-        state = broadcast_members(state, members)
-    check_starts(problem, state)
+    state = _of_members(state, members, dense) if members else state
+    if problem.checks_start:
+        problem.check_start(state)
     instruments = _checked_observables(observables, system, members, t)
     variables = equations.state_vector(problem, state, chosen, precision)
     where = checked_device(device)
@@ -155,6 +142,13 @@ def propagate(
     if not members and (report.stops or report.interrupted):
         report.check_one(float(t[-1]), motion)
     return with_readings(motion, instruments, partial(propagated_again, threads=cores))
+
+
+def _of_members(state: Bodies, members: tuple[int, ...], dense: bool) -> Bodies:
+    """Return a state for each member; raise a ValueError for dense output."""
+    if dense:
+        raise ValueError("an ensemble must be propagated without dense=True, got it. Propagate members one by one.")
+    return broadcast_members(state, members)
 
 
 def _checked_observables(

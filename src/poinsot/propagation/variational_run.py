@@ -23,15 +23,13 @@ from poinsot.integration.variational import Variations
 from poinsot.kinematics.state import AnyState
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.printable import quoted
-from poinsot.propagation.arguments import broadcast_members, check_bodies
+from poinsot.quantities import Array
 from poinsot.records.members import members_of
 from poinsot.storage.run_record import Method, RunRecord
 from poinsot.systems.system import System
-from poinsot.systems.times import check_span, checked_times, common_members
+from poinsot.systems.times_and_states import broadcast_members, check_bodies, check_span, checked_times, common_members
 
 __all__ = ["MAX_COORDINATES_TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
-
-Array = NDArray[np.float64]
 
 MAX_COORDINATES_TOGETHER = 12
 """The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""
@@ -147,7 +145,7 @@ class VariationalRun:
             able = ", ".join(name for name, each in FORMULATIONS.items() if each.tangent)
             raise ValueError(f"formulation must be one of {able} for variational equations, got {quoted(chosen.name)}.")
         check_bodies(system, state)
-        problem, members = Problem(system), common_members(system, state)
+        members, problem = common_members(system, state), Problem(system)
         states = broadcast_members(state, members or (1,))
         chart = equations.state_vector(problem, states if members else state, chosen, "double")
         return cls(problem, states, t, settings, chart, bool(members), derivatives)

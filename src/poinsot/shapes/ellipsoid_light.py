@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.shapes.law_program import LawFormula
-from poinsot.shapes.reflected_light import Block, ReflectedLight
+from poinsot.shapes.reflected_light import FacetBlock, ReflectedLight
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import Number
 
@@ -41,7 +41,7 @@ class LightOfEllipsoid(ReflectedLight):
         return super().entries(numbers, *variables)
 
     @override
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         rule, epochs = cast("Quadrature", self._rule), vectors.shape[1]
         rows = max(1, min(epochs, NODES_OF_BLOCK // rule.count))
         space = np.empty((buffers, rows * rule.count))
@@ -158,7 +158,7 @@ def _difference(values: Array, others: Array) -> float:
     return max(float(np.max(np.abs(values - others)[x] / np.abs(values[x]).max(axis=0))) for x in parts)
 
 
-class BlockOfEllipsoid(Block):
+class BlockOfEllipsoid(FacetBlock):
     """Nodes of the quadrature over the lit and seen part of an ellipsoid at some epochs."""
 
     def __init__(self, epochs: slice, shape: Ellipsoid, rule: Quadrature, vectors: Array, stretch: Array) -> None:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.functions import Scalar
+from poinsot.functions import Scalar, dot, less, minimum
 from poinsot.shapes.scattering import Reflection, ScatteringLaw
+from poinsot.taylor.compiled_sums import CompiledSums
 from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, needed, operation_of, ordered
 
-__all__ = ["LawFormula", "law_formula"]
+__all__ = ["LawFormula", "Wanted", "law_formula"]
 
 Array = NDArray[np.float64]
 
@@ -22,6 +23,26 @@ UFUNCS: dict[str, Callable[..., Any]] = {
     **{"asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "rint": np.rint},
 }
 """Operations that write their results into a buffer."""
+
+ARITHMETIC = {"symbol", "add", "neg", "mul", "div", "sqrt", "less", "where"}
+"""Operations that processors compute for vectors; NumPy is faster for the others."""
+
+
+class Wanted(NamedTuple):
+    """Sums that are wanted besides the brightness.
+
+    Attributes
+    ----------
+    by_vectors, by_stretch : bool
+        True for derivatives by the unit vectors, and by the stretch.
+    others : tuple of int
+        Other outputs of a `LawFormula`.
+    """
+
+    by_vectors: bool
+    by_stretch: bool
+    others: tuple[int, ...]
+
 
 MAX_FORMULAS = 64
 """Largest number of formulas that are stored."""
@@ -69,6 +90,9 @@ class LawFormula:
         self._outputs: list[GraphScalar] = [self._rest, *gradient(self._rest, by)]
         self._of_facets |= self._depending(self._outputs, [self._mu0, self._mu])
         self._programs: dict[tuple[int, ...], FacetProgram] = {}
+        self._compiled: dict[Wanted, CompiledSums | None] = {}
+        names = {node.name for node in ordered(self._outputs) if node.place in self._of_facets}
+        self._is_arithmetic = names <= ARITHMETIC
 
     def _depending(self, outputs: Sequence[Scalar], by: Sequence[Node]) -> set[int]:
         found = {node.place for node in by}
@@ -88,6 +112,39 @@ class LawFormula:
             (factor, rest), (other, others) = map(self._split, scalar.operands)
             return (factor * other, rest * others) if scalar.name == "mul" else (factor / other, rest / others)
         return 1.0, scalar
+
+    def compiled_sums(self, wanted: Wanted) -> CompiledSums | None:
+        """Return compiled sums of A S and of its derivatives over facets; None if NumPy computes them faster.
+
+        The columns of the table are the components of the normals, and the areas. The inputs are the unit vectors s and
+        e, the phase angle, and the numbers of `rest_numbers`. The outputs are the sum of A S; with derivatives by s and
+        e the sums of A S_mu0 n and A S_mu n; with derivatives by a stretch the sums of A n_k^2 (S - mu0 S_mu0 -
+        mu S_mu); and the sums of other outputs times A.
+        """
+        if not self._is_arithmetic:
+            return None
+        if wanted not in self._compiled:
+            try:
+                self._compiled[wanted] = self._compiled_sums(wanted)
+            except ImportError:  # llvmlite has no wheel for every platform
+                self._compiled[wanted] = None
+        return self._compiled[wanted]
+
+    def _compiled_sums(self, wanted: Wanted) -> CompiledSums:
+        graph = Graph()
+        *normal, area = columns = [graph.symbol(name) for name in ("x", "y", "z", "area")]
+        inputs = [graph.symbol(k) for k in range(7 + len(self.rest_numbers))]
+        mu0, mu = dot(normal, inputs[:3]), dot(normal, inputs[3:6])
+        numbers = [x for k in self.rest_numbers if isinstance(x := self._numbers[k], Node)]
+        given = dict(zip((self._mu0, self._mu, self._phase, *numbers), (mu0, mu, *inputs[6:]), strict=True))
+        light, by_mu0, by_mu = _retraced(self._outputs[:3], given)
+        outputs = [area * light]
+        if wanted.by_vectors:
+            outputs += [area * slope * n for slope in (by_mu0, by_mu) for n in normal]
+        if wanted.by_stretch:
+            outputs += [area * (light - mu0 * by_mu0 - mu * by_mu) * n * n for n in normal]
+        outputs += [area * x for x in _retraced([self._outputs[k] for k in wanted.others], given)]
+        return CompiledSums(outputs, less(0.0, minimum(mu0, mu)), columns, inputs)
 
     def factor(self, phase: Scalar, numbers: Sequence[Scalar]) -> Scalar:
         """Return the factor that does not depend on the facet, for scalars of any kind."""
@@ -112,6 +169,16 @@ class LawFormula:
     def _evaluated(self, outputs: Sequence[Scalar], phase: Scalar, numbers: Mapping[int, Scalar]) -> list[Any]:
         values = {node: x for k, x in numbers.items() if isinstance(node := self._numbers[k], Node)}
         return self._graph.evaluated(outputs, {self._phase: phase, **values})
+
+
+def _retraced(outputs: Sequence[GraphScalar], given: Mapping[Node, Scalar]) -> list[Any]:
+    """Return formulas of other nodes in place of some nodes; divisors are inverted, so that each is divided by once."""
+    known: dict[int, Any] = {node.place: x for node, x in given.items()}
+    for node in needed([x for x in outputs if isinstance(x, Node)], known):
+        operands = [known[x.place] if isinstance(x, Node) else x for x in node.arguments]
+        is_quotient = node.name == "div" and isinstance(operands[1], Node)
+        known[node.place] = operands[0] * (1 / operands[1]) if is_quotient else operation_of(node)(*operands)
+    return [known[x.place] if isinstance(x, Node) else x for x in outputs]
 
 
 class FacetProgram:

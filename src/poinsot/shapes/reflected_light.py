@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.shapes.law_program import LawFormula
+from poinsot.shapes.law_program import LawFormula, Wanted
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.surface import Surface
 from poinsot.shapes.views import Neighbour
 from poinsot.shapes.visibility import clear_faces, clear_parts
+from poinsot.taylor.compiled_sums import CompiledSums
 from poinsot.taylor.graph import Number, Primitive
 
-__all__ = ["BLOCK", "Block", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
+__all__ = ["BLOCK", "FacetBlock", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
 
 Array = NDArray[np.float64]
 
@@ -58,7 +59,7 @@ class Plates(Protocol):
         """Unit normals of the plates."""
 
 
-class Block(ABC):
+class FacetBlock(ABC):
     """Facets that are lit and seen at consecutive epochs, one after the other.
 
     Attributes
@@ -90,6 +91,27 @@ class Block(ABC):
         return 0.0
 
 
+class Sums(NamedTuple):
+    """Sums over the facets at each epoch.
+
+    Attributes
+    ----------
+    value : array (epochs,)
+        Sum of A S.
+    gradient : array (6 + placed, epochs)
+        Derivatives by the vectors; empty if they are not wanted.
+    squares : array (3, epochs)
+        Sum of A n_k^2 (S - mu0 S_mu0 - mu S_mu); empty if it is not wanted.
+    others : array (n, epochs)
+        Sums of other outputs of the formula.
+    """
+
+    value: Array
+    gradient: Array
+    squares: Array
+    others: Array
+
+
 class ReflectedLight(Primitive):
     """Sum of A S over facets that face the Sun and the observer, with its derivatives.
 
@@ -114,7 +136,7 @@ class ReflectedLight(Primitive):
         self.formula = formula
 
     @abstractmethod
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         """Yield blocks of epochs, with buffers for their facets, for vectors (6 + placed, epochs) and one stretch."""
 
     @override
@@ -143,29 +165,39 @@ class ReflectedLight(Primitive):
         last = 6 + self.placed
         by_stretch = any(last < k <= last + 3 for k in numbers)
         by_vectors = by_stretch or any(0 < k <= last for k in numbers)
-        others = {k: k - last - 1 for k in numbers if k > last + 3}  # outputs of the formula
-        outputs = (0, *((1, 2) if by_vectors else ()), *others.values())
+        others = tuple(k - last - 1 for k in numbers if k > last + 3)
+        value, gradient, squares, rest = self.sums(Wanted(by_vectors, by_stretch, others), vectors, stretch, scalars)
+        found = {0: value} | dict(enumerate(gradient, 1)) | {k + last + 1: x for k, x in zip(others, rest, strict=True)}
+        if by_stretch:
+            products = (vectors * gradient).reshape(-1, 3, len(value))
+            change = squares + products[:3].sum(axis=0)
+            if self.placed:
+                change += products[3:].sum(axis=1) - products[3:].sum(axis=0)
+            found |= dict(enumerate((value - change) / stretch[:, None], last + 1))
+        return {k: found[k] for k in numbers}
+
+    def sums(self, wanted: Wanted, vectors: Array, stretch: Array, scalars: Sequence[Any]) -> Sums:
+        """Return the sums over the facets for vectors (6 + placed, epochs), one stretch, and phase and numbers."""
+        outputs = (0, *((1, 2) if wanted.by_vectors else ()), *wanted.others)
         program = self.formula.program(outputs)
         columns = self.formula.columns(program, *scalars)
-        sums = np.zeros((max((last + 3, *numbers)) + 1, vectors.shape[1]))
+        epochs = vectors.shape[1]
+        value, rest = np.zeros(epochs), np.zeros((len(wanted.others), epochs))
+        gradient = np.zeros((len(vectors) * wanted.by_vectors, epochs))
+        squares = np.zeros((3 * wanted.by_stretch, epochs))
         for block, buffers in self.blocks(vectors, stretch, program.buffers):
             part, mu0, mu = block.epochs, block.mu0, block.mu
             own = [np.repeat(x[part], block.counts) if np.ndim(x) else x for x in columns]
             found = dict(zip(outputs, program(mu0, mu, own, buffers), strict=True))
-            sums[:1, part] = block.sums(found[0], 0)
-            if by_vectors:
-                sums[1:4, part], sums[4:7, part] = block.sums(found[1], 1), block.sums(found[2], 1)
-                sums[1 : last + 1, part] += block.sums_of_shadows(found[0])
-            if by_stretch:
-                change = block.sums(found[0] - mu0 * found[1] - mu * found[2], 2)
-                products = (vectors[:, part] * sums[1 : last + 1, part]).reshape(-1, 3, change.shape[1])
-                change += products[:3].sum(axis=0)
-                if self.placed:
-                    change += products[3:].sum(axis=1) - products[3:].sum(axis=0)
-                sums[last + 1 : last + 4, part] = (sums[:1, part] - change) / stretch[:, None]
-            for k, output in others.items():
-                sums[k : k + 1, part] = block.sums(found[output], 0)
-        return {k: sums[k] for k in numbers}
+            (value[part],) = block.sums(found[0], 0)
+            if wanted.by_vectors:
+                gradient[:3, part], gradient[3:6, part] = block.sums(found[1], 1), block.sums(found[2], 1)
+                gradient[:, part] += block.sums_of_shadows(found[0])
+            if wanted.by_stretch:
+                squares[:, part] = block.sums(found[0] - mu0 * found[1] - mu * found[2], 2)
+            for k, output in enumerate(wanted.others):
+                (rest[k, part],) = block.sums(found[output], 0)
+        return Sums(value, gradient, squares, rest)
 
 
 def _groups(stretch: Sequence[Any], epochs: int) -> Iterator[tuple[Any, Array]]:
@@ -191,12 +223,15 @@ class StretchedPlates(NamedTuple):
         Areas over the areas without a stretch.
     weights : list of arrays (n, 1 or 3)
         Areas times the powers 0, 1 and 2 of the normals.
+    table : array (4, at least n)
+        Components of the normals, and areas, for compiled sums.
     """
 
     stretch: Array
     normals: Array
     scales: Array
     weights: list[Array]
+    table: Array
 
 
 class LightOfPlates(ReflectedLight):
@@ -216,14 +251,30 @@ class LightOfPlates(ReflectedLight):
         normals, scales = images / np.where(lengths > 0, lengths, 1.0), lengths * np.prod(stretch)
         areas = self._areas[:, None] * scales
         weights = [np.asfortranarray(x) for x in (areas, areas * normals, areas * normals * normals)]
-        return StretchedPlates(stretch, normals, scales[:, 0], weights)
+        table = CompiledSums.table(np.concatenate([normals, areas], axis=1).T)
+        return StretchedPlates(stretch, normals, scales[:, 0], weights, table)
 
-    @override
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def _plates(self, stretch: Array) -> StretchedPlates:
         plates = self._last
         if not np.array_equal(plates.stretch, stretch):
             plates = self._last = self._stretched(stretch)
-        _, normals, scales, weights = plates
+        return plates
+
+    @override
+    def sums(self, wanted: Wanted, vectors: Array, stretch: Array, scalars: Sequence[Any]) -> Sums:
+        epochs = vectors.shape[1]
+        compiled = self.formula.compiled_sums(wanted) if epochs * len(self._areas) >= MIN_COMPILED else None
+        if compiled is None:
+            return super().sums(wanted, vectors, stretch, scalars)
+        inputs = [*vectors, *(np.broadcast_to(x, epochs) for x in scalars)]
+        (value, *found) = compiled(self._plates(stretch).table, np.stack(inputs))
+        gradient, squares = 6 * wanted.by_vectors, 3 * wanted.by_stretch
+        ends = [gradient, gradient + squares]
+        return Sums(value, *np.split(np.reshape(found, (-1, epochs)), ends))
+
+    @override
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
+        _, normals, scales, weights, _ = self._plates(stretch)
         epochs, count = vectors.shape[1], len(normals)
         rows = max(1, min(epochs, BLOCK // max(count, 1)))
         space = WORKSPACE.array(buffers + 5, rows, count)
@@ -241,6 +292,10 @@ class LightOfPlates(ReflectedLight):
         return None
 
 
+MIN_COMPILED = 200_000
+"""Number of facets at all epochs from which a call is compiled; NumPy takes about a millisecond for fewer."""
+
+
 class LightOfShadedMesh(LightOfPlates):
     """Light of a mesh whose faces shadow and hide each other, and which a second mesh may shadow and hide.
 
@@ -255,6 +310,10 @@ class LightOfShadedMesh(LightOfPlates):
         self._other = None if other is None else Surface(other)
         if other is not None:
             self.placed = 12
+
+    @override
+    def sums(self, wanted: Wanted, vectors: Array, stretch: Array, scalars: Sequence[Any]) -> Sums:
+        return ReflectedLight.sums(self, wanted, vectors, stretch, scalars)
 
     @override
     def _shading(self, vectors: Array, stretch: Array, scales: Array) -> Shading | None:
@@ -307,7 +366,7 @@ class Shading:
         return np.concatenate(slopes, axis=1).T
 
 
-class BlockOfPlates(Block):
+class BlockOfPlates(FacetBlock):
     """Plates that are lit and seen, chosen from all plates of some epochs."""
 
     def __init__(

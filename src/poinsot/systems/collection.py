@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from abc import abstractmethod
 from collections.abc import Hashable, Iterable, Iterator
 from typing import Any, Self
 
@@ -39,9 +38,15 @@ class Collection(Immutable):
         """The records, which define the collection."""
         return self.records
 
-    @abstractmethod
     def with_records(self, records: Iterable[Any]) -> Self:
         """Return the collection with other records, unchecked."""
+        twin = object.__new__(type(self))
+        Collection.__init__(twin, tuple(records))
+        twin._name_records()
+        return twin
+
+    def _name_records(self) -> None:
+        """Set the attributes that name some of the records."""
 
     @cached_property
     def structure(self) -> tuple[Any, ...]:
@@ -117,7 +122,7 @@ class Collection(Immutable):
     def with_numbers(self, scalars: Iterable[Scalar]) -> Self:
         """Return the collection on other scalars: runtime parameters, symbols, arrays."""
         scalars = iter(scalars)
-        return self.with_records(record.with_numbers(scalars) for record in self.records)
+        return self.with_records([record.with_numbers(scalars) for record in self.records])
 
     def refuse_other_axes(self) -> None:
         """Raise a ValueError for orbits and rotation models along different axes, or with different calendars."""

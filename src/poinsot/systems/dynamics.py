@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeAlias, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -104,8 +104,13 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
 
     def __init__(self, body: Bodies, forces: tuple[Force, ...]) -> None:
         super().__init__((body, *forces))
-        parts = tuple(named_parts(forces).values())
-        vars(self).update(body=body, of_bodies=self.bodies_of(body), forces=forces, parts=parts)
+        self._name_records()
+
+    @override
+    def _name_records(self) -> None:
+        body, *forces = self.records
+        parts = tuple(named_parts(cast("list[Force]", forces)).values())
+        vars(self).update(body=body, of_bodies=self.bodies_of(body), forces=tuple(forces), parts=parts)
 
     @staticmethod
     @abstractmethod
@@ -277,13 +282,6 @@ class Dynamics(Collection, Generic[Bodies, Moment]):
         with np.errstate(over="ignore"):
             total: Any = twin.kinetic_at(instant) + np.broadcast_to(np.asarray(twin.potential_at(instant)), shape)[()]
         return total  # type: ignore[no-any-return]
-
-    # ------------------------------------------------------------------ parameters
-
-    @override
-    def with_records(self, records: Iterable[Any]) -> Self:
-        body, *forces = records
-        return type(self)(body, tuple(forces))
 
 
 AnyDynamics: TypeAlias = Dynamics[Any, Any]

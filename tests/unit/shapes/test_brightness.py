@@ -5,6 +5,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.observables import Hapke, Lambert, LambertLommelSeeliger, LommelSeeliger, Minnaert, Phong, ScatteringLaw
+from poinsot.shapes import law_program, reflected_light
 from poinsot.shapes.brightness import brightness_of, phase_angle
 from poinsot.taylor.graph import Graph, tangents
 
@@ -147,6 +148,34 @@ def test_centroids_have_no_derivatives():
     (slope,) = tangents([brightness], {symbols[0]: 1.0})
     with pytest.raises(ValueError, match='shadows must be "exact" for derivatives, got "centroids"'):
         graph.evaluated([slope], dict(zip(symbols, LOW_SUN, strict=True)))
+
+
+@pytest.mark.parametrize("law", [*LAWS[:2], LAWS[3], Coated(0.4, 0.2)], ids=lambda law: type(law).__name__)
+def test_long_light_curves_are_as_short_ones(law, monkeypatch):
+    """Long ones are compiled for laws of arithmetic, if there is a compiler."""
+    epochs = reflected_light.MIN_COMPILED // len(BOX.faces) + 1
+    directions = np.random.default_rng(2).normal(size=(6, epochs))
+    graph = Graph()
+    numbers = [float(x) for x in law.numbers if x]
+    symbols = [graph.symbol(f"x{k}") for k in range(9 + len(numbers))]
+    others = iter(symbols[9:])
+    brightness = brightness_of(
+        BOX, law.with_numbers(next(others) if x else 0.0 for x in law.numbers), symbols[:3], symbols[3:6], symbols[6:9]
+    )
+    outputs = [brightness, *(tangents([brightness], {x: 1.0})[0] for x in symbols)]
+    values = dict(zip(symbols, [*directions, 1.1, 0.9, 1.2, *numbers], strict=True))
+    long = graph.evaluated(outputs, values)
+    scale = np.abs(long).max(axis=1, keepdims=True)
+    short = graph.evaluated(outputs, {x: value[:50] if np.ndim(value) else value for x, value in values.items()})
+    np.testing.assert_allclose(np.array(long)[:, :50] / scale, short / scale, rtol=0, atol=1e-14)
+    monkeypatch.setattr(law_program, "CompiledSums", without_compiler)
+    monkeypatch.setattr(law_program, "_formulas", {})
+    other = brightness_of(BOX, law, directions[:3], directions[3:], (1.1, 0.9, 1.2))
+    np.testing.assert_allclose(other / scale[0], long[0] / scale[0], rtol=0, atol=1e-14)
+
+
+def without_compiler(*_):
+    raise ImportError("llvmlite must be installed")
 
 
 def test_spheres_have_closed_forms():

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.algebra import quaternion as quat
@@ -23,25 +22,22 @@ from poinsot.integration.settings import RunSettings
 from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.kinematics.state import AnyState, Phase, State
 from poinsot.mechanics.body import Body
-from poinsot.propagation.arguments import broadcast_members, check_bodies
 from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.free_motion.elements import Elements, elements_of
 from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_functions
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.members import members_of
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
 from poinsot.storage.memory import refuse_larger_than_memory
 from poinsot.storage.run_record import Method, RunRecord, versions
 from poinsot.systems.system import System
-from poinsot.systems.times import checked_times, common_members
+from poinsot.systems.times_and_states import broadcast_members, check_bodies, checked_times, common_members
 
 __all__ = ["free_motion"]
-
-Array = NDArray[np.float64]
 
 ATTITUDES_PER_BLOCK = 8192
 """Number of attitudes computed together: their intermediate results stay in the second cache of a processor."""

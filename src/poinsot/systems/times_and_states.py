@@ -1,21 +1,24 @@
-"""Times of a motion and the members of its system and state, checked."""
+"""Times, states and members of a system, checked."""
 
 from __future__ import annotations
 
+import warnings
 from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from poinsot.errors import real_array, real_numbers, reals_or_nan
-from poinsot.kinematics.state import AnyState
-from poinsot.printable import quoted
+from poinsot.errors import level_of_user, real_array, real_numbers, reals_or_nan
+from poinsot.kinematics.state import AnyState, Bodies, changed
+from poinsot.mechanics.force import PotentialOn, TorqueOn
+from poinsot.printable import quoted, shortened
 from poinsot.records.calendar import holds_dates
 from poinsot.records.members import common_axis
+from poinsot.suggestions import nearest
 from poinsot.systems.collection import Collection
 from poinsot.systems.system import System
 
-__all__ = ["check_span", "checked_time", "checked_times", "common_members"]
+__all__ = ["broadcast_members", "check_bodies", "check_span", "checked_time", "checked_times", "common_members"]
 
 OWN_TIME = " Give the state its own: body.state(..., time=...)."
 
@@ -69,3 +72,39 @@ def check_span(system: System | Collection, state: AnyState, times: NDArray[np.f
 def common_members(system: System | Collection, state: AnyState) -> tuple[int, ...]:
     """Return () for one body, (members,) for an ensemble."""
     return common_axis("state and system", {state.shape, state.time.shape, system.members})
+
+
+def check_bodies(system: System, state: AnyState) -> None:
+    """Raise an error unless system and state have the same number of bodies and the system moves alone.
+
+    Warn of two bodies that nothing holds together.
+    """
+    if not system.dynamics.moves_alone:
+        raise ValueError(
+            f"system must be the system of both bodies, got {quoted(system)} as one of two, which does not "
+            f"move alone. Take "
+            "motion.system of the pair."
+        )
+    needed = system.dynamics.check_bodies(state)
+    sizes = {name: np.shape(values)[-1] for name, values in state.own.items() if name != "orbit" or needed == 1}
+    names = [part.name for part in system.parts]
+    if unknown := next((name for name in sizes if name not in names), None):
+        raise ValueError(
+            f"state must have variables of the parts of the system, {', '.join(map(shortened, names)) or 'none'}, got "
+            f"{quoted(unknown)}.{nearest(unknown, names)} Make it by system.state(...)."
+        )
+    if names:
+        system.dynamics.check_variables(sizes)
+    if needed > 1 and all(isinstance(force, PotentialOn | TorqueOn) for force in system.forces):
+        warnings.warn(
+            f"system should have a force between its two bodies, got {', '.join(map(repr, system.forces)) or 'none'}. "
+            "They pass each other on a straight line: MutualGravity() attracts them.",
+            stacklevel=level_of_user(),
+        )
+
+
+def broadcast_members(state: Bodies, members: tuple[int, ...]) -> Bodies:
+    """Return a state for each member."""
+    phase = changed(state.phase, lambda x: np.broadcast_to(x, (*members, x.shape[-1])))
+    jumped = changed(state.jumped, lambda x: np.broadcast_to(x, members))
+    return type(state).computed(phase, np.broadcast_to(state.time, members), jumped)
