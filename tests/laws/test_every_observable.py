@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from kinds import concrete_subclasses
 from kinds.observables import BODY, OBSERVABLES, START, SYSTEM, TIMES
-from poinsot.analysis.observed_partials import observed_partials
+from poinsot.analysis.reading_partials import observed_partials
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Environment
 from poinsot.scenarios.system_text import rebuilt_observables, text_of_observables

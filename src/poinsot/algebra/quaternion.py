@@ -10,10 +10,11 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot import functions
 from poinsot.functions import Scalar
+from poinsot.quantities import Array
 
 __all__ = [
     "component_product",
@@ -28,8 +29,6 @@ __all__ = [
     "rotate",
     "rotation_vector",
 ]
-
-Array = NDArray[np.float64]
 
 
 def components(array: ArrayLike) -> tuple[Scalar, ...]:

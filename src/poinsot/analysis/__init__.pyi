@@ -8,9 +8,9 @@ from .libration import Librations, librations
 from .line_combinations import LineIdentification, identify_lines
 from .line_spectrum import LineSpectrum, diffusion, frequencies
 from .mutual_orbit import Revolutions, apsidal_precession, revolutions
-from .observed_partials import ObservedPartials, observed_partials
 from .pair_equilibrium import PairEquilibrium, pair_equilibria
 from .periodic import CassiniState, PeriodicMotion, cassini_state, periodic_motion
+from .reading_partials import ObservedPartials, observed_partials
 from .relaxation import InelasticRelaxation
 from .run_estimate import RunEstimate, estimate_run
 from .sections import Section, andoyer_section, section, spin_orbit_section

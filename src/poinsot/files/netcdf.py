@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.atomic_write import exists, new_file, new_folder, unwritable
 from poinsot.checked import checked
@@ -39,6 +38,7 @@ from poinsot.propagation.stored_motion import (
     times_in,
 )
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Array
 from poinsot.records.calendar import Calendar
 from poinsot.scenarios.system_text import rebuilt_system
 from poinsot.storage.ensemble_store import EnsembleStore, save_in_chunks
@@ -55,8 +55,6 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = ["READINGS", "ReadingsFoundError", "load", "read_dataset", "save", "write_dataset"]
-
-Array = NDArray[np.float64]
 
 SUFFIXES = (".nc", ".zarr")
 

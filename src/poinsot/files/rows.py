@@ -5,13 +5,11 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 
 __all__ = ["TextRows", "number"]
-
-Array = NDArray[np.float64]
 
 MAX_NUMBER = 1e15
 """Largest number in a file of attitudes or orbits."""

@@ -8,8 +8,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
@@ -24,13 +22,12 @@ from poinsot.propagation.observe import observe
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.scenario_of_motion import WHOLE, WITH_FILES, scenario_of
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Array
 from poinsot.scenarios.toml_text import MAX_CHARACTERS
 from poinsot.storage.chunk_plan import Chunking
 from poinsot.systems.system import System
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "repetition"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False, eq=False)

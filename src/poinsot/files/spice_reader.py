@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 import spiceypy as spice
-from numpy.typing import NDArray
 
 from poinsot.printable import quoted, shortened
+from poinsot.quantities import Array
 
 __all__ = ["check_inertial", "instants", "load", "name_and_mu", "number", "positions", "turned"]
-
-Array = NDArray[np.float64]
 
 Answer = tuple[Any, list[Array]]
 

@@ -15,14 +15,12 @@ from poinsot.forces.atmosphere import Atmosphere
 from poinsot.functions import Scalar
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
-from poinsot.quantities import AngularVelocities, Real, Times
+from poinsot.quantities import AngularVelocities, Array, Real, Times
 from poinsot.records.calendar import Calendar, leap_second_gone
 from poinsot.records.parameters import Table
 from poinsot.taylor.graph import number
 
 __all__ = ["TabulatedAtmosphere"]
-
-Array = NDArray[np.float64]
 
 EQUATOR, FLATTENING = 6_378_137.0, 1 / 298.257223563
 """Equatorial radius in metres and flattening of the Earth's ellipsoid WGS 84."""

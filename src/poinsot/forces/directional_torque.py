@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra.solid_harmonics import SolidHarmonics
@@ -13,6 +12,7 @@ from poinsot.checked import checked
 from poinsot.errors import real_array
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.gravity_field import norms, whole_degree
+from poinsot.quantities import Array
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import NotNegative, Parametric
 from poinsot.shapes.mesh import Mesh
@@ -20,8 +20,6 @@ from poinsot.shapes.surface import Surface
 from poinsot.shapes.visibility import clear_faces
 
 __all__ = ["DirectionalTorque", "stream_torques"]
-
-Array = NDArray[np.float64]
 
 MAX_DEGREE = 32
 """Highest degree of the expansion, which has 3267 coefficients in three components."""

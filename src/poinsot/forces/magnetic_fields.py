@@ -21,15 +21,13 @@ from poinsot.mechanics.gravity_field import norms
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.periapsis_warning import warn_below
 from poinsot.mechanics.planet_axes import PlanetAxes
-from poinsot.quantities import Real, Time
+from poinsot.quantities import Array, Real, Time
 from poinsot.records.calendar import Calendar
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import Positive, Table, listed
 from poinsot.taylor.graph import Graph, number, tangents
 
 __all__ = ["IGRF", "MagneticField", "MagneticHarmonics", "SecularHarmonics", "TiltedDipole"]
-
-Array = NDArray[np.float64]
 
 
 class MagneticField(Dated, ABC):

@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Scalar
+from poinsot.quantities import Array
 
 __all__ = ["beyond_the_first", "inertia_of_points", "paired_sum"]
 
 CENTRING_TOLERANCE = 1e-12
 """Tolerance of the centre of mass, relative to the distance of the farthest point, for rounding errors."""
-
-Array = NDArray[np.float64]
 
 
 def inertia_of_points(name: str, masses: Any, positions: Any) -> Array:

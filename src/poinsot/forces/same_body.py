@@ -5,18 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 
 __all__ = ["deviator", "refuse_no_sphere", "refuse_one_body", "refuse_other_inertia", "refuse_other_mass"]
 
 SAME_INERTIA = 1e-9
 """Tolerance between the inertia tensors of body and force, relative to the largest moment: far above rounding."""
-
-Array = NDArray[np.float64]
 
 
 def refuse_other_inertia(name: str, own: Array, bodys: Array, body: Body, hint: str) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from poinsot.functions import Scalar
 from poinsot.integration.kernel_parameters import KernelParameters
 from poinsot.mechanics.part import Jump, Part
+from poinsot.quantities import Array
 from poinsot.random_numbers import key_of
 from poinsot.taylor.tasks import Status
 
@@ -19,7 +20,6 @@ PIECES_AT_A_TIME, MAX_STORED_PIECES = 256, 1024
 """Pieces whose parameters are computed together where all tasks belong to one body, and most pieces stored."""
 
 Integers = NDArray[np.int_]
-Array = NDArray[np.float64]
 
 
 class Segments:

@@ -11,6 +11,7 @@ from poinsot.integration.rows import Action
 from poinsot.kinematics.state import AnyState, State, changed, state_of
 from poinsot.mechanics.event import Event
 from poinsot.printable import described, message_of, quoted
+from poinsot.quantities import Array
 from poinsot.records.members import members_of
 from poinsot.taylor.queue import Queue
 from poinsot.taylor.tasks import Status
@@ -22,8 +23,6 @@ MIN_INTERVAL_RATIO = 1e-5
 
 MAX_MOMENTUM = float(np.sqrt(np.finfo(float).max))
 """Largest momentum whose rates do not overflow."""
-
-Array = NDArray[np.float64]
 
 
 class EventLog:

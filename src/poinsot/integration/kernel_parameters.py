@@ -18,6 +18,7 @@ from poinsot.integration.saltation import Saltation
 from poinsot.integration.state_vector import StateVector
 from poinsot.mechanics.event import Event
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.taylor.decomposition import Crossing, Momenta
 from poinsot.taylor.evaluation import WideEvaluator
 from poinsot.taylor.graph import Evaluator, GraphScalar, Node, Number, wide
@@ -41,7 +42,6 @@ Entering a copy of it takes a tenth of the time of `np.errstate`.
 
 QUIET.run(np.seterr, all="ignore")
 
-Array = NDArray[np.float64]
 Members = NDArray[np.int_]
 Values = Sequence[Number]
 """Values of formulas: a list of floats if all inputs are scalars, otherwise a tuple that contains arrays (members,)."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from poinsot.immutable import cached_property
 from poinsot.integration.state_vector import StateVector, blocks_of
 from poinsot.kinematics.state import Phase
+from poinsot.quantities import Array
 from poinsot.taylor.dense_output import StoredSteps
 
 __all__ = ["Action", "DenseOutput", "Memory", "OneMotion", "Rows", "Sink"]
@@ -19,7 +20,6 @@ __all__ = ["Action", "DenseOutput", "Memory", "OneMotion", "Rows", "Sink"]
 VARIATIONS = ("vectors", "pairs", "exponents")
 """Names of the rows of tangent vectors, of second derivatives and of binary exponents."""
 
-Array = NDArray[np.float64]
 Members = NDArray[np.int_]
 Time = TypeVar("Time", bound=float | Array)
 

@@ -27,6 +27,7 @@ from poinsot.integration.state_vector import StateVector
 from poinsot.integration.variational import STEPS_AT_A_TIME
 from poinsot.kinematics.state import AnyState
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.members import members_of
 from poinsot.taylor import kernels
 from poinsot.taylor.dense_output import StoredSteps
@@ -53,7 +54,6 @@ BYTES_AT_A_TIME = 1_000_000
 FIRST = np.zeros(1, dtype=int)
 NONE, NO_TASKS = np.empty(0, dtype=int), np.empty((0, 4), dtype=int)
 
-Array = NDArray[np.float64]
 Members = NDArray[np.int_]
 Tasks = NDArray[np.int_]
 """Numbers of tasks: each is one member in one direction."""

@@ -18,6 +18,7 @@ from poinsot.mechanics.environment import Environment, orbits_of, sample_time
 from poinsot.mechanics.force import Force, Potential, Torque, derived_torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.two_bodies import TwoBodies, mean_motion
+from poinsot.quantities import Array
 from poinsot.systems.body_dynamics import BodyDynamics
 from poinsot.systems.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
 from poinsot.systems.dynamics import AnyDynamics, Dynamics
@@ -41,7 +42,6 @@ __all__ = [
     "traced_sizes",
 ]
 
-Array = NDArray[np.float64]
 Number = float | Array
 
 MIN_SCALE, MAX_SCALE = 2.0**-512, 2.0**512

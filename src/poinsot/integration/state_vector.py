@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Scalar, Vector
@@ -20,13 +19,12 @@ from poinsot.integration.turned_rows import turn_rows
 from poinsot.integration.variational import Variations
 from poinsot.kinematics.state import AnyState, Phase, named
 from poinsot.mechanics.environment import Environment, OrbitBlock, Views, viewed
+from poinsot.quantities import Array
 from poinsot.records.members import expanded
 from poinsot.systems.dynamics import AnyDynamics
 from poinsot.taylor.rescaling import MOMENTUM_SCALE
 
 __all__ = ["Slot", "StateVector", "blocks_of", "factors_of_parts"]
-
-Array = NDArray[np.float64]
 
 ROWS_PER_BLOCK = 8192
 """Number of rows converted together, so that intermediate results stay in the cache of the processor."""

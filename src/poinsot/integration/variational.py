@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.functions import Vector, cross
+from poinsot.quantities import Array
 from poinsot.taylor.graph import GraphScalar, Node, tangents
 
 __all__ = [
@@ -44,7 +45,6 @@ Element = TypeVar("Element")
 
 Scalars = Sequence[GraphScalar]
 
-Array = NDArray[np.float64]
 Rows = TypeVar("Rows", NDArray[np.float64], NDArray[np.floating], NDArray[np.object_])
 
 INITIAL_EXPONENT = -10

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.quaternion import Array, components
+from poinsot.algebra.quaternion import components
 from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import Immutable, cached_property
-from poinsot.quantities import Rule
+from poinsot.quantities import Array, Rule
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -18,10 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.quaternion import Array, assemble, components
+from poinsot.algebra.quaternion import assemble, components
 from poinsot.functions import Kind, Scalar, Vector
 from poinsot.kinematics.attitude import matrix_of
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 
 SEQUENCES = tuple("".join(s) for s in itertools.product("123", repeat=3) if s[0] != s[1] and s[1] != s[2])
 

@@ -115,7 +115,7 @@ class Orbit(Dated, ABC):
         return 1 / functions.norm(self.position_at(time))
 
     def hidden_at(self, time: Scalar) -> Mapping[str, Scalar]:  # noqa: ARG002
-        """Return, by reason, True where an observer at the attractor does not see the body."""
+        """Return, by reason, True at times of reception at which an observer at the attractor does not see the body."""
         return {}
 
     @property

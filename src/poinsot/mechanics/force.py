@@ -14,7 +14,6 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import cached_property
 from poinsot.kinematics.attitude import Attitude, matrix_of, rotation_matrix
@@ -22,6 +21,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.two_bodies import check_name_of_body
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import Parametric
 from poinsot.taylor.graph import Graph, Node, gradient

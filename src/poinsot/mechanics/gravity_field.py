@@ -6,19 +6,16 @@ import operator
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import member_array, real_numbers, refuse_negative
 from poinsot.functions import Scalar
 from poinsot.printable import kind_of, quoted
-from poinsot.quantities import Real, Rule
+from poinsot.quantities import Array, Real, Rule
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import Matrix, Parametric, Positive
 
 __all__ = ["GravityField", "norms", "whole_degree"]
-
-Array = NDArray[np.float64]
 
 C00_TOLERANCE = 1e-9
 """Largest difference of C_00 from 1: some tables define it as a ratio of two constants."""

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from typing_extensions import override
 
-from poinsot.algebra.quaternion import Array
 from poinsot.functions import Scalar, Vector
 from poinsot.immutable import Immutable, cached_property
 from poinsot.kinematics.attitude import Attitude, matrix_of
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Environment, Orbit, OrbitBlock
+from poinsot.quantities import Array
 
 if TYPE_CHECKING:
     from poinsot.mechanics.block import Block

@@ -10,8 +10,9 @@ from typing_extensions import override
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
-from poinsot.algebra.quaternion import Array, assemble, components
+from poinsot.algebra.quaternion import assemble, components
 from poinsot.functions import Scalar
+from poinsot.quantities import Array
 from poinsot.records.members import of_arrays
 from poinsot.records.parameters import Parametric, Vector
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Orbit
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS
 from poinsot.records.units import DerivedUnits, length_of_inertia
 
 __all__ = ["METRES", "SPEED_OF_LIGHT", "emission_time", "length_unit", "speed_of_light"]
-
-Array = NDArray[np.float64]
 
 SPEED_OF_LIGHT = 299_792_458.0
 """Speed of light in vacuum, m/s (exact)."""

@@ -11,23 +11,20 @@ from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot import functions
 from poinsot.functions import Scalar
 from poinsot.mechanics.block import default_name
-from poinsot.mechanics.environment import Orbit, orbits_of
+from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.light_time import emission_time, speed_of_light
 from poinsot.mechanics.two_bodies import check_name_of_body
+from poinsot.quantities import Array
 from poinsot.records.members import expanded, of_scalars
 from poinsot.records.parameters import Parametric, kinds_of
 from poinsot.records.units import DerivedUnits
 
 __all__ = ["Observable", "ObservableOn", "deviation_of", "observables_by_name"]
-
-Array = NDArray[np.float64]
 
 
 class Observable(Parametric, ABC):
@@ -72,19 +69,18 @@ class Observable(Parametric, ABC):
         return ""
 
     @of_scalars
-    def validity(self, instant: Instant) -> Mapping[str, Scalar]:
+    def validity(self, instant: Instant) -> Mapping[str, Scalar]:  # noqa: ARG002
         """Return, by reason, True where the instrument has no reading, such as a blinded sensor; readings are NaN.
 
-        By default there is no reading where an observer does not see the body, see `Orbit.hidden_at`.
+        There is also no reading at times at which an observer does not see the body, see `Orbit.hidden_at`.
         """
-        found: dict[str, Scalar] = {}
-        for orbit in orbits_of(self):
-            for reason, hidden in orbit.hidden_at(instant.time).items():
-                found[reason] = functions.where(found[reason], True, hidden) if reason in found else hidden
-        return found
+        return {}
 
     def check_values(self, values: Array) -> None:
         """Raise a ValueError for values that the instrument cannot read; NaN where there is no reading."""
+
+    def check_times(self, times: Array) -> None:
+        """Raise a ValueError for times at which the formula does not hold, such as an observer inside the body."""
 
     @property
     def light_path(self) -> Orbit | None:
@@ -165,6 +161,10 @@ class ObservableOn(Observable):
     @override
     def validity(self, instant: Any) -> Mapping[str, Scalar]:
         return self.observable.validity(getattr(instant, self.body))
+
+    @override
+    def check_times(self, times: Array) -> None:
+        self.observable.check_times(times)
 
     @property
     @override

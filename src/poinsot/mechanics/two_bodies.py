@@ -7,7 +7,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot.algebra import quaternion as quat
 from poinsot.algebra.ellipsoids import gap
@@ -20,7 +20,7 @@ from poinsot.kinematics.state import PairState
 from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.printable import described, quoted
-from poinsot.quantities import AngularVelocity, Duration, Real, Times
+from poinsot.quantities import AngularVelocity, Array, Duration, Real, Times
 from poinsot.records.parameters import Parametric, Positive
 
 if TYPE_CHECKING:
@@ -36,8 +36,6 @@ __all__ = [
     "refuse_overlap",
     "upright",
 ]
-
-Array = NDArray[np.float64]
 
 BODIES = ("primary", "secondary")
 """The names of the two."""

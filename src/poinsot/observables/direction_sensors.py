@@ -8,7 +8,6 @@ from dataclasses import KW_ONLY
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -22,14 +21,12 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.noise import random_turn
 from poinsot.mechanics.observable import Observable
 from poinsot.orbits.fixed import FixedPosition
-from poinsot.quantities import OR_NUMBER, Along, Angle, BodyVector, Rule
+from poinsot.quantities import OR_NUMBER, Along, Angle, Array, BodyVector, Rule
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import ArrayLength, BodyDirection, HalfTurn, NotNegative, Positive
 from poinsot.records.units import DerivedUnits
 
 __all__ = ["CoarseSunSensors", "VectorSensor"]
-
-Array = NDArray[np.float64]
 
 STAR_DISTANCE = 1e30
 """Distance of a target that is given by its direction, so that the place of the body does not change the direction."""
@@ -122,7 +119,7 @@ class VectorSensor(Observable):
         if self.occulters and isinstance(self.target, Orbit):
             covers = [occulter.covers(instant, self.target) for occulter in self.occulters]
             own["eclipsed"] = functools.reduce(lambda some, one: functions.where(some, True, one), covers)
-        return {**super().validity(instant), **own}
+        return own
 
     @override
     def disturbed(self, readings: Array, errors: Array) -> Array:
@@ -193,5 +190,4 @@ class CoarseSunSensors(Observable):
     @override
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:
         visible = visible_fraction(instant, self.sun, self.occulters, self.sun_radius)
-        own = {"eclipsed": functions.less(visible, DARK)} if self.occulters else {}
-        return {**super().validity(instant), **own}
+        return {"eclipsed": functions.less(visible, DARK)} if self.occulters else {}

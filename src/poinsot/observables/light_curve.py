@@ -7,7 +7,6 @@ from dataclasses import KW_ONLY
 from typing import Annotated, Any, ClassVar, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -18,7 +17,7 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.light_time import METRES
 from poinsot.mechanics.observable import Observable
 from poinsot.printable import described, quoted
-from poinsot.quantities import Real, Rule
+from poinsot.quantities import Array, Real, Rule
 from poinsot.records.parameters import NotNegative, Positive, Structural
 from poinsot.records.units import DerivedUnits, length_of_inertia
 from poinsot.shapes.brightness import Companion, Shadows, brightness_of
@@ -27,8 +26,6 @@ from poinsot.shapes.scattering import ScatteringLaw
 from poinsot.shapes.solids import Ellipsoid
 
 __all__ = ["LightCurve"]
-
-Array = NDArray[np.float64]
 
 KINDS = {"flux": "1", "magnitude": "mag", "relative": "1"}
 """Kinds of readings, with their units."""
@@ -83,6 +80,14 @@ def _surface(shape: Outline) -> float:
     if isinstance(shape, Ellipsoid):
         return _area_of_ellipsoid(np.asarray(shape.semiaxes))
     return float(np.sum(shape.face_areas if isinstance(shape, Mesh) else shape.areas))
+
+
+def _radius(shape: Outline) -> float:
+    """Return the radius of a sphere about the origin of the body axes that contains a surface."""
+    if isinstance(shape, Ellipsoid):
+        return float(np.max(shape.semiaxes))
+    points = shape.vertices if isinstance(shape, Mesh) else shape.positions
+    return float(np.max(np.linalg.norm(points, axis=-1), initial=0.0))
 
 
 def _area_of_ellipsoid(semiaxes: Array) -> float:
@@ -197,16 +202,29 @@ class LightCurve(Observable):
         return self.observer if self.light_time else None
 
     @override
+    def check_times(self, times: Array) -> None:
+        radius = np.max(self.stretch, axis=-1) * max(map(_radius, self._surfaces.each))
+        limit = radius[..., None] if np.ndim(radius) else radius
+        for name, orbit in (("sun", self.sun), ("observer", self.observer)):
+            distances = np.asarray(functions.norm(orbit.position_at(times)), dtype=float)
+            inside = np.broadcast_to(
+                distances < limit, np.broadcast_shapes(distances.shape, np.shape(limit), times.shape)
+            )
+            if self.kind != "relative" and inside.any():
+                place = np.unravel_index(np.argmax(inside), inside.shape)
+                raise ValueError(
+                    f"{name} must be outside of the body, got the distance "
+                    f"{np.broadcast_to(distances, inside.shape)[place]:.6g} at the time {times[place[-1]]:.10g}, below "
+                    f'the radius {np.max(radius):.6g}. A direction alone needs kind="relative".'
+                )
+
+    @override
     def unit(self, units: DerivedUnits) -> str:
         known = units.length if units.length in METRES else length_of_inertia(units.inertia, METRES)
-        if (
-            known
-            and self.kind != "relative"
-            and np.any(np.abs(self.astronomical_unit * METRES[known] / METRES["au"] - 1) > 1e-3)
-        ):
+        expected, given = METRES["au"] / METRES.get(known, np.nan), np.ravel(self.astronomical_unit)
+        if self.kind != "relative" and np.any(np.abs(given / expected - 1) > UNIT_TOLERANCE):
             raise ValueError(
-                f"astronomical_unit must be {METRES['au'] / METRES[known]:.10g}, for lengths in {known}, got "
-                f"{quoted(float(np.ravel(self.astronomical_unit)[0]))}."
+                f"astronomical_unit must be {expected:.10g} for lengths in {known}, got {quoted(float(given[0]))}."
             )
         return KINDS[self.kind]
 

@@ -15,7 +15,7 @@ from poinsot.errors import real_numbers, reals_or_nan
 from poinsot.mechanics.environment import orbits_of
 from poinsot.mechanics.observable import Observable, deviation_of
 from poinsot.printable import quoted
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.random_numbers import normal_numbers
 from poinsot.records.calendar import Calendar, attributes_of_time, holds_dates
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Readings"]
 
-Array = NDArray[np.float64]
 Several = int | slice | Sequence[int] | NDArray[np.int_] | NDArray[np.bool_]
 
 NO_ATTRIBUTES: Mapping[str, str] = {}

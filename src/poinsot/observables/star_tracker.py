@@ -8,7 +8,6 @@ from dataclasses import KW_ONLY
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -20,14 +19,12 @@ from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.noise import random_turn
 from poinsot.mechanics.observable import Observable
-from poinsot.quantities import OR_NUMBER, Along, Quantity, Rule
+from poinsot.quantities import OR_NUMBER, Along, Array, Quantity, Rule
 from poinsot.records.members import of_scalars
 from poinsot.records.parameters import HalfTurn, NotNegative, Parametric
 from poinsot.records.units import DerivedUnits
 
 __all__ = ["Exclusion", "StarTracker"]
-
-Array = NDArray[np.float64]
 
 
 class Exclusion(Parametric):
@@ -120,8 +117,7 @@ class StarTracker(Observable):
     @override
     def validity(self, instant: Instant) -> Mapping[str, Scalar]:
         margins = [each.margin(instant, self.boresight()) for each in self.exclusions]
-        own = {"blinded": functions.less(functools.reduce(functions.minimum, margins), 0.0)} if margins else {}
-        return {**super().validity(instant), **own}
+        return {"blinded": functions.less(functools.reduce(functions.minimum, margins), 0.0)} if margins else {}
 
     @override
     def check_values(self, values: Array) -> None:

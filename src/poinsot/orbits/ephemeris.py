@@ -11,7 +11,7 @@ from dataclasses import KW_ONLY
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from typing_extensions import override
 
 from poinsot import functions
@@ -23,7 +23,7 @@ from poinsot.mechanics.environment import FrameOfOrbit, Orbit
 from poinsot.orbits import piecewise_chebyshev as pieces
 from poinsot.orbits.conic import Radius, check_surface, shown
 from poinsot.printable import described, message_of, quoted, shortened
-from poinsot.quantities import Real, Time, Times
+from poinsot.quantities import Array, Real, Time, Times
 from poinsot.records.calendar import Calendar
 from poinsot.records.parameters import Points, Positive, Table, listed
 from poinsot.taylor.graph import Graph, number, tangents
@@ -31,8 +31,6 @@ from poinsot.taylor.graph import Graph, number, tangents
 __all__ = ["Ephemeris", "EphemerisFrame", "kilometres_to_metres"]
 
 KILOMETRE = 1000.0
-
-Array = NDArray[np.float64]
 
 
 class PolynomialArc(Orbit):

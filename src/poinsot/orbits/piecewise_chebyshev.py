@@ -14,9 +14,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-__all__ = ["fitted", "interpolated", "powers", "values"]
+from poinsot.quantities import Array
 
-Array = NDArray[np.float64]
+__all__ = ["fitted", "interpolated", "powers", "values"]
 
 DEGREE = 12
 """Degree of the fitted polynomials. In a kernel a degree costs a product of series for each component, and a knot some

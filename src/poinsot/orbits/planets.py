@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.orbits.attractors import MU, attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.theories import JULIAN_CENTURY, moon_position, planet_position
 from poinsot.printable import quoted
-from poinsot.quantities import Date
+from poinsot.quantities import Array, Date
 from poinsot.records.calendar import Calendar, span_of
 
 __all__ = ["planet_orbit"]
@@ -35,8 +34,6 @@ MOON_IN_EARTH_AND_MOON = MU["MOON"] / MU["EARTH BARYCENTER"]
 
 POLYNOMIAL_TOLERANCE = 1e-12
 """Relative error of the fitted polynomials. The theories are accurate to 1e-7 at best."""
-
-Array = NDArray[np.float64]
 
 
 @checked

@@ -37,13 +37,12 @@ from numpy.typing import NDArray
 
 from poinsot.double_double import PI, DoubleDouble
 from poinsot.functions import eccentric_anomaly
+from poinsot.quantities import Array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 __all__ = ["moon_position", "planet_position"]
-
-Array = NDArray[np.float64]
 
 JULIAN_CENTURY = 36525 * 86400.0
 

@@ -264,13 +264,13 @@ def _calendar(found: Sequence[Readings]) -> Calendar | None:
 def _label(found: Sequence[Readings]) -> str:
     """Return the label of an axis of values: the observable, the axes of its components, and the unit."""
     unit, frame = _common_unit(found), found[0].attributes.get("frame", "")
-    kinds = dict.fromkeys(in_words(type(each.observable).__name__) for each in found)
+    kinds = dict.fromkeys(in_words(each.observable.definition[0]) for each in found)
     words = "magnitude" if unit == MAGNITUDE else ", ".join(kinds)
     return f"{words}{frame and f', {frame} axes'}{unit and bracketed(unit)}"
 
 
 @dataclass(frozen=True)
-class _Curve:
+class _DrawnCurve:
     """One component of readings, shape (n,), or (members, n) for an ensemble, in the order of the times."""
 
     name: str
@@ -278,13 +278,13 @@ class _Curve:
     values: Array
     sigma: Array | None
 
-    def only(self, shown: NDArray[np.bool_] | NDArray[np.int64]) -> _Curve:
+    def only(self, shown: NDArray[np.bool_] | NDArray[np.int64]) -> _DrawnCurve:
         """Return a selection of the readings."""
         sigma = None if self.sigma is None else self.sigma[..., shown]
-        return _Curve(self.name, self.times[shown], self.values[..., shown], sigma)
+        return _DrawnCurve(self.name, self.times[shown], self.values[..., shown], sigma)
 
 
-def _curves(found: Sequence[Readings]) -> Iterator[_Curve]:
+def _curves(found: Sequence[Readings]) -> Iterator[_DrawnCurve]:
     """Yield the components of readings with their names in the legend."""
     named = [in_words(each.name) for each in found]
     numbered = len(set(named)) < len(named)
@@ -297,7 +297,7 @@ def _curves(found: Sequence[Readings]) -> Iterator[_Curve]:
         for i, component in enumerate(components or ("",)):
             own = (..., i) if components else ...
             words = f"{name} {component.replace('_', ' ')}".strip()
-            yield _Curve(words, each.times, values[own], None if sigma is None else sigma[own]).only(order)
+            yield _DrawnCurve(words, each.times, values[own], None if sigma is None else sigma[own]).only(order)
 
 
 def _one_number(name: str, found: Sequence[Readings]) -> tuple[Array, Array]:
@@ -348,13 +348,13 @@ def _in_unit(length: float, unit: Unit) -> str:
 # ---------------------------------------------------------------------- drawing
 
 
-def _look(number: int, curves: Sequence[_Curve]) -> dict[str, Any]:
+def _look(number: int, curves: Sequence[_DrawnCurve]) -> dict[str, Any]:
     """Return the colour of a curve, and its name if the curves are few."""
     label = curves[number].name if len(curves) <= MAX_NAMED else None
     return {"color": COLOURS[number % len(COLOURS)], "label": label}
 
 
-def _draw_folded(panel: Axes, curve: _Curve, clock: tuple[float, float], points: bool | None, **look: Any) -> None:
+def _draw_folded(panel: Axes, curve: _DrawnCurve, clock: tuple[float, float], points: bool | None, **look: Any) -> None:
     """Draw a curve over the phase, in a piece for each cycle."""
     phase = _phases(curve.times, *clock)[:, 0]
     _draw(panel, phase, curve, points, np.diff(phase, prepend=0.0) < 0, **look)
@@ -363,7 +363,7 @@ def _draw_folded(panel: Axes, curve: _Curve, clock: tuple[float, float], points:
 def _draw(
     panel: Axes,
     places: Array,
-    curve: _Curve,
+    curve: _DrawnCurve,
     points: bool | None,
     begin: NDArray[np.bool_] | None = None,
     **look: Any,

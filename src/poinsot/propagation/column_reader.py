@@ -21,6 +21,7 @@ from poinsot.mechanics.observable import Observable
 from poinsot.propagation.columns import ORBIT_VARIABLES, Column, ColumnBlock, ColumnTable, columns_of_observables
 from poinsot.propagation.event_record import NO_EVENTS, EventRecords
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
+from poinsot.quantities import Array
 from poinsot.records.members import members_of
 from poinsot.storage.run_record import RunRecord
 from poinsot.storage.selection import Chosen, rows_of
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 
 __all__ = ["NO_COLUMNS", "ColumnReader", "LazyColumns", "MotionRows", "body_systems"]
 
-Array = NDArray[np.float64]
 EVERY = slice(None)
 NO_COLUMNS: Mapping[str, Array] = read_only({})
 NO_OBSERVABLES: Mapping[str, Observable] = read_only({})

@@ -13,7 +13,6 @@ from enum import Enum, auto
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.immutable import cached_property, read_only
@@ -24,6 +23,7 @@ from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.integrals import Integral
 from poinsot.systems.system import System
@@ -42,8 +42,6 @@ __all__ = [
     "static_columns",
     "unit_of_column",
 ]
-
-Array = NDArray[np.float64]
 
 
 class Scope(Enum):

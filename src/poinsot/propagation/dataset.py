@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot.kinematics.state import RIGID, AnyState, Phase, named
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
@@ -18,6 +18,7 @@ from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.columns import RENAMED, Column
 from poinsot.propagation.recorded import RecordedObservable, RecordedPart
 from poinsot.propagation.two_body_motion import two_bodies
+from poinsot.quantities import Array
 from poinsot.records.calendar import Calendar, attributes_of_time
 from poinsot.records.units import DerivedUnits
 from poinsot.storage.run_record import RunRecord
@@ -32,16 +33,14 @@ __all__ = [
     "dataset_of_motion",
     "dataset_of_result",
     "dataset_of_store",
+    "json_of_observables",
     "read_observables",
     "read_parts",
     "state_variables",
     "text_of_jumps",
-    "text_of_observables",
     "text_of_parts",
     "with_present_names",
 ]
-
-Array = NDArray[np.float64]
 
 CONVENTIONS = "Hamilton product, scalar first; x_space = q x_body q~; rates are inertial"
 
@@ -87,7 +86,7 @@ def dataset_of_motion(
             "system": repr(system),
             "initial_state": repr(motion.initial),
             **({"parts": text_of_parts(system.parts)} if system.parts else {}),
-            **({"observables": text_of_observables(observables, units)} if observables else {}),
+            **({"observables": json_of_observables(observables, units)} if observables else {}),
             **({"jumps": text_of_jumps(system.dynamics.jumping)} if system.dynamics.jumping else {}),
             "state_variables": " ".join(
                 name.removeprefix("own_") for name in state_variables(motion.system, motion.rows.phase)
@@ -180,23 +179,31 @@ def text_of_jumps(parts: Iterable[Part | RecordedPart]) -> str:
     )
 
 
-def text_of_observables(observables: Mapping[str, Observable], units: DerivedUnits) -> str:
+def json_of_observables(observables: Mapping[str, Observable], units: DerivedUnits) -> str:
     """Return the text of a file about the observables whose readings it contains."""
-    return json.dumps({
-        name: {"text": repr(each), "components": each.components, "unit": each.unit(units), "frame": each.frame}
-        for name, each in observables.items()
-    })  # fmt: skip
+    return json.dumps(
+        {
+            name: {
+                "text": repr(each),
+                "components": each.components,
+                "errors": each.errors,
+                "unit": each.unit(units),
+                "frame": each.frame,
+            }
+            for name, each in observables.items()
+        }
+    )
 
 
 def read_observables(text: str) -> dict[str, RecordedObservable]:
-    """Return the observables in a file, from the text of `text_of_observables`."""
+    """Return the observables in a file, from the text of `json_of_observables`."""
     found = {}
     for name, each in json.loads(text).items():
-        words = each["components"]
-        known = [each["text"], each["unit"], each["frame"], *words]
+        words, errors = each["components"], each["errors"]
+        known = [each["text"], each["unit"], each["frame"], *words, *errors]
         if not name.isidentifier() or not all(isinstance(word, str) for word in known):
             raise ValueError(f"observables must have names and texts, got {quoted(name)}.")
-        found[name] = RecordedObservable(each["text"], each["unit"], each["frame"], " ".join(words))
+        found[name] = RecordedObservable(each["text"], " ".join(words), " ".join(errors), each["unit"], each["frame"])
     return found
 
 

@@ -16,13 +16,13 @@ from poinsot.integration.report import Recorded
 from poinsot.integration.state_vector import StateVector
 from poinsot.kinematics.state import AnyState, Phase, changed, state_of
 from poinsot.mechanics.event import Event
+from poinsot.quantities import Array
 from poinsot.records.members import members_of
 from poinsot.storage.selection import Chosen
 from poinsot.systems.system import System
 
 __all__ = ["NO_EVENTS", "EventRecord", "EventRecords", "crossings"]
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int_]
 
 EVENTS_PER_BLOCK = 65_536

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.display import motion as display
 from poinsot.mechanics.environment import Environment
 from poinsot.propagation.column_reader import ColumnReader
+from poinsot.quantities import Array
 from poinsot.storage.run_record import RunRecord
 
 __all__ = ["lines", "shown_members", "sketches", "summary"]
 
-Array = NDArray[np.float64]
 ERRORS = ("norm_error", "tangency_error")
 
 

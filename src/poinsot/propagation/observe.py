@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from poinsot.checked import checked
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.mechanics.observable import Observable
@@ -15,13 +12,11 @@ from poinsot.printable import described
 from poinsot.propagation.propagate import propagated_again
 from poinsot.propagation.readings_along import values_along
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.times_and_states import checked_times
 
 __all__ = ["checked_observables", "observe"]
-
-Array = NDArray[np.float64]
 
 
 @checked

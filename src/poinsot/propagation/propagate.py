@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import cast
 
-import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import Unpack
 
 from poinsot.checked import checked
@@ -28,7 +26,7 @@ from poinsot.propagation.readings_along import readings_without_rows, refuse_unf
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.members import members_of
 from poinsot.storage.chunk_plan import Chunking, Plan, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
@@ -36,8 +34,6 @@ from poinsot.systems.system import System
 from poinsot.systems.times_and_states import broadcast_members, check_bodies, check_span, checked_times, common_members
 
 __all__ = ["propagate", "propagated_again"]
-
-Array = NDArray[np.float64]
 
 
 @checked

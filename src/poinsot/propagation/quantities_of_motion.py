@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.display.html_text import Summarized
@@ -19,7 +18,7 @@ from poinsot.orbits.elements import OsculatingElements, osculating_elements
 from poinsot.propagation import two_body_motion as pairs
 from poinsot.propagation.column_reader import ColumnReader
 from poinsot.propagation.relative_motion import RelativeMotion, euler_angles, relative_motion
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.systems.pair_dynamics import PairDynamics, acceleration
 from poinsot.systems.system import System
 
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
 
 
 __all__ = ["QuantitiesOfMotion"]
-
-Array = NDArray[np.float64]
 
 
 class QuantitiesOfMotion(Summarized):

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from poinsot.errors import level_of_user
 from poinsot.kinematics.state import AnyState, changed, state_of
-from poinsot.mechanics.environment import Environment
+from poinsot.mechanics.environment import Environment, orbits_of
 from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.printable import quoted
-from poinsot.propagation.recorded import RecordedObservable, RecordedSystem
+from poinsot.propagation.recorded import RecordedSystem
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Array
 from poinsot.records.members import expanded, members_of
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.collection import Collection
@@ -26,14 +27,13 @@ from poinsot.systems.system import System
 __all__ = [
     "Propagation",
     "absent_readings",
+    "hidden_readings",
     "readings_without_rows",
     "refuse_unfit",
     "states_at",
     "values_along",
     "with_readings",
 ]
-
-Array = NDArray[np.float64]
 
 Propagation = Callable[[Trajectory, Array], Trajectory]
 """Function that returns a motion at other times, ascending, from the same initial state."""
@@ -49,14 +49,25 @@ def values_along(motion: Trajectory, observable: Observable, times: Array, again
     seen = observable.time_of_body(times, DerivedUnits(motion.system.units))
     parts = [_read(each, own, at, again) for each, own, at in _parts(motion, observable, seen)]
     values = parts[0].values if len(parts) == 1 else np.concatenate([part.values for part in parts])
-    _warn(observable, parts)
+    hidden = hidden_readings(observable, times, values.shape[: values.ndim - bool(observable.components)])
+    for where in hidden.values():
+        values[where] = np.nan
+    _warn(observable, [*parts, _Values(np.empty(0), hidden)])
     return values
+
+
+def hidden_readings(observable: Observable, times: Array, shape: tuple[int, ...]) -> dict[str, NDArray[np.bool_]]:
+    """Return, by reason, True where an observer does not see the body at the times of readings of a shape."""
+    found: dict[str, NDArray[np.bool_]] = {}
+    for orbit in orbits_of(observable):
+        for reason, hidden in orbit.hidden_at(times).items():
+            where = np.broadcast_to(np.asarray(hidden, dtype=bool), shape)
+            found[reason] = found[reason] | where if reason in found else where
+    return found
 
 
 def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...], times: Array) -> None:
     """Raise an error for an observable that does not fit a system of members, or times at which an orbit is unknown."""
-    if isinstance(observable, RecordedObservable):
-        raise ValueError("an observable must have its formula to be read, got its text alone. The motion has readings.")
     Collection((*system.dynamics.records, observable)).refuse_other_axes()
     if not isinstance(system, RecordedSystem):
         try_observable(system.dynamics, observable)
@@ -71,6 +82,7 @@ def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...
             f"times must lie within the span of the orbits of {type(observable).__name__}, [{quoted(first)}, "
             f"{quoted(last)}], got {quoted(float(outside[0]))}."
         )
+    observable.check_times(times)
 
 
 class _Values(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, ClassVar, NamedTuple, NoReturn
+from typing import ClassVar, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,14 +21,14 @@ from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.mechanics.part import Jump
 from poinsot.mechanics.two_bodies import TwoBodies
 from poinsot.printable import printable
+from poinsot.quantities import Array
+from poinsot.records.formula_errors import FormulaError
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.dynamics import AnyDynamics
 from poinsot.systems.integrals import Integral
 from poinsot.systems.system import System
 
 __all__ = ["RecordedEvent", "RecordedObservable", "RecordedPart", "RecordedSystem", "recorded_integral"]
-
-Array = NDArray[np.float64]
 
 
 class RecordedPart(NamedTuple):
@@ -192,14 +192,20 @@ class RecordedObservable(Observable):
     ----------
     text : str
         `repr` of the observable.
-    unit_of_readings, axes, names : str
-        Unit of the readings, axes of the components, and names of the components, separated by spaces.
+    names, error_names : str
+        Names of the numbers of a reading and of an error, separated by spaces.
+    unit_of_readings, axes : str
+        Unit of the readings, and axes of the components.
+    reason : str
+        Reason why the file does not contain what makes the observable again.
     """
 
     text: str
-    unit_of_readings: str
-    axes: str
     names: str
+    error_names: str
+    unit_of_readings: str = ""
+    axes: str = ""
+    reason: str = "it contains the text alone"
 
     @override
     def __repr__(self) -> str:
@@ -209,6 +215,11 @@ class RecordedObservable(Observable):
     def components(self) -> tuple[str, ...]:  # type: ignore[override]
         """Names of the numbers of a reading."""
         return tuple(self.names.split())
+
+    @property
+    @override
+    def errors(self) -> tuple[str, ...]:
+        return tuple(self.error_names.split())
 
     @override
     def unit(self, units: DerivedUnits) -> str:
@@ -220,8 +231,8 @@ class RecordedObservable(Observable):
         return self.axes
 
     @override
-    def reading(self, instant: Instant) -> Any:
-        raise _formula_missing("reading")
+    def reading(self, instant: Instant) -> NoReturn:
+        raise FormulaError(f"{self!r} must have a formula to be read, got none from its file: {self.reason}")
 
 
 def _formula_missing(name: str) -> ValueError:

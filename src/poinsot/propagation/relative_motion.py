@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
@@ -17,11 +16,10 @@ from poinsot.kinematics import euler
 from poinsot.kinematics.attitude import rotation
 from poinsot.kinematics.frame import Frame, roll_pitch_yaw
 from poinsot.kinematics.state import AnyState
+from poinsot.quantities import Array
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False, eq=False)

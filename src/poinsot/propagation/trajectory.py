@@ -25,7 +25,7 @@ from poinsot.propagation.dataset import dataset_of_motion, dataset_of_store, wit
 from poinsot.propagation.event_record import EventRecord
 from poinsot.propagation.quantities_of_motion import QuantitiesOfMotion
 from poinsot.propagation.two_body_motion import refuse_one_body
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.calendar import Calendar
 from poinsot.records.members import members_of
 from poinsot.storage.run_record import Method, RunRecord
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
 
     from poinsot.storage.ensemble_store import EnsembleStore
 
-Array = NDArray[np.float64]
 Several = slice | Sequence[int] | NDArray[np.int_] | NDArray[np.bool_]
 Dense = tuple[Callable[[Array], Phase], float, float]
 """Dense output: a function of times, and the first and the last time at which it is defined."""

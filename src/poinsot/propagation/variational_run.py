@@ -23,14 +23,13 @@ from poinsot.integration.variational import Variations
 from poinsot.kinematics.state import AnyState
 from poinsot.mechanics.environment import shared_blocks
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.members import members_of
 from poinsot.storage.run_record import Method, RunRecord
 from poinsot.systems.system import System
 from poinsot.systems.times_and_states import broadcast_members, check_bodies, check_span, checked_times, common_members
 
 __all__ = ["MAX_COORDINATES_TOGETHER", "Derivatives", "UserUnits", "VariationalRun"]
-
-Array = NDArray[np.float64]
 
 MAX_COORDINATES_TOGETHER = 12
 """The most coordinates whose vectors are integrated together: the equations of more compile for many seconds."""

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
@@ -25,6 +24,7 @@ from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.observables.readings import Readings
 from poinsot.orbits.kepler import KeplerOrbit
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS, Calendar, holds_dates
 from poinsot.scenarios.errors import MISSING, Errors, has, maker_at
 from poinsot.scenarios.folder import Folder
@@ -37,7 +37,6 @@ from poinsot.systems.times_and_states import check_span, checked_times, common_m
 
 __all__ = ["Parts"]
 
-Array = NDArray[np.float64]
 FROM = ("from_primary", "from_secondary")
 """Endings of references to the orbits about the two attractors of a path."""
 

@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from poinsot.functions import norm
 from poinsot.shapes.law_program import FacetFormulas, LawFormula, Wanted
-from poinsot.shapes.reflected_light import MIN_COMPILED, Block, ReflectedLight, Sums
+from poinsot.shapes.reflected_light import MIN_COMPILED, FacetBlock, ReflectedLight, Sums
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.compiled_sums import CompiledSums
 from poinsot.taylor.graph import Graph, Number
@@ -62,7 +62,7 @@ class LightOfEllipsoid(ReflectedLight):
         return Sums.of(wanted, np.concatenate(found, axis=1))
 
     @override
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         rule, epochs = cast("Quadrature", self._rule), vectors.shape[1]
         rows = max(1, min(epochs, NODES_OF_BLOCK // rule.count))
         space = np.empty((buffers, rows * rule.count))
@@ -229,7 +229,7 @@ class Lune:
         self.areas = 0.5 * np.pi * areas * self.cosines
 
 
-class BlockOfEllipsoid(Block):
+class BlockOfEllipsoid(FacetBlock):
     """Nodes of the quadrature over the lit and seen part of an ellipsoid at some epochs."""
 
     def __init__(self, epochs: slice, lune: Lune) -> None:

@@ -21,7 +21,16 @@ from poinsot.shapes.visibility import clear_faces, clear_parts
 from poinsot.taylor.compiled_sums import CompiledSums
 from poinsot.taylor.graph import Graph, Number, Primitive
 
-__all__ = ["BLOCK", "MIN_COMPILED", "Block", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight", "Sums"]
+__all__ = [
+    "BLOCK",
+    "MIN_COMPILED",
+    "FacetBlock",
+    "LightOfPlates",
+    "LightOfShadedMesh",
+    "Plates",
+    "ReflectedLight",
+    "Sums",
+]
 
 Array = NDArray[np.float64]
 
@@ -60,7 +69,7 @@ class Plates(Protocol):
         """Unit normals of the plates."""
 
 
-class Block(ABC):
+class FacetBlock(ABC):
     """Facets that are lit and seen at consecutive epochs, one after the other.
 
     Attributes
@@ -143,7 +152,7 @@ class ReflectedLight(Primitive):
         self.formula = formula
 
     @abstractmethod
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         """Yield blocks of epochs, with buffers for their facets, for vectors (6 + placed, epochs) and one stretch."""
 
     @override
@@ -279,7 +288,7 @@ class LightOfPlates(ReflectedLight):
         return Sums.of(wanted, compiled(self._plates(stretch).table, np.stack(inputs)))
 
     @override
-    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[Block, Sequence[Array]]]:
+    def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         _, normals, scales, weights, _ = self._plates(stretch)
         epochs, count = vectors.shape[1], len(normals)
         rows = max(1, min(epochs, BLOCK // max(count, 1)))
@@ -379,7 +388,7 @@ class Shading:
         return np.concatenate(slopes, axis=1).T
 
 
-class BlockOfPlates(Block):
+class BlockOfPlates(FacetBlock):
     """Plates that are lit and seen, chosen from all plates of some epochs."""
 
     def __init__(

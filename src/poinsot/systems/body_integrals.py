@@ -12,7 +12,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.algebra import quaternion as quat
@@ -24,6 +23,7 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import Torque
 from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.part import Part
+from poinsot.quantities import Array
 from poinsot.systems.body_dynamics import BodyDynamics
 from poinsot.systems.integrals import (
     EPS,
@@ -39,8 +39,6 @@ from poinsot.systems.probing import samples, time_scale
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["integrals_of_body"]
-
-Array = NDArray[np.float64]
 
 ENERGY_RATE_TOLERANCE = 1e-11
 """Rate of the energy that counts as zero, relative to the changes of the energy in a unit of time."""

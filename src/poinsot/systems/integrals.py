@@ -11,18 +11,16 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable
 from poinsot.kinematics.state import AnyState
+from poinsot.quantities import Array
 from poinsot.systems.branch_exploration import BRANCH_SAMPLES, conditions, on_branches
 from poinsot.systems.collection import Collection
 from poinsot.taylor.graph import Graph
 
 __all__ = ["EPS", "Integral", "SampledRates", "TracedRates", "component_of", "largest", "shaken", "vanishes"]
-
-Array = NDArray[np.float64]
 
 SAMPLE_STATES = 6
 

@@ -6,7 +6,6 @@ import functools
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.functions import Scalar, Vector
@@ -15,6 +14,7 @@ from poinsot.mechanics.environment import Environment
 from poinsot.mechanics.force import PairLoad
 from poinsot.mechanics.pair_instant import PairInstant
 from poinsot.mechanics.two_bodies import mean_motion
+from poinsot.quantities import Array
 from poinsot.systems.integrals import (
     EPS,
     Integral,
@@ -30,8 +30,6 @@ from poinsot.systems.probing import samples
 from poinsot.taylor.graph import Graph, tangents
 
 __all__ = ["integrals_of_pair"]
-
-Array = NDArray[np.float64]
 
 
 def integrals_of_pair(system: PairDynamics) -> tuple[Integral, ...]:

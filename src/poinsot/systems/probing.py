@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot import functions
 from poinsot.mechanics.environment import sample_time
+from poinsot.quantities import Array
 from poinsot.systems.collection import Collection
 
 __all__ = ["sample_times", "samples", "time_scale", "time_scales"]
-
-Array = NDArray[np.float64]
 
 
 def samples(system: Collection, count: int = 6) -> tuple[Array, Array, Array]:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -43,13 +43,13 @@ from poinsot.orbits.restricted_three_body import ThreeBodyPath
 from poinsot.propagation.free_motion.motion import free_motion
 from poinsot.propagation.propagate import propagate
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Array
 from poinsot.storage.run_record import versions
 from poinsot.systems.system import System
 from poinsot.validation import paper
 
 __all__ = ["CASES", "Case", "Comparison", "comparisons_of", "installation"]
 
-Array = NDArray[np.float64]
 Comparisons = Iterator[tuple[str, ArrayLike, ArrayLike, float]]
 Compare = Callable[[], Comparisons]
 

@@ -100,7 +100,7 @@ def test_light_time_needs_units():
 
 def test_the_astronomical_unit_has_the_unit_of_length():
     motion = moved(units={"time": "s", "inertia": "kg m2"})
-    with pytest.raises(ValueError, match=r"astronomical_unit must be 1\.495978707e\+11, for lengths in m, got"):
+    with pytest.raises(ValueError, match=r"astronomical_unit must be 1\.495978707e\+11 for lengths in m, got"):
         pt.observe(motion, curve())
     assert pt.observe(motion, curve(kind="relative")).values.size == 7
     assert pt.observe(motion, curve(astronomical_unit=149597870700.0)).values.size == 7
@@ -117,6 +117,20 @@ def test_shapes_of_all_kinds():
 def test_a_stretched_ball_is_an_ellipsoid():
     stretched, egg = pt.observe(moved(), curve(BALL, stretch=(1.5, 1.0, 0.75)), curve(EGG))
     assert np.allclose(stretched.values, egg.values, rtol=1e-13, atol=0)
+
+
+@pytest.mark.parametrize("name", ["sun", "observer"])
+def test_sun_and_observer_are_outside_of_the_body(name):
+    near = pt.orbits.FixedPosition(1.0, position=(0, 2.5, 0))
+    message = rf"{name} must be outside of the body, got the distance 2\.5 at the time 0, below the radius 3\."
+    with pytest.raises(ValueError, match=message):
+        pt.observe(moved(), curve(**{name: near}))
+    assert np.isfinite(pt.observe(moved(), curve(kind="relative", **{name: near})).values).all()
+    members = pt.orbits.FixedPosition(1.0, position=[(0, 2.5, 0), (0, 9.0, 0)])
+    with pytest.raises(ValueError, match=message):
+        pt.observe(moved(), curve(**{name: members}))
+    with pytest.raises(ValueError, match=f"{name} must be outside of the body"):
+        pt.observe(moved(), curve(**{name: fixed(0, 9.0, 0)}, stretch=(4.0, 1, 1)))
 
 
 def test_zero_flux_has_no_magnitude():

@@ -102,6 +102,22 @@ def test_a_ground_station_reads_above_its_horizon_only():
     assert 40 < np.isnan(values).sum() < 70
 
 
+def test_the_horizon_is_that_of_the_time_of_reception():
+    """The light of an asteroid at 1.4 au is 11.7 minutes late, in which the Earth turns by 3 degrees."""
+    earth = pt.orbits.RotationModel(0.0, np.pi / 2, -np.pi / 2, rate=7.292115e-5)
+    far = pt.orbits.FixedPosition(1.0, position=(2.1e8, 0, 0.3e8))
+    station = pt.orbits.GroundStation(far, earth, latitude=0.3, longitude=0.1, equatorial_radius=6378.137)
+    system, times = pt.System(BODY, units={"time": "s", "inertia": "kg km2"}), np.linspace(0, 86400, 289)
+    start = system.state((1, 0, 0, 0), omega_body=(0, 0, 1e-3))
+    motion = pt.propagate(system, start, times)
+    with pytest.warns(UserWarning, match="below the minimum elevation at"):
+        values = pt.observe(motion, Range(station)).values
+    assert np.array_equal(np.isnan(values), station.elevation_at(times) < 0)
+    partials = pt.analysis.observed_partials(system, start, Range(station, (1, 0, 0)), times[::48], ["latitude"])
+    assert np.array_equal(np.isnan(partials.values), np.isnan(values[::48]))
+    assert np.array_equal(np.isnan(partials.by_start).all(axis=-1), np.isnan(values[::48]))
+
+
 def test_two_bodies_are_at_places_of_their_own():
     ball = pt.Body.from_ellipsoid(2.0, (1.2, 1.0, 0.8))
     pair = pt.TwoBodies(ball, ball, G=1.0)

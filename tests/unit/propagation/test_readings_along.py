@@ -168,7 +168,7 @@ def test_files(tmp_path, start, suffix):
     assert repr(loaded.observables["sight"]) == repr(OBSERVABLES[1])
     again = pt.load(pt.save(loaded, tmp_path / f"again{suffix}"))
     assert np.array_equal(again.column("rate"), motion.column("rate"))
-    with pytest.raises(ValueError, match="an observable must have its formula to be read"):
+    with pytest.raises(TypeError, match=r"Sight.* must have a formula to be read, got none from its file"):
         pt.observe(motion, loaded.observables["sight"])
 
 

@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.errors import level_of_user
@@ -22,9 +21,8 @@ from poinsot.files.rows import TextRows
 from poinsot.kinematics import euler
 from poinsot.kinematics.attitude import omega_body
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS, Calendar
-
-Array = NDArray[np.float64]
 
 NORM_TOLERANCE = 1e-3
 """Tolerance of |q| - 1 in a file of few digits."""

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.checked import checked
@@ -25,11 +24,10 @@ from poinsot.kinematics.attitude import rotation_angle
 from poinsot.kinematics.state import State
 from poinsot.mechanics.body import Body
 from poinsot.printable import quoted, shortened
+from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS, Calendar
 
 __all__ = ["read_apm", "write_apm"]
-
-Array = NDArray[np.float64]
 
 FORMS = {"QUAT": "QUATERNION", "EULER": "EULER_ANGLE", "SPIN": "SPIN"}
 """Blocks that are an attitude, each with the type that a row of an ephemeris would have."""

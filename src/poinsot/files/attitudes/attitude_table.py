@@ -7,7 +7,6 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot.algebra import quaternion as quat
@@ -22,6 +21,7 @@ from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
 from poinsot.printable import quoted
 from poinsot.propagation.column_reader import MotionRows
 from poinsot.propagation.trajectory import Trajectory
+from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS, Calendar
 from poinsot.records.units import PER_TIME
 from poinsot.storage.run_record import Method, RunRecord, versions
@@ -39,8 +39,6 @@ __all__ = [
     "statement_of",
     "table_of",
 ]
-
-Array = NDArray[np.float64]
 
 MIN_ROWS = 4
 """Smallest number of rows from which a spline computes the rates."""

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.algebra import quaternion as quat
 from poinsot.atomic_write import new_file, unwritable
@@ -25,12 +24,10 @@ from poinsot.files.spice import ET, Kernels, loaded
 from poinsot.kinematics.attitude import quaternion_from_matrix
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.calendar import SECONDS, Calendar
 
 __all__ = ["read_ck", "spice_attitude", "write_ck"]
-
-Array = NDArray[np.float64]
 
 COVERAGE_MARGIN = 1e-3
 """Seconds by which a C-kernel reaches beyond the first and the last attitude."""

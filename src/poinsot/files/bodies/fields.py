@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
@@ -16,11 +15,10 @@ from poinsot.files.keys import Entry, Keys
 from poinsot.files.untrusted import MAX_BYTES, lazy_lines, read_text
 from poinsot.mechanics.gravity_field import GravityField, whole_degree
 from poinsot.printable import quoted, shortened
+from poinsot.quantities import Array
 from poinsot.shapes.shape import MAX_DEGREE
 
 __all__ = ["read_field"]
-
-Array = NDArray[np.float64]
 
 
 MAX_NUMBER = 1e100

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
@@ -25,8 +24,6 @@ from poinsot.printable import quoted, shortened
 from poinsot.records.calendar import Calendar, julian_dates
 
 __all__ = ["blocks_in", "read_alcdef", "write_alcdef"]
-
-Array = NDArray[np.float64]
 
 DELIMITERS = {"PIPE": "|", "TAB": "\t", "COMMA": ",", "SEMICOLON": ";"}
 
@@ -46,7 +43,7 @@ MAX_CHARACTERS = 255
 """Longest line of the standard."""
 
 
-class Block(NamedTuple):
+class AlcdefBlock(NamedTuple):
     """One light curve: its metadata, and its rows with the number of columns in the first one."""
 
     rows: JulianRows
@@ -101,7 +98,7 @@ def read_alcdef(path: str | Path, observable: Observable, *, calendar: Calendar 
     return [_readings(block, observable, counted, i) for i, block in enumerate(blocks, start=1)]
 
 
-def _readings(block: Block, observable: Observable, calendar: Calendar, count: int) -> Readings:
+def _readings(block: AlcdefBlock, observable: Observable, calendar: Calendar, count: int) -> Readings:
     rows = block.rows
     applied = rows.metadata.get("LTCAPP", "NONE").upper()
     if applied in CORRECTED and getattr(observable, "light_time", False):
@@ -133,12 +130,12 @@ def _readings(block: Block, observable: Observable, calendar: Calendar, count: i
 # ------------------------------------------------------------------ blocks
 
 
-def blocks_in(path: str | Path) -> list[Block]:
+def blocks_in(path: str | Path) -> list[AlcdefBlock]:
     """Return the light curves in a file, each with at least one datum."""
     return list(_blocks(read_text(path), shortened(path)))
 
 
-def _blocks(text: str, name: str) -> Iterator[Block]:
+def _blocks(text: str, name: str) -> Iterator[AlcdefBlock]:
     reader = _Reader(name)
     for count, line in enumerate(text.splitlines(), start=1):
         if line.strip() and not line.startswith("#"):
@@ -151,15 +148,15 @@ class _Reader:
 
     def __init__(self, name: str) -> None:
         self._name, self._within, self._ends = name, "", list[bool]()
-        self._block: Block | None = None
+        self._block: AlcdefBlock | None = None
 
-    def take(self, line: str, place: str) -> Iterator[Block]:
+    def take(self, line: str, place: str) -> Iterator[AlcdefBlock]:
         """Read one line, and yield the block that it ends."""
         word = line.strip().upper()
         if word == START:
             yield from self.ended(f"{place} must follow a block of data") if self._block else ()
             rows = JulianRows(f"the block from {place}", columns=())
-            self._block, self._within = Block(rows, f"the block from {place}"), START
+            self._block, self._within = AlcdefBlock(rows, f"the block from {place}"), START
             return
         if self._block is None and not self._ends:
             raise ValueError(
@@ -174,7 +171,7 @@ class _Reader:
         else:
             self._take_pair(self._block, line, place)
 
-    def _take_pair(self, block: Block, line: str, place: str) -> None:
+    def _take_pair(self, block: AlcdefBlock, line: str, place: str) -> None:
         key, _, value = line.partition("=")
         key, value, metadata = key.strip().upper(), value.strip(" "), block.rows.metadata
         if key == DATA:
@@ -192,7 +189,7 @@ class _Reader:
         else:
             metadata.setdefault(key, value)
 
-    def ended(self, what: str, ended: bool = False) -> Iterator[Block]:
+    def ended(self, what: str, ended: bool = False) -> Iterator[AlcdefBlock]:
         """Yield the block that ends here, which has at least one datum; either all blocks have ENDDATA, or none."""
         block, self._block = self._block, None
         if block is None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
@@ -23,12 +23,11 @@ from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.orbits.planets import AU
 from poinsot.orbits.theories import PLANETS_TO_ICRF
 from poinsot.printable import quoted, shortened
+from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS, Calendar, julian_dates
 from poinsot.shapes.scattering import ScatteringLaw
 
 __all__ = ["curves_in", "read_damit", "write_damit"]
-
-Array = NDArray[np.float64]
 
 COLUMNS = ("brightness", "Sun x", "Sun y", "Sun z", "Earth x", "Earth y", "Earth z")
 

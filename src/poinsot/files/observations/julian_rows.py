@@ -9,15 +9,13 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.files.rows import TextRows
 from poinsot.printable import quoted
+from poinsot.quantities import Array
 from poinsot.records.calendar import SECONDS, Calendar, times_of_julian_dates
 
 __all__ = ["JulianRows", "calendar_before", "check_not_falling", "iso_text", "julian_date"]
-
-Array = NDArray[np.float64]
 
 JULIAN_DATE = re.compile(r"\d{1,7}(\.\d{0,40})?", re.ASCII)
 """Text of a Julian date; longer texts cost time and have no more meaning."""

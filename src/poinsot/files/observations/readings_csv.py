@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
@@ -19,12 +19,11 @@ from poinsot.files.untrusted import read_text
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import quoted, shortened
+from poinsot.quantities import Array
 from poinsot.records.calendar import Calendar
 from poinsot.suggestions import nearest
 
 __all__ = ["read_readings_csv", "write_readings_csv"]
-
-Array = NDArray[np.float64]
 
 KEYS = Keys(frozenset(("readings", "time", "time_unit", "unit", "frame", "sigma")), ("observable",))
 

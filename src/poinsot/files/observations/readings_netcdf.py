@@ -5,20 +5,18 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from typing_extensions import override
 
 from poinsot.checked import checked
 from poinsot.files.netcdf import READINGS, read_dataset, write_dataset
-from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import described, message_of, quoted, shortened
+from poinsot.propagation.recorded import RecordedObservable
 from poinsot.records.calendar import Calendar
-from poinsot.records.formula_errors import FormulaError
 from poinsot.scenarios.system_text import rebuilt_observables, text_of_observables
 
 if TYPE_CHECKING:
@@ -31,33 +29,6 @@ TEXT = "observable_text"
 
 ARRAYS = ("time", "values", "sigma")
 """Ends of the names of the variables of readings, of which the last two are optional."""
-
-
-class RecordedObservable(Observable):
-    """Observable in a file that does not contain what makes it again: its text, and the names of its numbers."""
-
-    text: str
-    reason: str
-    names: str
-    error_names: str
-
-    @override
-    def __repr__(self) -> str:
-        return self.text
-
-    @property
-    def components(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Names of the numbers of a reading."""
-        return tuple(self.names.split())
-
-    @property
-    @override
-    def errors(self) -> tuple[str, ...]:
-        return tuple(self.error_names.split())
-
-    @override
-    def reading(self, instant: Instant) -> NoReturn:
-        raise FormulaError(f"{self.text} must have a formula to be read, got none from its file: {self.reason}")
 
 
 @checked
@@ -238,7 +209,7 @@ def _observables(data: xarray.Dataset, about: Sequence[Mapping[str, Any]], name:
         except (ValueError, TypeError, ImportError) as error:
             reason = message_of(error)
     return [
-        RecordedObservable(each["observable"], reason, " ".join(each["components"]), " ".join(each["errors"]))
+        RecordedObservable(each["observable"], " ".join(each["components"]), " ".join(each["errors"]), reason=reason)
         for each in about
     ]
 

@@ -13,7 +13,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.errors import DATES, level_of_user, optional, real_array
@@ -23,7 +22,7 @@ from poinsot.files.untrusted import local_name, parsed_xml
 from poinsot.orbits.attractors import attractor_radius
 from poinsot.orbits.ephemeris import Ephemeris
 from poinsot.printable import described, quoted
-from poinsot.quantities import Date
+from poinsot.quantities import Array, Date
 from poinsot.records.calendar import Calendar, span_of
 
 __all__ = ["omm_orbit", "tle_orbit"]
@@ -114,8 +113,6 @@ KEYS = Keys(
 """Fields of a message."""
 
 FRAMES = ("TEME", "ICRF")
-
-Array = NDArray[np.float64]
 
 MESSAGE = "message"
 """The name of a message in errors."""

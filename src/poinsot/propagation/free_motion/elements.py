@@ -33,10 +33,10 @@ from poinsot.double_double import DoubleDouble, pick
 from poinsot.functions import Vector
 from poinsot.kinematics.state import State
 from poinsot.mechanics.kinetics import turned
+from poinsot.quantities import Array
 
 __all__ = ["Elements", "elements_of"]
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int_]
 Flags = NDArray[np.bool_]
 

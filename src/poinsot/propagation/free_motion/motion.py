@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import Unpack, override
 
 from poinsot.algebra import quaternion as quat
@@ -29,7 +28,7 @@ from poinsot.propagation.free_motion.theta import is_near_separatrix, theta_func
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.members import members_of
 from poinsot.storage.chunk_plan import Chunking, plan_of
 from poinsot.storage.chunk_run import run_in_chunks
@@ -39,8 +38,6 @@ from poinsot.systems.system import System
 from poinsot.systems.times_and_states import broadcast_members, check_bodies, checked_times, common_members
 
 __all__ = ["free_motion"]
-
-Array = NDArray[np.float64]
 
 ATTITUDES_PER_BLOCK = 8192
 """Number of attitudes computed together: their intermediate results stay in the second cache of a processor."""

@@ -30,11 +30,9 @@ from poinsot.kinematics.state import State, state_with
 from poinsot.mechanics.body import Body
 from poinsot.printable import quoted
 from poinsot.propagation.free_motion.elements import elements_of
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 
 __all__ = ["MODES", "cyclic_order", "least_ratio", "state_with_periods"]
-
-Array = NDArray[np.float64]
 
 MODES = ("short-axis", "long-axis")
 """Modes with two periods."""

@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 
 from poinsot.double_double import PI, DoubleDouble, pick
 from poinsot.propagation.free_motion.elements import Elements
+from poinsot.quantities import Array
 
 __all__ = ["Theta", "is_near_separatrix", "theta_functions"]
 
-Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Integers = NDArray[np.int_]
 Flags = NDArray[np.bool_]

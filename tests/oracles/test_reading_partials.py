@@ -10,7 +10,7 @@ import poinsot as pt
 from poinsot.analysis import observed_partials
 from poinsot.observables import LightCurve, LommelSeeliger
 
-CASES = json.loads(Path(__file__).with_name("observed_partials_cases.json").read_text())["cases"]
+CASES = json.loads(Path(__file__).with_name("reading_partials_cases.json").read_text())["cases"]
 
 BOUND = 2e-14
 """Three times the worst error of a column, 6e-15 of its largest derivative, over cases with perturbed times."""
@@ -47,7 +47,9 @@ def set_up(case, kind="relative"):
     system = pt.System(pt.Body(case["moments"]), force, tide)
     q = np.array(case["quaternion"])
     start = system.state(q / np.linalg.norm(q), angular_momentum_body=case["angular_momentum_body"])
-    sun, observer = (pt.orbits.FixedPosition(1.0, position=-np.array(case[name])) for name in ("to_sun", "to_observer"))
+    sun, observer = (
+        pt.orbits.FixedPosition(1.0, position=-1000 * np.array(case[name])) for name in ("to_sun", "to_observer")
+    )
     shape = pt.shapes.Ellipsoid(case["semi_axes"], density=1.0)
     curve = LightCurve(shape, LommelSeeliger(case["w"]), sun, observer, kind=kind, light_time=False)
     return system, start, curve, sum(curve.shape.areas) / 4

@@ -16,7 +16,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -33,9 +32,9 @@ from poinsot.mechanics.light_time import speed_of_light
 from poinsot.mechanics.observable import Observable, observables_by_name
 from poinsot.observables.readings import Readings
 from poinsot.propagation.observe import checked_observables
-from poinsot.propagation.readings_along import absent_readings, refuse_unfit
+from poinsot.propagation.readings_along import absent_readings, hidden_readings, refuse_unfit
 from poinsot.propagation.trajectory import Trajectory
-from poinsot.quantities import Times
+from poinsot.quantities import Array, Times
 from poinsot.records.members import expanded, members_of
 from poinsot.records.parameters import Parametric
 from poinsot.records.units import DerivedUnits
@@ -48,14 +47,12 @@ from poinsot.systems.named_parameters import (
 )
 from poinsot.systems.system import System
 from poinsot.systems.times_and_states import checked_times, common_members
-from poinsot.taylor.graph import Graph, GraphScalar, Node, tangents
+from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, tangents
 
 if TYPE_CHECKING:
     import xarray
 
 __all__ = ["ObservedPartials", "observed_partials"]
-
-Array = NDArray[np.float64]
 
 
 class ObservedPartials(Summarized):
@@ -405,6 +402,8 @@ def _of_one(transition: StateTransition, plan: Readings, number: int, seen: Arra
     by_parameters[..., through] += (found.by_state[..., None, :] @ S)[..., 0, :]
     axis = found.values.ndim - 1 - bool(observable.components)
     values, by_start, by_parameters = (np.take(x, back, axis) for x in (found.values, by_start, by_parameters))
+    for where in hidden_readings(observable, plan.times, values.shape[: axis + 1]).values():
+        values[where], by_start[where], by_parameters[where] = np.nan, np.nan, np.nan
     about = {"units": observable.unit(DerivedUnits(system.units)), "frame": observable.frame}
     about |= {"time_units": system.units["time"], "system": repr(system), "initial_state": repr(motion.initial)}
     readings = _with_values(plan, values, {name: text for name, text in about.items() if text})
@@ -452,12 +451,14 @@ def _derivatives(
     outputs = list(reading) if observable.components else [reading]
     full, variables = coordinate_names(system), [x for values in own.values() for x in values]
     space = TangentSpace([full.index(name) for name in coordinates], bodies, variables)
-    seeds = [space.vector(unit, {}).seeds for unit in np.eye(len(coordinates)).tolist()] + traced.inputs
-    columns: list[list[Any]] = [tangents(outputs, each) if each else [0.0] * len(outputs) for each in seeds]
+    seeds = [*(space.vector(unit, {}).seeds for unit in np.eye(len(coordinates)).tolist()), *traced.inputs]
     if delays:
         velocity = [graph.leaf(x) for x in _velocity(system, state, motion)]
         drift = TangentSpace(range(len(full)), bodies, variables).vector(velocity, {})
-        along = tangents(outputs, drift.seeds | {cast("Node", moment): 1.0})
+        seeds.append(drift.seeds | {cast("Node", moment): 1.0})
+    columns = _differentials(outputs, seeds)
+    if delays:
+        along = columns.pop()
         for place, delay in delays.items():
             column = columns[len(coordinates) + place]
             columns[len(coordinates) + place] = [
@@ -472,6 +473,16 @@ def _derivatives(
     table = table if observable.components else table[..., 0, :]
     k = len(coordinates)
     return _Derivatives(table[..., 0], table[..., 1 : k + 1], table[..., k + 1 :])
+
+
+def _differentials(outputs: Sequence[Scalar], seeds: Sequence[Mapping[Node, GraphScalar]]) -> list[list[Any]]:
+    """Return the differentials of outputs for several sets of differentials of nodes, from one gradient of each output.
+
+    Readings have few components and many columns of derivatives, so that gradients cost less than tangents.
+    """
+    nodes = list(dict.fromkeys(node for each in seeds for node in each))
+    slopes = [dict(zip(nodes, gradient(output, nodes), strict=True)) for output in outputs]
+    return [[sum(slope[node] * seed for node, seed in each.items()) for slope in slopes] for each in seeds]
 
 
 def _turning(graph: Graph, state: State) -> TurningBody:
