@@ -15,7 +15,7 @@ from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.errors import level_of_user
 from poinsot.files.observations.julian_rows import JulianRows, calendar_before, iso_text
-from poinsot.files.observations.readings_csv import present_values
+from poinsot.files.observations.readings_csv import present_values, several
 from poinsot.files.rows import number
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.observable import Observable
@@ -232,7 +232,7 @@ def _add_datum(rows: JulianRows, value: str, place: str) -> None:
 
 @checked
 def write_alcdef(
-    readings: Sequence[Readings],
+    readings: Readings | Sequence[Readings],
     path: str | Path,
     *,
     metadata: Mapping[str, str] = NO_METADATA,
@@ -245,7 +245,7 @@ def write_alcdef(
 
     Parameters
     ----------
-    readings : sequence of Readings
+    readings : Readings or sequence of Readings
         Magnitudes with a calendar; one block for each.
     path : str or Path
         Name of the file.
@@ -275,12 +275,10 @@ def write_alcdef(
     >>> path.read_text().splitlines()[0]
     'STARTMETADATA'
     """
-    if not len(readings):
-        raise ValueError("readings must not be empty, got none.")
     for entry in metadata.items():
         if not all(isinstance(word, str) for word in entry):
             raise TypeError(f"metadata must be texts by text, got {' and '.join(map(described, entry))}.")
-    lines = [line for each in readings for line in _block_of(each, metadata)]
+    lines = [line for each in several(readings) for line in _block_of(each, metadata)]
     return write_text(path, "\n".join(lines) + "\n", overwrite)
 
 
