@@ -119,9 +119,9 @@ def test_aliases_of_one_night_a_day_are_listed_with_what_excludes_them(rng):
     times = nights(rng, 8, 25)
     signal = sum_of(times, [1.7], [0.3]) + 0.02 * rng.normal(size=200)
     found = pt.analysis.frequencies(signal, times, 1, highest=TURN * 6)
-    beside = np.sort(found.aliases[0][np.isfinite(found.aliases[0])]) / TURN
-    assert np.min(np.abs(beside - 0.7)) < 0.01
-    assert np.min(np.abs(beside - 2.7)) < 0.01
+    alias_rates = np.sort(found.aliases[0][np.isfinite(found.aliases[0])]) / TURN
+    assert np.min(np.abs(alias_rates - 0.7)) < 0.01
+    assert np.min(np.abs(alias_rates - 2.7)) < 0.01
     assert np.all(np.nan_to_num(found.alias_chi2[0], nan=np.inf) > 100)
     assert "aliases not excluded" not in repr(found)
 
