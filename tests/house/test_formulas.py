@@ -10,6 +10,7 @@ import poinsot as pt
 from kinds import concrete_subclasses
 from poinsot.integration.formulations import Formulation
 from poinsot.mechanics.part import Part
+from poinsot.shapes.scattering import ScatteringLaw
 from poinsot.shapes.shape import Shape
 
 TESTS = Path(__file__).parents[1]
@@ -40,7 +41,7 @@ def test_test_exists(name):
     assert re.search(rf"^def {test}\(", (TESTS / f"{file}.py").read_text(), re.MULTILINE)
 
 
-@pytest.mark.parametrize("kind", [pt.Potential, pt.Torque, Part, pt.Orbit, pt.Event, Shape, Formulation])
+@pytest.mark.parametrize("kind", [pt.Potential, pt.Torque, Part, pt.Orbit, pt.Event, Shape, ScatteringLaw, Formulation])
 def test_every_class_of_a_kind_is_named(kind):
     classes = {each.__qualname__ for each in concrete_subclasses(kind)}
     classes -= {"RecordedEvent"}  # of a file, without a formula

@@ -1,5 +1,7 @@
 """Every observable of the package: written as a scenario and in files of readings, and made again."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -40,7 +42,7 @@ def test_all_are_made_again_from_one_text():
         assert type(plan.observable) is type(observable)
         for one, other in zip(plan.observable.numbers, observable.numbers, strict=True):
             assert np.array_equal(one, other)
-    by_name = {plan.name: plan.observable for plan in plans}
+    by_name: dict[str, Any] = {plan.name: plan.observable for plan in plans}
     assert by_name["panels"].sun is by_name["pair"].sun
     assert by_name["range"].station is by_name["pair"].observer
 
@@ -81,7 +83,8 @@ def test_outlines_are_single_or_several():
     sphere = '{ type = "Ellipsoid", semiaxes = [1, 1, 1], density = 2e12 }'
     for shape, count in ((sphere, 1), (f"[{sphere}]", 1), (f"[{sphere}, {sphere}]", 2)):
         (plan,) = Parts(text + shape, "it", whole=False).plans(np.zeros(1))
-        assert len(plan.observable.shape.each) == count
+        curve: Any = plan.observable
+        assert len(curve.shape.each) == count
     with pytest.raises(ValueError, match=r"observe\[0\]\.shape\.type must name a known type, got 'Elipsoid'\. Did you"):
         Parts(text + sphere.replace("Ell", "El"), "it", whole=False)
     with pytest.raises(

@@ -177,6 +177,49 @@ def test_a_result_is_observed(top, tmp_path):
     assert np.array_equal(found[0].values, read_scenario(top).observe()[0].values)
 
 
+SEVERAL = """
+[ensemble]
+members = 6
+seed = 1
+[[ensemble.spread]]
+of = "state.omega_body"
+size = 0.1
+"""
+
+
+def test_results_have_readings_at_the_output_times_as_variables(top, tmp_path):
+    call("run", top)
+    motion = pt.load(tmp_path / "top.nc")
+    expected = read_scenario(top).observe()[0].values
+    assert np.array_equal(motion.column("scenario_beacon"), expected)
+    assert "scenario_rates" not in motion.dataset  # at other times
+
+
+def test_readings_of_an_ensemble_fill_a_store(top, tmp_path):
+    top.write_text(top.read_text().replace('times = ["0.5 s", "1 s", "9.5 s"]\n', "") + SEVERAL)
+    store = tmp_path / "readings.zarr"
+    assert call("observe", top, "--out", store).stdout == f"{store}\n"
+    expected = read_scenario(top).observe()
+    data = pt.load(store)
+    assert "quaternion" not in data
+    for name, readings in zip(("scenario_beacon", "scenario_rates"), expected, strict=True):
+        assert np.array_equal(data[name], readings.values)
+    assert "already exists; use --overwrite or --resume." in call("observe", top, "--out", store, code=2).stderr
+    call("observe", top, "--out", store, "--resume")
+    found = json.loads(call("observe", top, "--out", store, "--overwrite", "--json").stdout)
+    assert found == {"files": [str(store)], "variables": ["scenario_beacon", "scenario_rates"]}
+    for options, rule in {("--noise", 3): "without --noise", ("--format", "csv"): "of the format nc"}.items():
+        assert f"must be for readings {rule}, got" in call("observe", top, "--out", store, *options, code=2).stderr
+    assert "--resume must go with --out NAME.zarr" in call("observe", top, "--resume", code=2).stderr
+    call("run", top)
+    result = tmp_path / "top.nc"
+    assert "must be for readings of a scenario, got" in call("observe", result, "--out", store, code=2).stderr
+    top.write_text(TEXT + OBSERVED + SEVERAL)
+    assert "must be for readings at the output times" in call("observe", top, "--out", store, code=2).stderr
+    top.write_text(TEXT + OBSERVED)
+    assert "must be for readings of an ensemble" in call("observe", top, "--out", store, code=2).stderr
+
+
 def test_csv_has_a_file_for_each_observable(top, tmp_path):
     lines = call("observe", top, "--format", "csv").stdout.splitlines()
     assert lines == [f"{tmp_path}/top.{name}.readings.csv" for name in ("beacon", "ScenarioRates")]

@@ -14,6 +14,7 @@ cycles.
 from __future__ import annotations
 
 import copy
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,7 +48,8 @@ MAX_STEP = 0.2
 """Largest step of a frequency, in turns over the run."""
 TOLERANCE = 1e-9
 """Relative change of the sum of squares at which iterations end."""
-FREQUENCIES_PER_BLOCK = 256
+SAMPLES_PER_BLOCK = 2048
+"""Number of samples whose waves are in memory at a time."""
 
 
 class UnevenLines(NamedTuple):
@@ -197,20 +199,23 @@ class _Fit:
 
     def power(self, signal: Array, turns: Array) -> Array:
         """Return the decrease of the sum of squares of a signal by a line at frequencies with an even spacing."""
-        power = np.empty(turns.size)
-        weighted = self.weights * signal
-        near = np.exp(-2j * np.pi * np.multiply.outer(self.x, turns[:FREQUENCIES_PER_BLOCK] - turns[0]))
-        for start in range(0, turns.size, FREQUENCIES_PER_BLOCK):
-            part = slice(start, min(start + FREQUENCIES_PER_BLOCK, turns.size))
-            size = part.stop - part.start
-            phase = np.exp(-2j * np.pi * turns[start] * self.x)
-            sums = np.stack([weighted * phase, self.weights * phase]) @ near[:, :size]
-            if not self.is_real:
-                power[part] = np.abs(sums[0]) ** 2 / np.sum(self.weights)
-                continue
-            twice = (self.weights * phase * phase) @ near[:, :size] ** 2
-            power[part] = _real_power(sums[0], sums[1], twice, float(np.sum(self.weights)), float(np.sum(weighted)))
-        return power
+        fine = math.isqrt(turns.size - 1) + 1  # frequencies are sums of a coarse and a fine part
+        coarse = np.arange(0, turns.size, fine)
+        step = (turns[-1] - turns[0]) / max(turns.size - 1, 1)
+        sums, twice = np.zeros((2, coarse.size, fine), complex), np.zeros((coarse.size, fine), complex)
+        for start in range(0, self.x.size, SAMPLES_PER_BLOCK):
+            part = slice(start, start + SAMPLES_PER_BLOCK)
+            x, weights = self.x[part], self.weights[part]
+            far = np.exp(-2j * np.pi * np.multiply.outer(turns[0] + step * coarse, x))
+            near = np.exp(-2j * np.pi * np.multiply.outer(x, step * np.arange(fine)))
+            sums += np.stack([weights * signal[part] * far, weights * far]) @ near
+            if self.is_real:
+                twice += (weights * far * far) @ (near * near)
+        (signals, window), twice = sums.reshape(2, -1)[:, : turns.size], twice.ravel()[: turns.size]
+        total = float(np.sum(self.weights))
+        if not self.is_real:
+            return np.asarray(np.abs(signals) ** 2 / total)
+        return _real_power(signals, window, twice, total, float(np.sum(self.weights * signal)))
 
     def grid(self) -> Array:
         """Return the frequencies of a spectrum, in turns over the run."""

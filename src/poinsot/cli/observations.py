@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ import typer
 
 from poinsot import files
 from poinsot.cli.formats import facts_of_readings
-from poinsot.cli.runs import job_in
+from poinsot.cli.runs import job_in, remove_store, stored
 from poinsot.cli.terminal import (
     INTERRUPTED,
     STOPPED,
@@ -53,7 +54,8 @@ def observe(
             "--out",
             "-o",
             metavar="PATH",
-            help="Folder for the output files, or the file of the readings; default: the folder of FILE.",
+            help="Folder for the output files, the file of the readings, or a store NAME.zarr for the readings of an "
+            "ensemble; default: the folder of FILE.",
         ),
     ] = None,
     kind: Annotated[
@@ -68,6 +70,9 @@ def observe(
         int | None,
         typer.Option(min=0, max=MAX_SEED, metavar="SEED", help="Add random errors, which depend on SEED alone."),
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue the run in an existing store, or start it.")
+    ] = False,
     overwrite: Overwrite = False,
     threads: Annotated[
         int | None, typer.Option(min=1, help="Number of threads for an ensemble; default: all cores.")
@@ -80,18 +85,29 @@ def observe(
     command propagates the scenario and writes NAME.readings.nc. If FILE is a result, the command reads the motion in
     it.
 
+    With --out NAME.zarr the members of an ensemble are propagated in chunks, and the store contains the readings alone,
+    so that the memory contains the motions of a few chunks at a time. After an interruption, the same command with
+    --resume computes only the missing chunks.
+
     For example:
 
     - `poinsot observe asteroid.toml` writes asteroid.readings.nc
     - `poinsot observe asteroid.toml --format csv --noise 7`
     - `poinsot observe asteroid.toml --format damit --out lc.txt`
     - `poinsot observe asteroid.nc` observes the motion in a result
+    - `poinsot observe asteroids.toml --out curves.zarr --resume` starts or continues the light curves of an ensemble
     """
     if kind not in ENDINGS:
         raise ValueError(f"--format must be one of {', '.join(ENDINGS)}, got {quoted(kind)}.")
     job, original = job_in(file)
     if not job.plans:
         raise ValueError(f"{file} must have a table [[observe]], got none. `poinsot new --schema` describes it.")
+    if out is not None and out.suffix == ".zarr":
+        _check_store(job, original is None, kind, noise)
+        _observe_in_store(job, file, out, overwrite, resume, threads, as_json)
+        return
+    if resume:
+        raise ValueError("--resume must go with --out NAME.zarr, got no store.")
     paths = list(_paths(job, file, out, kind))
     _check_outputs(paths, overwrite)
     motion = _propagated(job, threads) if original is None else original
@@ -106,6 +122,42 @@ def observe(
     if motion.failures:
         say(f"{len(motion.failures)} of {len(motion)} members stopped before the last time. Their readings are NaN.")
         raise typer.Exit(STOPPED)
+
+
+def _check_store(job: Scenario, from_scenario: bool, kind: str, noise: int | None) -> None:
+    """Raise a ValueError for readings that no store can contain."""
+    from poinsot.systems.times_and_states import common_members
+
+    several = bool(common_members(job.system, job.state))
+    rules = {
+        "of the format nc": kind == "nc",
+        "without --noise": noise is None,
+        "of a scenario": from_scenario,
+        "of an ensemble": several,
+        "at the output times": len(job.instruments) == len(job.plans) or not several,
+    }
+    for rule, holds in rules.items():
+        if not holds:
+            raise ValueError(f"--out NAME.zarr must be for readings {rule}, got other readings.")
+
+
+def _observe_in_store(
+    job: Scenario, file: Path, out: Path, overwrite: bool, resume: bool, threads: int | None, as_json: bool
+) -> None:
+    """Write the readings of an ensemble to a store, in chunks of members."""
+    from poinsot.mechanics.observable import observables_by_name
+
+    check_new(out, overwrite or resume, " or --resume")
+    if overwrite and out.exists():
+        remove_store(out)
+    names = list(observables_by_name(job.instruments))
+    goes_on = f"{opened('observe', file)} --out {shlex.quote(str(out))} --resume"
+    stored(job, goes_on, threads, {"out": out, "variables": names})
+    if as_json:
+        hand_over_json({"files": [str(out)], "variables": names})
+    else:
+        report_path(out)
+    advise((opened("info", out), "summarises the store"))
 
 
 def _paths(job: Scenario, file: Path, out: Path | None, kind: str) -> Iterator[Path]:
@@ -152,7 +204,7 @@ def _propagated(job: Scenario, threads: int | None) -> Trajectory:
     from poinsot.errors import PropagationError, PropagationInterrupted
 
     try:
-        return job.propagate(threads=threads, progress=sys.stderr.isatty())
+        return job.propagate(threads=threads, progress=sys.stderr.isatty(), readings=False)
     except (PropagationError, PropagationInterrupted) as stopped:
         code = INTERRUPTED if isinstance(stopped, KeyboardInterrupt) else STOPPED
         say(f"poinsot: {stopped} No readings were written.")

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from poinsot.propagation.trajectory import Trajectory
     from poinsot.storage.chunk_plan import Chunking
 
-__all__ = ["job_in", "new", "run"]
+__all__ = ["job_in", "new", "remove_store", "run", "stored"]
 
 MIN_BYTES_PER_ROW = 150
 """Smallest size of a result in bytes, for each time and member."""
@@ -171,8 +171,8 @@ def run(
         goes_on += f" --scheduler {shlex.quote(scheduler)}" if scheduler else ""
         with _workers(scheduler) as client:
             if overwrite and store.exists():
-                _remove_store(store)
-            motion = _stored(job, goes_on, threads, {"out": store, "chunk": chunk, "client": client})
+                remove_store(store)
+            motion = stored(job, goes_on, threads, {"out": store, "chunk": chunk, "client": client})
     written: dict[str, Any] = {}
     for kind, path in _write_outputs(motion, names, overwrite):
         written[kind] = str(path)
@@ -334,7 +334,7 @@ def _propagated(job: Scenario, partial: Path, overwrite: bool, threads: int | No
         raise typer.Exit(code) from None
 
 
-def _stored(job: Scenario, goes_on: str, threads: int | None, chunking: Chunking) -> Trajectory:
+def stored(job: Scenario, goes_on: str, threads: int | None, chunking: Chunking) -> Trajectory:
     """Return the motions of an ensemble in a store. If the run stops, print the command that continues it, and exit."""
     from poinsot.errors import PropagationInterrupted
 
@@ -348,7 +348,7 @@ def _stored(job: Scenario, goes_on: str, threads: int | None, chunking: Chunking
         raise OSError(str(error).replace("the same call goes on.", f"`{goes_on}` continues the run.")) from None
 
 
-def _remove_store(path: Path) -> None:
+def remove_store(path: Path) -> None:
     """Remove the store of another run; refuse another folder."""
     from poinsot.storage.ensemble_store import EnsembleStore
     from poinsot.storage.zarr_group import StoreError

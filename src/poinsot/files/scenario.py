@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from typing_extensions import Unpack, override
 
 from poinsot.checked import checked
@@ -15,6 +16,7 @@ from poinsot.display.html_text import Summarized, formatted, formatted_times, ro
 from poinsot.errors import PropagationError, PropagationInterrupted
 from poinsot.files.untrusted import read_text
 from poinsot.kinematics.state import AnyState
+from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import quoted, shortened
 from poinsot.propagation.free_motion.motion import free_motion
@@ -26,6 +28,7 @@ from poinsot.quantities import Array
 from poinsot.scenarios.toml_text import MAX_CHARACTERS
 from poinsot.storage.chunk_plan import Chunking
 from poinsot.systems.system import System
+from poinsot.systems.times_and_states import common_members
 
 __all__ = ["Scenario", "parsed_scenario", "read_scenario", "repetition"]
 
@@ -80,11 +83,31 @@ class Scenario(Summarized):
             "writes": ", ".join(self.outputs.values()),
         }
 
+    @property
+    def instruments(self) -> tuple[Observable, ...]:
+        """Observables at the output times, whose readings are variables of a propagated motion."""
+        members = common_members(self.system, self.state)
+        return tuple(
+            plan.observable
+            for plan in self.plans
+            if np.array_equal(plan.times, self.times) and plan.observable.member_axis in ((), members)
+        )
+
     @checked
     def propagate(
-        self, *, threads: int | None = None, progress: bool | None = None, **chunking: Unpack[Chunking]
+        self,
+        *,
+        threads: int | None = None,
+        progress: bool | None = None,
+        readings: bool = True,
+        **chunking: Unpack[Chunking],
     ) -> Trajectory:
         """Propagate the scenario, with the arguments of `pt.propagate`, and return the motion.
+
+        Parameters
+        ----------
+        readings : bool
+            True to make the readings of `instruments` variables of the motion.
 
         Raises
         ------
@@ -101,6 +124,7 @@ class Scenario(Summarized):
                 )
             else:
                 options |= {"threads": threads, "progress": progress}
+                options["observables"] = self.instruments if readings else ()
                 motion = propagate(self.system, self.state, self.times, **options, **chunking)
         except (PropagationError, PropagationInterrupted) as stopped:
             if isinstance(stopped.trajectory, Trajectory):
@@ -131,7 +155,7 @@ class Scenario(Summarized):
         """
         if not self.plans:
             raise ValueError(f"{self.name} must have a table [[observe]] to be observed, got none.")
-        motion = self.propagate() if motion is None else motion
+        motion = self.propagate(readings=False) if motion is None else motion
         found = [observe(motion, plan) for plan in self.plans]
         seen = [each for each in found if isinstance(each, Readings)]
         return tuple(seen if noise is None else [each.simulated(noise + i) for i, each in enumerate(seen)])

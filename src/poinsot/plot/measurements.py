@@ -264,7 +264,7 @@ def _calendar(found: Sequence[Readings]) -> Calendar | None:
 def _label(found: Sequence[Readings]) -> str:
     """Return the label of an axis of values: the observable, the axes of its components, and the unit."""
     unit, frame = _common_unit(found), found[0].attributes.get("frame", "")
-    kinds = dict.fromkeys(in_words(type(each.observable).__name__) for each in found)
+    kinds = dict.fromkeys(in_words(each.observable.definition[0]) for each in found)
     words = "magnitude" if unit == MAGNITUDE else ", ".join(kinds)
     return f"{words}{frame and f', {frame} axes'}{unit and bracketed(unit)}"
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.shapes.law_program import LawFormula
-from poinsot.shapes.reflected_light import FacetBlock, ReflectedLight
+from poinsot.functions import norm
+from poinsot.shapes.law_program import FacetFormulas, LawFormula, Wanted
+from poinsot.shapes.reflected_light import MIN_COMPILED, FacetBlock, ReflectedLight, Sums
 from poinsot.shapes.solids import Ellipsoid
-from poinsot.taylor.graph import Number
+from poinsot.taylor.compiled_sums import CompiledSums
+from poinsot.taylor.graph import Graph, Number
 
 __all__ = ["LightOfEllipsoid", "Quadrature"]
 
@@ -41,13 +43,32 @@ class LightOfEllipsoid(ReflectedLight):
         return super().entries(numbers, *variables)
 
     @override
+    def sums(self, wanted: Wanted, vectors: Array, stretch: Array, scalars: Sequence[Any]) -> Sums:
+        rule, epochs = cast("Quadrature", self._rule), vectors.shape[1]
+        is_long = epochs * rule.count >= MIN_COMPILED and not rule.halves
+        compiled = self.formula.compiled_sums(wanted, lune_formulas) if is_long else None
+        if compiled is None:
+            return super().sums(wanted, vectors, stretch, scalars)
+        found = []
+        rows = max(1, LONGITUDES_OF_BLOCK // len(rule.weights))
+        for start in range(0, epochs, rows):
+            part = slice(start, start + rows)
+            lune = Lune(self._shape, rule, vectors[:, part], stretch)
+            own = (x[part, None] if np.ndim(x) else x for x in scalars)
+            inputs = [*lune.first, *lune.second, *lune.edges, *(np.broadcast_to(x, lune.weights.shape) for x in own)]
+            table = CompiledSums.table(np.stack([lune.cosines, lune.sines, lune.areas]).reshape(3, -1))
+            each = compiled(table, np.stack(inputs).reshape(len(inputs), -1))
+            found.append(np.sum(each.reshape(-1, *lune.weights.shape) * lune.weights, axis=-1))
+        return Sums.of(wanted, np.concatenate(found, axis=1))
+
+    @override
     def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
         rule, epochs = cast("Quadrature", self._rule), vectors.shape[1]
         rows = max(1, min(epochs, NODES_OF_BLOCK // rule.count))
         space = np.empty((buffers, rows * rule.count))
         for start in range(0, epochs, rows):
             part = slice(start, min(start + rows, epochs))
-            block = BlockOfEllipsoid(part, self._shape, rule, vectors[:, part], stretch)
+            block = BlockOfEllipsoid(part, Lune(self._shape, rule, vectors[:, part], stretch))
             yield block, [x[: block.mu0.size] for x in space]
 
 
@@ -158,11 +179,23 @@ def _difference(values: Array, others: Array) -> float:
     return max(float(np.max(np.abs(values - others)[x] / np.abs(values[x]).max(axis=0))) for x in parts)
 
 
-class BlockOfEllipsoid(FacetBlock):
-    """Nodes of the quadrature over the lit and seen part of an ellipsoid at some epochs."""
+class Lune:
+    """Part of the unit sphere that is lit and seen at some epochs, with the nodes of a quadrature.
 
-    def __init__(self, epochs: slice, shape: Ellipsoid, rule: Quadrature, vectors: Array, stretch: Array) -> None:
-        self.epochs, self._count = epochs, rule.count
+    At the node of a longitude and of the latitude b, L^-T u = cos b * first + sin b * second is the normal times its
+    length, and cos b * edges are the cosines of incidence and emission times this length. The area is the length times
+    weight * area.
+
+    Attributes
+    ----------
+    first, second : array (3, epochs, longitudes)
+    edges : two of array (epochs, longitudes)
+    weights : array (epochs, longitudes)
+    cosines, sines, areas : array (epochs, longitudes, latitudes)
+        Cosine and sine of b, and weights; both axes before the last one have length 1 if all latitudes are equal.
+    """
+
+    def __init__(self, shape: Ellipsoid, rule: Quadrature, vectors: Array, stretch: Array) -> None:
         to_sphere = shape.to_unit_sphere / stretch
         images = np.stack([to_sphere @ vectors[:3], to_sphere @ vectors[3:]])
         lengths = np.linalg.norm(images, axis=1)
@@ -178,28 +211,41 @@ class BlockOfEllipsoid(FacetBlock):
         after, before, weights = rule.nodes(1 + np.arctan(np.tan(half) * ratio) / half)
         half = half[:, None]
         along, across = np.cos(half * (after - 1)), np.sin(half * (after - 1))
-        pole = np.einsum("kje,je->ke", axes, to_sphere @ np.cross(vectors[:3], vectors[3:], axis=0))[..., None]
-        coplanar = np.arctan2(-(along * pole[0] + across * pole[1]), np.maximum(pole[2], EDGE))
-        latitude, below, areas = rule.nodes(1 + 2 / np.pi * coplanar)
-        cos_b, sin_b = np.sin(0.5 * np.pi * np.minimum(latitude, below)), np.sin(0.5 * np.pi * (latitude - 1))
-        images = np.einsum("ji,kje->ike", to_sphere, axes)[..., None, None]
-        along, across = along[..., None], across[..., None]
-        normals = cos_b * (along * images[:, 0] + across * images[:, 1]) + sin_b * images[:, 2]
+        columns = np.einsum("ji,kje->ike", to_sphere, axes)[..., None]
+        self.first = along * columns[:, 0] + across * columns[:, 1]
+        self.second = np.broadcast_to(columns[:, 2], self.first.shape)
+        self.edges = [
+            length[:, None] * np.sin(half * edge) for length, edge in zip(lengths, (after, before), strict=True)
+        ]
+        self.weights = float(np.prod(shape.semiaxes) * np.prod(stretch)) * half * weights
+        split = np.ones((1, 1))
+        if rule.halves:
+            normal = to_sphere @ np.cross(vectors[:3], vectors[3:], axis=0)
+            pole = np.einsum("kje,je->ke", axes, normal)[..., None]
+            split = 1 + 2 / np.pi * np.arctan2(-(along * pole[0] + across * pole[1]), np.maximum(pole[2], EDGE))
+        latitude, below, areas = rule.nodes(split)
+        self.cosines = np.sin(0.5 * np.pi * np.minimum(latitude, below))
+        self.sines = np.sin(0.5 * np.pi * (latitude - 1))
+        self.areas = 0.5 * np.pi * areas * self.cosines
+
+
+class BlockOfEllipsoid(FacetBlock):
+    """Nodes of the quadrature over the lit and seen part of an ellipsoid at some epochs."""
+
+    def __init__(self, epochs: slice, lune: Lune) -> None:
+        self.epochs = epochs
+        normals = lune.cosines * lune.first[..., None] + lune.sines * lune.second[..., None]
         size = np.sqrt(np.sum(normals * normals, axis=0))
         normals /= size
-        shared = cos_b / size
-        self.mu0, self.mu = (
-            (length[:, None, None] * shared * np.sin(half * edge)[..., None]).ravel()
-            for length, edge in zip(lengths, (after, before), strict=True)
-        )
-        volume = float(np.prod(shape.semiaxes) * np.prod(stretch))
-        areas *= volume * 0.5 * np.pi * size * cos_b * (half * weights)[..., None]
-        self._areas, self._normals = areas.reshape(len(half), -1), normals.reshape(3, len(half), -1)
+        shared = lune.cosines / size
+        self.mu0, self.mu = ((edge[..., None] * shared).ravel() for edge in lune.edges)
+        self._areas = (lune.areas * size * lune.weights[..., None]).reshape(len(size), -1)
+        self._normals = normals.reshape(3, len(size), -1)
 
     @property
     @override
     def counts(self) -> int:
-        return self._count
+        return int(self._areas.shape[1])
 
     @override
     def sums(self, values: Array | float, power: int) -> Array:
@@ -208,6 +254,21 @@ class BlockOfEllipsoid(FacetBlock):
             return np.asarray(np.sum(weighted, axis=1)[None])
         return np.asarray(np.einsum("ef,kef->ke", weighted, self._normals**power))
 
+
+def lune_formulas(graph: Graph) -> FacetFormulas:
+    """Return the facet at a node of a `Lune`: a row is a latitude, and an input is a longitude at an epoch."""
+    cosine, sine, weight = columns = [graph.symbol(name) for name in ("cosine", "sine", "area")]
+    inputs = [graph.symbol(k) for k in range(8)]
+    vector = [cosine * a + sine * b for a, b in zip(inputs[:3], inputs[3:6], strict=True)]
+    size = norm(vector)
+    shared = cosine / size
+    return FacetFormulas(
+        columns, inputs, [x / size for x in vector], weight * size, shared * inputs[6], shared * inputs[7]
+    )
+
+
+LONGITUDES_OF_BLOCK = 100_000
+"""Number of longitudes at all epochs of a call of compiled sums."""
 
 NODES_OF_BLOCK = 16_384
 """Number of nodes at all epochs of a block."""

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from poinsot.functions import Scalar, dot, less, minimum
+from poinsot.functions import Scalar, less, minimum
 from poinsot.shapes.scattering import Reflection, ScatteringLaw
 from poinsot.taylor.compiled_sums import CompiledSums
 from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, needed, operation_of, ordered
 
-__all__ = ["LawFormula", "Wanted", "law_formula"]
+__all__ = ["FacetFormulas", "LawFormula", "Wanted", "law_formula"]
 
 Array = NDArray[np.float64]
 
@@ -42,6 +42,26 @@ class Wanted(NamedTuple):
     by_vectors: bool
     by_stretch: bool
     others: tuple[int, ...]
+
+
+class FacetFormulas(NamedTuple):
+    """Facet as formulas of a row of a table and of inputs.
+
+    Attributes
+    ----------
+    columns, inputs : list of Node
+        Symbols of the row, and of the inputs.
+    normal : three scalars
+    area, mu0, mu : scalar
+        Area, and cosines of incidence and emission.
+    """
+
+    columns: list[Node]
+    inputs: list[Node]
+    normal: Sequence[Any]
+    area: Any
+    mu0: Any
+    mu: Any
 
 
 MAX_FORMULAS = 64
@@ -90,7 +110,7 @@ class LawFormula:
         self._outputs: list[GraphScalar] = [self._rest, *gradient(self._rest, by)]
         self._of_facets |= self._depending(self._outputs, [self._mu0, self._mu])
         self._programs: dict[tuple[int, ...], FacetProgram] = {}
-        self._compiled: dict[Wanted, CompiledSums | None] = {}
+        self._compiled: dict[Hashable, CompiledSums | None] = {}
         names = {node.name for node in ordered(self._outputs) if node.place in self._of_facets}
         self._is_arithmetic = names <= ARITHMETIC
 
@@ -113,38 +133,38 @@ class LawFormula:
             return (factor * other, rest * others) if scalar.name == "mul" else (factor / other, rest / others)
         return 1.0, scalar
 
-    def compiled_sums(self, wanted: Wanted) -> CompiledSums | None:
+    def compiled_sums(self, wanted: Wanted, facets: Callable[[Graph], FacetFormulas]) -> CompiledSums | None:
         """Return compiled sums of A S and of its derivatives over facets; None if NumPy computes them faster.
 
-        The columns of the table are the components of the normals, and the areas. The inputs are the unit vectors s and
-        e, the phase angle, and the numbers of `rest_numbers`. The outputs are the sum of A S; with derivatives by s and
-        e the sums of A S_mu0 n and A S_mu n; with derivatives by a stretch the sums of A n_k^2 (S - mu0 S_mu0 -
-        mu S_mu); and the sums of other outputs times A.
+        The inputs of the facets, the phase angle and the numbers of `rest_numbers` are the inputs. The outputs are the
+        sum of A S; with derivatives by s and e the sums of A S_mu0 n and A S_mu n; with derivatives by a stretch the
+        sums of A n_k^2 (S - mu0 S_mu0 - mu S_mu); and the sums of other outputs times A.
         """
         if not self._is_arithmetic:
             return None
-        if wanted not in self._compiled:
+        key = wanted, facets
+        if key not in self._compiled:
             try:
-                self._compiled[wanted] = self._compiled_sums(wanted)
+                self._compiled[key] = self._compiled_sums(wanted, facets(Graph()))
             except ImportError:  # llvmlite has no wheel for every platform
-                self._compiled[wanted] = None
-        return self._compiled[wanted]
+                self._compiled[key] = None
+        return self._compiled[key]
 
-    def _compiled_sums(self, wanted: Wanted) -> CompiledSums:
-        graph = Graph()
-        *normal, area = columns = [graph.symbol(name) for name in ("x", "y", "z", "area")]
-        inputs = [graph.symbol(k) for k in range(7 + len(self.rest_numbers))]
-        mu0, mu = dot(normal, inputs[:3]), dot(normal, inputs[3:6])
+    def _compiled_sums(self, wanted: Wanted, facet: FacetFormulas) -> CompiledSums:
         numbers = [x for k in self.rest_numbers if isinstance(x := self._numbers[k], Node)]
-        given = dict(zip((self._mu0, self._mu, self._phase, *numbers), (mu0, mu, *inputs[6:]), strict=True))
+        names = self._phase, *numbers
+        inputs = [facet.columns[0].graph.symbol(f"number {k}") for k in range(len(names))]
+        given = dict(zip((self._mu0, self._mu, *names), (facet.mu0, facet.mu, *inputs), strict=True))
         light, by_mu0, by_mu = _retraced(self._outputs[:3], given)
-        outputs = [area * light]
+        outputs = [facet.area * light]
         if wanted.by_vectors:
-            outputs += [area * slope * n for slope in (by_mu0, by_mu) for n in normal]
+            outputs += [facet.area * slope * n for slope in (by_mu0, by_mu) for n in facet.normal]
         if wanted.by_stretch:
-            outputs += [area * (light - mu0 * by_mu0 - mu * by_mu) * n * n for n in normal]
-        outputs += [area * x for x in _retraced([self._outputs[k] for k in wanted.others], given)]
-        return CompiledSums(outputs, less(0.0, minimum(mu0, mu)), columns, inputs)
+            rest = facet.area * (light - facet.mu0 * by_mu0 - facet.mu * by_mu)
+            outputs += [rest * n * n for n in facet.normal]
+        outputs += [facet.area * x for x in _retraced([self._outputs[k] for k in wanted.others], given)]
+        condition, *outputs = _retraced([less(0.0, minimum(facet.mu0, facet.mu)), *outputs], {})
+        return CompiledSums(outputs, condition, facet.columns, [*facet.inputs, *inputs])
 
     def factor(self, phase: Scalar, numbers: Sequence[Scalar]) -> Scalar:
         """Return the factor that does not depend on the facet, for scalars of any kind."""
@@ -175,6 +195,9 @@ def _retraced(outputs: Sequence[GraphScalar], given: Mapping[Node, Scalar]) -> l
     """Return formulas of other nodes in place of some nodes; divisors are inverted, so that each is divided by once."""
     known: dict[int, Any] = {node.place: x for node, x in given.items()}
     for node in needed([x for x in outputs if isinstance(x, Node)], known):
+        if node.name == "symbol":
+            known[node.place] = node
+            continue
         operands = [known[x.place] if isinstance(x, Node) else x for x in node.arguments]
         is_quotient = node.name == "div" and isinstance(operands[1], Node)
         known[node.place] = operands[0] * (1 / operands[1]) if is_quotient else operation_of(node)(*operands)

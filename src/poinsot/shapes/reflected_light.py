@@ -12,15 +12,25 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from poinsot.shapes.law_program import LawFormula, Wanted
+from poinsot.functions import dot
+from poinsot.shapes.law_program import FacetFormulas, LawFormula, Wanted
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.surface import Surface
 from poinsot.shapes.views import Neighbour
 from poinsot.shapes.visibility import clear_faces, clear_parts
 from poinsot.taylor.compiled_sums import CompiledSums
-from poinsot.taylor.graph import Number, Primitive
+from poinsot.taylor.graph import Graph, Number, Primitive
 
-__all__ = ["BLOCK", "FacetBlock", "LightOfPlates", "LightOfShadedMesh", "Plates", "ReflectedLight"]
+__all__ = [
+    "BLOCK",
+    "MIN_COMPILED",
+    "FacetBlock",
+    "LightOfPlates",
+    "LightOfShadedMesh",
+    "Plates",
+    "ReflectedLight",
+    "Sums",
+]
 
 Array = NDArray[np.float64]
 
@@ -110,6 +120,12 @@ class Sums(NamedTuple):
     gradient: Array
     squares: Array
     others: Array
+
+    @staticmethod
+    def of(wanted: Wanted, found: Array) -> Sums:
+        """Return the sums that `LawFormula.compiled_sums` computes, (outputs, epochs)."""
+        gradient, squares = 6 * wanted.by_vectors, 3 * wanted.by_stretch
+        return Sums(found[0], *np.split(found[1:], [gradient, gradient + squares]))
 
 
 class ReflectedLight(Primitive):
@@ -263,14 +279,13 @@ class LightOfPlates(ReflectedLight):
     @override
     def sums(self, wanted: Wanted, vectors: Array, stretch: Array, scalars: Sequence[Any]) -> Sums:
         epochs = vectors.shape[1]
-        compiled = self.formula.compiled_sums(wanted) if epochs * len(self._areas) >= MIN_COMPILED else None
+        compiled = (
+            self.formula.compiled_sums(wanted, plate_formulas) if epochs * len(self._areas) >= MIN_COMPILED else None
+        )
         if compiled is None:
             return super().sums(wanted, vectors, stretch, scalars)
         inputs = [*vectors, *(np.broadcast_to(x, epochs) for x in scalars)]
-        (value, *found) = compiled(self._plates(stretch).table, np.stack(inputs))
-        gradient, squares = 6 * wanted.by_vectors, 3 * wanted.by_stretch
-        ends = [gradient, gradient + squares]
-        return Sums(value, *np.split(np.reshape(found, (-1, epochs)), ends))
+        return Sums.of(wanted, compiled(self._plates(stretch).table, np.stack(inputs)))
 
     @override
     def blocks(self, vectors: Array, stretch: Array, buffers: int) -> Iterator[tuple[FacetBlock, Sequence[Array]]]:
@@ -290,6 +305,13 @@ class LightOfPlates(ReflectedLight):
     def _shading(self, vectors: Array, stretch: Array, scales: Array) -> Shading | None:  # noqa: ARG002
         """Return the clear shares of the facets, with their scales under the stretch; None if all are clear."""
         return None
+
+
+def plate_formulas(graph: Graph) -> FacetFormulas:
+    """Return a facet with the components of its normal and its area as a row, and the vectors s and e as inputs."""
+    *normal, area = columns = [graph.symbol(name) for name in ("x", "y", "z", "area")]
+    inputs = [graph.symbol(k) for k in range(6)]
+    return FacetFormulas(columns, inputs, normal, area, dot(normal, inputs[:3]), dot(normal, inputs[3:]))
 
 
 MIN_COMPILED = 200_000

@@ -25,11 +25,13 @@ HEIGHT_ROUNDING = 1e-12
 
 
 class Cuts(NamedTuple):
-    """Segments in which other faces cut faces, in ascending order of the faces that are cut.
+    """Segments in which other faces cut or touch faces from above, in ascending order of the faces that are cut.
 
     Attributes
     ----------
     faces, others : array (n,)
+    beyond : array (n,)
+        The face across the edge with which the other face touches, or the other face itself.
     ends : array (2, 3, n)
         Both ends in the plane of the face, from its centroid, with the height zero. The part of the face behind the
         other face is on the left.
@@ -37,6 +39,7 @@ class Cuts(NamedTuple):
 
     faces: Integers
     others: Integers
+    beyond: Integers
     ends: Array
 
 
@@ -61,6 +64,8 @@ class Surface:
         Edges of the faces, as in `lines_of`.
     edges, sides : array (e, 2) of int
         Vertices of each edge, and the two faces at the edge. The first one contains the vertices in this order.
+    across : array (f, 3) of int
+        Faces across the edges that begin at the corners of each face.
     below : bool array (f,)
         True for faces that have a vertex above their plane.
     convex : bool array (e,)
@@ -78,7 +83,7 @@ class Surface:
         self.bases = bases_of(self.normals)
         self.flat_corners = np.einsum("fij,fkj->kif", self.bases, self.corners - self.centers[:, None])
         self.lines = lines_of(self.flat_corners)
-        self.edges, self.sides = _edges(self.faces)
+        self.edges, self.sides, self.across = _edges(self.faces)
         self.below = self._faces_below()
         self.convex = self._convex_edges()
         self.cuts = self._cuts()
@@ -109,8 +114,10 @@ class Surface:
         apart = (self.faces[face][:, :, None] != self.faces[other][:, None, :]).all(axis=(1, 2))
         face, other = face[apart], other[apart]
         heights = np.einsum("pi,pki->kp", self.normals[face], self.corners[other] - self.centers[face][:, None])
-        crosses = (heights.min(axis=0) < -self.low) & (heights.max(axis=0) > self.low)
-        face, other, heights = face[crosses], other[crosses], heights[:, crosses]
+        heights[np.abs(heights) <= self.low] = 0.0
+        touches = np.sum(heights == 0, axis=0) == 2  # with an edge
+        crosses = (heights.max(axis=0) > 0) & (touches | (heights.min(axis=0) < 0))
+        face, other, heights, touches = face[crosses], other[crosses], heights[:, crosses], touches[crosses]
         up = heights > 0
         alone = np.argmax(up == (up.sum(axis=0) == 1), axis=0)  # the corner on its side of the plane
         pair, ends = np.arange(len(face)), []
@@ -126,14 +133,17 @@ class Surface:
         begin, end = inside(self.lines[..., face], flat[0, :2], (flat[1] - flat[0])[:2], self.low)
         order = np.flatnonzero(end > begin)
         order = order[np.argsort(face[order], kind="stable")]
-        return Cuts(face[order], other[order], flat[..., order])
+        beyond = np.where(touches, self.across[other, (alone + 1) % 3], other)
+        return Cuts(face[order], other[order], beyond[order], flat[..., order])
 
 
-def _edges(faces: Integers) -> tuple[Integers, Integers]:
-    """Return the vertices of each edge of closed surfaces, and its two faces; the first one has them in this order."""
+def _edges(faces: Integers) -> tuple[Integers, Integers, Integers]:
+    """Return the vertices and faces of the edges of closed surfaces, and the faces across the edges of each face."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     pairs = np.lexsort((np.maximum(start, end), np.minimum(start, end))).reshape(-1, 2)
-    return np.stack([start[pairs[:, 0]], end[pairs[:, 0]]], axis=-1), pairs // 3
+    across = np.empty_like(start)
+    across[pairs] = pairs[:, ::-1] // 3
+    return np.stack([start[pairs[:, 0]], end[pairs[:, 0]]], axis=-1), pairs // 3, across.reshape(-1, 3)
 
 
 def bases_of(normals: Array) -> Array:

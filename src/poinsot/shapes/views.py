@@ -254,6 +254,9 @@ class _Projection:
         frames, cosines, centers = self._frames(rows, faces)
         cell, others, places = self._outlines(rows, faces)
         starts, ends = (_along(frames[..., cell], place - centers[:, cell]) for place in places)
+        rising = self._rising(rows, faces, cell, others, np.stack([starts[2], ends[2]]), places)
+        cell, others, places = cell[rising], others[rising], places[..., rising]
+        starts, ends = starts[:, rising], ends[:, rising]
         cut_cell, cut_others, cuts = self._cuts(rows, faces)
         cell, others = np.concatenate([cell, cut_cell]), np.concatenate([others, cut_others])
         places = np.concatenate([places, np.zeros((2, 3, len(cut_cell)))], axis=-1)
@@ -295,12 +298,25 @@ class _Projection:
         places = np.stack([scene.take(row[which], end[which]) for end in ends])
         return cell, scene.sides[edge[which], side[which]], places
 
+    def _rising(
+        self, rows: Integers, faces: Integers, cell: Integers, others: Integers, heights: Array, places: Array
+    ) -> Flags:
+        """Return False for edges in the plane of a face if the bright face at the edge does not rise from the plane."""
+        scene, surface = self.scene, self.scene.surface
+        rising: Flags = np.abs(heights).max(axis=0) > surface.low
+        level = np.flatnonzero(~rising)
+        row, face = rows[cell[level]], faces[cell[level]]
+        corners = [scene.take(row, k) for k in scene.faces[others[level]].T]
+        third = np.sum(corners, axis=0) - places[..., level].sum(axis=0) - surface.centers[face].T
+        rising[level] = np.sum(third * surface.normals[face].T, axis=0) > surface.low
+        return rising
+
     def _cuts(self, rows: Integers, faces: Integers) -> tuple[Integers, Integers, Array]:
         """Return the segments in which bright faces cut faces: index of the face, other face, and ends (2, 3, n)."""
         cuts = self.scene.surface.cuts
         first, last = (np.searchsorted(cuts.faces, faces, side) for side in ("left", "right"))
         cell, which = np.repeat(np.arange(len(faces)), last - first), ranges(first, last)
-        bright = self.front[rows[cell], cuts.others[which]]
+        bright = self.front[rows[cell], cuts.others[which]] & self.front[rows[cell], cuts.beyond[which]]
         cell, which = cell[bright], which[bright]
         return cell, cuts.others[which], cuts.ends[..., which]
 

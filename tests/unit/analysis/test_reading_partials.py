@@ -317,6 +317,19 @@ def test_derivatives_are_absent_where_the_reading_is():
         assert np.isfinite(array[:2]).all()
 
 
+def test_derivatives_are_absent_where_an_observer_does_not_see_the_body():
+    class Window(pt.orbits.FixedPosition):
+        def hidden_at(self, time):
+            return {"behind a wall": pt.functions.less(1.0, time)}
+
+    body = pt.Body((1.25, 1.0, 0.75))
+    start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    found = observed_partials(pt.System(body), start, Sight(Window(1.0, position=(1, 2, 3)), 1.5), TIMES, ["gain"])
+    for array in (found.values, found.by_start, found.by_parameters):
+        assert np.isnan(array[2]).all()
+        assert np.isfinite(array[:2]).all()
+
+
 def test_the_dataset_names_the_columns():
     body = pt.Body((1.25, 1.0, 0.75))
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))

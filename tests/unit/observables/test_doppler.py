@@ -55,15 +55,15 @@ def test_edges_are_the_shifts_of_the_limbs_of_a_turned_and_moved_shape():
 
 
 def test_edges_of_a_body_that_is_no_mirror_image_of_itself_differ():
-    tetrahedron = pt.shapes.Mesh(
-        [(0.0, 0, 0), (1.5, 0.2, 0), (0.1, 1.2, -0.1), (0.3, 0.4, 1.1)],
-        [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)],
-        mass=1.0,
-    )
-    lower, upper = DopplerEdges(tetrahedron, RADAR, 0.1).reading(at((1, 0, 0, 0), (0.2, 0.3, 1.0)))
-    bandwidth = DopplerBandwidth(tetrahedron, RADAR, 0.1).reading(at((1, 0, 0, 0), (0.2, 0.3, 1.0)))
-    assert upper - lower == bandwidth
-    assert abs(upper + lower) > 0.01 * bandwidth
+    """The upper edge is that of the vertex that approaches the radar fastest, from the centre of mass."""
+    vertices, omega = np.array([(0.0, 0, 0), (1.5, 0.2, 0), (0.1, 1.2, -0.1), (0.3, 0.4, 1.1)]), (0.2, 0.3, 1.0)
+    tetrahedron = pt.shapes.Mesh(vertices, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)], mass=1.0)
+    lower, upper = DopplerEdges(tetrahedron, RADAR, 0.1).reading(at((1, 0, 0, 0), omega))
+    assert upper - lower == DopplerBandwidth(tetrahedron, RADAR, 0.1).reading(at((1, 0, 0, 0), omega))
+    e = -np.array([0.3, -2.0, 1.1]) / np.linalg.norm([0.3, -2.0, 1.1])
+    shifts = 20.0 * np.cross(omega, vertices - vertices.mean(axis=0)) @ e
+    assert np.allclose([lower, upper], [shifts.min(), shifts.max()], rtol=16 * EPS, atol=0)
+    assert abs(upper + lower) > 0.01 * (upper - lower)
 
 
 def test_a_sphere_has_its_closed_form_at_any_time():

@@ -4,6 +4,8 @@ import warnings
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -62,6 +64,21 @@ def test_the_residual_is_the_shorter_turn_about_the_sensor_axes():
         assert np.allclose(found, turn, rtol=1e-14, atol=8 * EPS)
     longer = quat.exponential(np.array([4.0, 0, 0]))
     assert np.allclose(tracker.difference(longer, np.array([1.0, 0, 0, 0])), [4 - 2 * np.pi, 0, 0], rtol=1e-14, atol=0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), size=st.floats(0, 1e3))
+def test_errors_turn_an_attitude_about_their_own_direction(seed, size):
+    """The residual of a reading with errors d is along d, with the length 2 atan(|d| / 2)."""
+    rng = np.random.default_rng(seed)
+    q, d = (x / np.linalg.norm(x) for x in (rng.normal(size=4), rng.normal(size=3)))
+    tracker = StarTracker()
+    read = tracker.disturbed(q, size * d)
+    assert np.linalg.norm(read) == pytest.approx(1, rel=8 * EPS, abs=0)
+    found = tracker.difference(read, q)
+    # The sine of half the angle has the roundings of unit quaternions, which the angle doubles.
+    assert np.allclose(found, 2 * np.arctan(size / 2) * d, rtol=0, atol=32 * EPS)
+    assert np.allclose(tracker.difference(q, read), -found, rtol=0, atol=32 * EPS)
 
 
 @pytest.mark.parametrize("noise", [1e-5, 0.3])

@@ -124,6 +124,20 @@ def test_components_are_curves_and_equal_ones_differ_in_style():
     assert names == ["north x", "north y", "north z", "south x", "south y", "south z"]
 
 
+def test_readings_of_one_of_two_bodies_name_the_body():
+    panel = pt.plot.readings([of(observable=Glow().on(body)) for body in ("primary", "secondary")])
+    assert [line.get_label() for line in panel.lines] == ["glow of the primary", "glow of the secondary"]
+    assert pt.plot.readings(of(observable=Glow().on("primary"), units="m2")).get_ylabel() == "glow [m²]"
+
+
+def test_readings_that_are_absent_are_not_drawn():
+    values = np.where(TIMES == 2.0, np.nan, VALUES)
+    [line] = pt.plot.readings(of(values=values)).lines
+    assert np.array_equal(np.delete(line.get_ydata(), 4), values, equal_nan=True)
+    plane = pt.plot.phase_plane(of(values=values), PERIODS, of(values=values))
+    assert np.count_nonzero(np.isfinite(np.ma.filled(plane.images[0].get_array(), np.nan))) == TIMES.size - 1
+
+
 def test_an_ensemble_is_its_median_between_bands():
     values = VALUES + np.linspace(-1, 1, 21)[:, None] ** 3
     panel = pt.plot.readings(of(values=values))

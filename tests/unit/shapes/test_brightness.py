@@ -150,17 +150,22 @@ def test_centroids_have_no_derivatives():
         graph.evaluated([slope], dict(zip(symbols, LOW_SUN, strict=True)))
 
 
-@pytest.mark.parametrize("law", [*LAWS[:2], LAWS[3], Coated(0.4, 0.2)], ids=lambda law: type(law).__name__)
-def test_long_light_curves_are_as_short_ones(law, monkeypatch):
+@pytest.mark.parametrize("shape", [BOX, pt.shapes.Ellipsoid((3.0, 2.0, 1.5), mass=1.0)], ids=["mesh", "ellipsoid"])
+@pytest.mark.parametrize("law", [Lambert(0.3), *LAWS[:4]], ids=lambda law: type(law).__name__)
+def test_long_light_curves_are_as_short_ones(shape, law, monkeypatch):
     """Long ones are compiled for laws of arithmetic, if there is a compiler."""
-    epochs = reflected_light.MIN_COMPILED // len(BOX.faces) + 1
+    epochs = reflected_light.MIN_COMPILED // (len(shape.faces) if shape is BOX else 256) + 1
     directions = np.random.default_rng(2).normal(size=(6, epochs))
     graph = Graph()
     numbers = [float(x) for x in law.numbers if x]
     symbols = [graph.symbol(f"x{k}") for k in range(9 + len(numbers))]
     others = iter(symbols[9:])
     brightness = brightness_of(
-        BOX, law.with_numbers(next(others) if x else 0.0 for x in law.numbers), symbols[:3], symbols[3:6], symbols[6:9]
+        shape,
+        law.with_numbers(next(others) if x else 0.0 for x in law.numbers),
+        symbols[:3],
+        symbols[3:6],
+        symbols[6:9],
     )
     outputs = [brightness, *(tangents([brightness], {x: 1.0})[0] for x in symbols)]
     values = dict(zip(symbols, [*directions, 1.1, 0.9, 1.2, *numbers], strict=True))
@@ -170,7 +175,7 @@ def test_long_light_curves_are_as_short_ones(law, monkeypatch):
     np.testing.assert_allclose(np.array(long)[:, :50] / scale, short / scale, rtol=0, atol=1e-14)
     monkeypatch.setattr(law_program, "CompiledSums", without_compiler)
     monkeypatch.setattr(law_program, "_formulas", {})
-    other = brightness_of(BOX, law, directions[:3], directions[3:], (1.1, 0.9, 1.2))
+    other = brightness_of(shape, law, directions[:3], directions[3:], (1.1, 0.9, 1.2))
     np.testing.assert_allclose(other / scale[0], long[0] / scale[0], rtol=0, atol=1e-14)
 
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import poinsot as pt
@@ -89,3 +91,15 @@ def test_degenerate_triangles_have_no_brightness():
             lambda x, shadows=shadows: brightness_of(split, LAWS[1], x[:3], OBSERVER, FACTORS, shadows), np.array(SUN)
         )
         assert np.all(np.isfinite(slopes))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**31), st.sampled_from(["exact", "centroids"]))
+def test_sun_and_observer_can_be_exchanged(seed, shadows):
+    """The clear parts do not depend on the order of the directions, and the laws are reciprocal."""
+    mesh, (sun, observer) = rough(seed, 14), np.random.default_rng(seed).normal(size=(2, 3))
+    for law in LAWS:
+        found = brightness_of(mesh, law, sun, observer, FACTORS, shadows)
+        swapped = brightness_of(mesh, law, observer, sun, FACTORS, shadows)
+        assert found == pytest.approx(swapped, rel=1e-12, abs=1e-15)
+        assert -1e-15 <= found <= brightness_of(mesh, law, sun, observer, FACTORS) * (1 + 1e-12)

@@ -246,6 +246,10 @@ SHAPES = {
     "the observer at the Sun": (rough(2), [(s, s) for s, _ in PAIRS]),
     "boxes apart": (boxes((0, 0, 0), (2.0, 0, 0), (0, 4.0, 0)), PAIRS[:3] + ALIGNED_PAIRS),
     "boxes that touch": (boxes((0, 0, 0), (0.5, 0, 3.0)), PAIRS[:3] + ALIGNED_PAIRS),
+    "boxes with edges in planes of faces": (
+        boxes((-0.5, -1.0, -1.5), (-1.5, -1.5, -2.0), (-0.5, -1.0, -0.5), (0.5, -2.0, -1.5)),
+        PAIRS[:3] + ALIGNED_PAIRS,
+    ),
     "boxes that intersect": (boxes((0, 0, 0), (0.7, 0.9, 0.8), (-0.5, 1.2, 0.3)), PAIRS[:3] + ALIGNED_PAIRS),
 }
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from mpmath import mp, mpf
 from scipy.spatial.transform import Rotation
 
@@ -95,6 +97,31 @@ def test_attitude_is_the_product_of_the_stated_rotations(name, axes):
         found.state.angular_momentum_space / found.angular_momentum, expected, rtol=0, atol=max(apart, 1e-14)
     )
     assert found.state.time == 3.0
+
+
+@settings(derandomize=True, max_examples=25, deadline=None, database=None)
+@given(
+    st.floats(0.05, 1.0),
+    st.floats(0.05, 1.0),
+    st.floats(0.02, 0.98),
+    st.sampled_from(["short-axis", "long-axis"]),
+    st.floats(1.001, 3.0),
+    st.floats(0.0, 6.2),
+)
+def test_any_possible_pair_of_periods_returns(first, second, between, mode, excess, angle):
+    """Of any triaxial body, and ratios from near to thrice the ratio of steady rotation."""
+    low, middle = sorted((first, second))
+    largest = middle + between * low
+    if middle - low < 1e-3 or largest - middle < 1e-3:
+        return
+    body = pt.Body((middle, largest, low))
+    third, (a, b) = (largest, (low, middle)) if mode == "short-axis" else (low, (middle, largest))
+    ratio = (1 if mode == "short-axis" else -1) + np.sqrt(a * b / ((third - a) * (third - b)))
+    found = from_periods(body, mode, rotation_period=excess * ratio * 5.0, precession_period=5.0, rotation_angle=angle)
+    bound = 20 * EPS * (1 + np.tan(found.nutation_range[1]) ** 2) * (1 + 1 / ratio)
+    assert found.mode == mode
+    assert abs(found.rotation_period / (excess * ratio * 5.0) - 1) < bound
+    assert abs(found.precession_period / 5.0 - 1) < bound
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
