@@ -105,6 +105,8 @@ HABITS: dict[str, Mapping[str, str]] = {
         "fourier": SPECTRUM,
         "periodogram": SPECTRUM,
         "naff": SPECTRUM,
+        "lomb_scargle": SPECTRUM,
+        "lombscargle": SPECTRUM,
         "stm": "poinsot.analysis.state_transition(system, state, times)",
         "monodromy": "poinsot.analysis.periodic_motion(...).multipliers",
         "equilibrium": "poinsot.analysis.equilibria(system)",

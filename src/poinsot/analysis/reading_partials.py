@@ -31,6 +31,7 @@ from poinsot.mechanics.instant import Instant
 from poinsot.mechanics.light_time import speed_of_light
 from poinsot.mechanics.observable import Observable, observables_by_name
 from poinsot.observables.readings import Readings
+from poinsot.printable import quoted
 from poinsot.propagation.observe import checked_observables
 from poinsot.propagation.readings_along import absent_readings, hidden_readings, refuse_unfit
 from poinsot.propagation.trajectory import Trajectory
@@ -52,7 +53,7 @@ from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, tangents
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["ObservedPartials", "observed_partials"]
+__all__ = ["NumberNames", "ObservedPartials", "observed_partials"]
 
 
 class ObservedPartials(Summarized):
@@ -71,6 +72,15 @@ class ObservedPartials(Summarized):
         Derivatives with respect to the coordinates of the initial state; members are first.
     by_parameters : array (n, p), or (n, components, p)
         Derivatives with respect to the parameters, for a fixed initial state in q, g and the variables of parts.
+
+    Examples
+    --------
+    >>> gyro = pt.observables.Gyro()
+    >>> body = pt.Body((1.25, 1.0, 0.75))
+    >>> start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    >>> found = pt.analysis.observed_partials(pt.System(body), start, gyro, [0.0, 5.0], ["moments[0]"])
+    >>> found.dataset["by_parameters"].dims
+    ('time', 'component', 'parameter_name')
     """
 
     def __init__(
@@ -171,7 +181,7 @@ def observed_partials(
     """
     given = list(observables) if isinstance(observables, Sequence) else [observables]
     plans = [_plan(each, times, system) for each in checked_observables(given)]
-    chosen = _Names(system, [plan.observable for plan in plans]).chosen(parameters)
+    chosen = NumberNames(system, [plan.observable for plan in plans]).chosen(parameters)
     settings = {"formulation": formulation, "tolerance": tolerance, "threads": threads, "progress": progress}
     found = _partials(system, state, plans, chosen, settings)
     return found if isinstance(observables, Sequence) else found[0]
@@ -260,7 +270,7 @@ class _Chosen(NamedTuple):
         return [name for name, places in zip(self.names, self.in_system, strict=True) if places]
 
 
-class _Names:
+class NumberNames:
     """Names of the numbers of a system and of observables; a shared number has the name that comes first."""
 
     def __init__(self, system: System, observables: Sequence[Observable]) -> None:
@@ -280,13 +290,22 @@ class _Names:
         """Return the parameters that names stand for."""
         names = tuple(full for name in parameters for full in self._full(name))
         if doubled := [name for i, name in enumerate(names) if name in names[:i]]:
-            raise ValueError(f"parameters must name each number once, got {doubled[0]!r} twice.")
+            raise ValueError(f"parameters must name each number once, got {quoted(doubled[0])} twice.")
         none: list[Any] = []
         return _Chosen(
             names,
             tuple(tuple(self._in_system.get(name, none)) for name in names),
             tuple(tuple(self._in_observables.get(name, none)) for name in names),
         )
+
+    def owners(self, parameters: Sequence[str]) -> dict[str, Own]:
+        """Return the identities of the numbers that names stand for, by their full names."""
+        numbers = {name: own for own, name in self._owned.items()}
+        return {name: numbers[name] for name in self.chosen(parameters).names}
+
+    def name_of(self, own: Own) -> str | None:
+        """Return the full name of a number; None if it is not one of these."""
+        return self._owned.get(own)
 
     def _full(self, name: str) -> list[str]:
         """Return the full name of a number, or the names of the components of a vector."""
@@ -401,7 +420,11 @@ def _of_one(transition: StateTransition, plan: Readings, number: int, seen: Arra
     through = [i for i, each in enumerate(chosen.in_system) if each]
     by_parameters[..., through] += (found.by_state[..., None, :] @ S)[..., 0, :]
     axis = found.values.ndim - 1 - bool(observable.components)
-    values, by_start, by_parameters = (np.take(x, back, axis) for x in (found.values, by_start, by_parameters))
+    arrays = [np.take(x, back, axis) for x in (found.values, by_start, by_parameters)]
+    for where in hidden_readings(observable, plan.times, arrays[0].shape[: axis + 1]).values():
+        for array in arrays:
+            array[where] = np.nan
+    values, by_start, by_parameters = arrays
     for where in hidden_readings(observable, plan.times, values.shape[: axis + 1]).values():
         values[where], by_start[where], by_parameters[where] = np.nan, np.nan, np.nan
     about = {"units": observable.unit(DerivedUnits(system.units)), "frame": observable.frame}

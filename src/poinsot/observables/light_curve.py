@@ -104,12 +104,12 @@ def _area_of_ellipsoid(semiaxes: Array) -> float:
 
 def _refuse_kind(name: str, value: Any, _: str) -> None:
     if value not in KINDS:
-        raise ValueError(f"{name} must be {', '.join(map(repr, KINDS))}, got {quoted(value)}.")
+        raise ValueError(f"{name} must be {', '.join(map(quoted, KINDS))}, got {quoted(value)}.")
 
 
 def _refuse_shadows(name: str, value: Any, _: str) -> None:
     if value not in SHADOWS:
-        raise ValueError(f"{name} must be {', '.join(map(repr, SHADOWS))} or False, got {quoted(value)}.")
+        raise ValueError(f"{name} must be {', '.join(map(quoted, SHADOWS))} or False, got {quoted(value)}.")
 
 
 class LightCurve(Observable):
@@ -195,6 +195,11 @@ class LightCurve(Observable):
     @property
     def _surfaces(self) -> Surfaces:
         return cast("Surfaces", self.shape)
+
+    @property
+    @override
+    def has_unknown_factor(self) -> bool:
+        return self.kind == "relative"
 
     @property
     @override

@@ -7,6 +7,7 @@ from dataclasses import KW_ONLY
 from functools import partial
 from typing import Annotated, Any
 
+import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
@@ -26,6 +27,9 @@ __all__ = ["GroundStation"]
 
 EQUATORIAL_RADIUS, FLATTENING = 6_378_137.0, 1 / 298.257223563
 """Ellipsoid WGS 84, metres."""
+
+MIN_SQUARED_RATE = 1e-9
+"""Limit of mu / R^3 of the Earth, 1.5e-6 per square second, below which mu and R have different units of length."""
 
 
 Flattening = Annotated[
@@ -90,6 +94,12 @@ class GroundStation(Orbit):
                 raise ValueError(
                     f"orbit and rotation must have one {name}, got {' and '.join(quoted(str(x)) for x in values)}."
                 )
+        radius, mu = (np.asarray(x, dtype=float) for x in (self.equatorial_radius, self.orbit.mu))
+        if self.orbit.origin == "EARTH" and np.any(mu < MIN_SQUARED_RATE * radius**3):
+            raise ValueError(
+                f"equatorial_radius must be in the unit of length of the orbit, got {radius.max():.10g} for "
+                f"mu = {mu.min():.10g}. It is 6378.137 for an orbit in km."
+            )
         warn_below(self, self.orbit, self.equatorial_radius, "the surface", "give lengths in one unit")
 
     mu = shown("orbit.mu", "Gravitational parameter of the planet.")

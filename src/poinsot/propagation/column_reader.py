@@ -110,7 +110,8 @@ class MotionRows:
         observables: Mapping[str, Observable] = NO_OBSERVABLES,
     ) -> None:
         self._phase, self._columns = phase, columns
-        self.events, self.summary, self.store, self.observables = events, summary, store, observables
+        self.events, self.summary, self.store = events, summary, store
+        self.observables = read_only(dict(observables)) if observables else NO_OBSERVABLES
 
     @cached_property
     def phase(self) -> Phase:

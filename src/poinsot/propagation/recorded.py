@@ -20,7 +20,7 @@ from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.pair_instant import AnyInstant
 from poinsot.mechanics.part import Jump
 from poinsot.mechanics.two_bodies import TwoBodies
-from poinsot.printable import printable
+from poinsot.printable import printable, shortened
 from poinsot.quantities import Array
 from poinsot.records.formula_errors import FormulaError
 from poinsot.records.units import DerivedUnits
@@ -232,7 +232,9 @@ class RecordedObservable(Observable):
 
     @override
     def reading(self, instant: Instant) -> NoReturn:
-        raise FormulaError(f"{self!r} must have a formula to be read, got none from its file: {self.reason}")
+        raise FormulaError(
+            f"{shortened(self.text)} must have a formula to be read, got none from its file: {self.reason}"
+        )
 
 
 def _formula_missing(name: str) -> ValueError:

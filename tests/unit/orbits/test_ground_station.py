@@ -145,6 +145,16 @@ def test_the_orbit_and_the_rotation_have_one_frame_and_calendar():
         station(PLACES[0], orbit=dated, rotation=RotationModel.iau("earth", calendar=dates[1]))
 
 
+def test_kilometres_of_an_ephemeris_and_metres_of_the_default_radius_are_refused():
+    moon = pt.orbits.planet_orbit("moon", "earth", 0.0, 86400.0)
+    earth = RotationModel.iau("earth")
+    with pytest.raises(ValueError, match=r"^equatorial_radius must be .* got 6378137 for mu = 398600\.4\d+\. It is 6"):
+        GroundStation(moon, earth, latitude=0.1, longitude=0.2)
+    assert float(GroundStation(moon, earth, latitude=0.1, longitude=0.2, **WGS84).elevation_at(0.0)) < np.pi / 2
+    in_metres = pt.orbits.kilometres_to_metres(moon)
+    assert GroundStation(in_metres, earth, latitude=0.1, longitude=0.2).origin == "ground station"
+
+
 def test_a_radius_in_another_unit_than_the_orbit_is_warned_of():
     with pytest.warns(
         UserWarning, match=r"GroundStation: the periapsis is .* below the surface .*; give lengths in one unit\."

@@ -269,7 +269,7 @@ def _written(readings: Readings) -> Iterator[str]:
     """Yield the lines of one curve."""
     values, curve, calendar = present_values(readings), readings.observable, readings.calendar
     if not isinstance(curve, LightCurve) or curve.kind == "magnitude":
-        raise ValueError(f"readings must be fluxes of a LightCurve, got {readings.name}, {curve!r}.")
+        raise ValueError(f"readings must be fluxes of a LightCurve, got {readings.name}, {quoted(curve)}.")
     if calendar is None:
         raise ValueError(f"calendar must be given for {readings.name}, got none. DAMIT contains Julian dates.")
     times = readings.times
