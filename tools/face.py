@@ -26,9 +26,10 @@ SOURCE = ROOT / "src" / "poinsot"
 
 SHARED = {
     "analysis": "continuation_problem.* multipliers.* pair_point.* period_map.* polhodes.* "
-    "polynomial_search.* uneven_lines.* *.CROSSING_TOLERANCE *.HALF_TURNS *.coordinate_names *.bifurcations "
-    "*.grows_with_time *.motion_at",
+    "polynomial_search.* uneven_lines.* *.CROSSING_TOLERANCE *.HALF_TURNS *.coordinate_names *.NumberNames "
+    "*.bifurcations *.grows_with_time *.motion_at",
     "control": "",
+    "estimation": "",
     "events": "",
     "files": "attitudes.adm.* ccsds.* conversions.* keys.* reader_process.* spice*.* "
     "untrusted.* rows.* *.*_of *.rates_per_second *.dated_calendar "

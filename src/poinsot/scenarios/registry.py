@@ -32,7 +32,7 @@ from poinsot.mechanics.body import Body
 from poinsot.mechanics.environment import Orbit
 from poinsot.mechanics.force import Force
 from poinsot.mechanics.gravity_field import GravityField
-from poinsot.mechanics.observable import Observable, ObservableOn
+from poinsot.mechanics.observable import Observable
 from poinsot.mechanics.part import Part
 from poinsot.mechanics.two_bodies import BODIES, TwoBodies
 from poinsot.orbits.restricted_three_body import CirclingPair
@@ -77,6 +77,9 @@ DEFAULTS: dict[Group, str] = {"body": "Body", "rigid": "Body", "frame": "Rotatin
 
 PACKAGES = ("control", "forces", "observables", "orbits", "parts", "shapes", "files.bodies", "files.orbits")
 """Their modules have the classes that ship, and functions that make one."""
+
+INSTRUMENTS = "poinsot.observables."
+"""Beginning of the names of the modules of observables that a scenario can name."""
 
 RENAMED_TYPES = {"in_metres": "kilometres_to_metres", "orbit_sum": "composite_orbit"}
 """Present types of tables, by the former name in scenario files and results of earlier versions."""
@@ -194,11 +197,13 @@ def _members(cls: type) -> dict[str, Any]:
 def _subclasses(bases: tuple[type, ...]) -> Iterator[type]:
     """Yield the public ones of some classes and all their subclasses, each once."""
     _import_all()
-    yield from (cls for cls in subclasses(*bases) if _is_public(cls) and cls not in (Part, ObservableOn))
+    yield from (cls for cls in subclasses(*bases) if _is_public(cls) and cls is not Part)
 
 
 def _is_public(thing: Any) -> bool:
     if is_own(thing):
+        if issubclass(thing, Observable) and not thing.__module__.startswith(INSTRUMENTS):
+            return False  # an observable of one of two bodies, or recorded in a file
         return thing.__name__ in sys.modules[thing.__module__].__all__
     return not thing.__name__.startswith("_")
 

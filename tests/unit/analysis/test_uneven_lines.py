@@ -213,7 +213,11 @@ TIMES = np.arange(100.0) ** 1.01
         ),
         ({"times": np.ones(100)}, ValueError, "times must differ, got 100 times 1.0."),
         ({"times": [*TIMES[:-1], np.nan]}, ValueError, "times must be finite, got times[99] = nan."),
-        ({"signal": [*SIGNAL[:-1], np.nan]}, ValueError, "signal must be finite, but signal[99] = nan."),
+        (
+            {"signal": [*SIGNAL[:-1], np.nan]},
+            ValueError,
+            "signal must be finite, but signal[99] = nan. Omit absent samples together with their times.",
+        ),
         (
             {"signal": SIGNAL[:20], "times": TIMES[:20]},
             ValueError,
