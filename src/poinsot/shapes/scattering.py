@@ -26,11 +26,14 @@ __all__ = [
     "AshikhminShirley",
     "CookTorrance",
     "Hapke",
+    "HenyeyGreenstein",
+    "IsotropicPhase",
     "Lambert",
     "LambertLommelSeeliger",
     "LommelSeeliger",
     "LunarLambert",
     "Minnaert",
+    "PhaseFunction",
     "Phong",
     "Reflection",
     "ScatteringLaw",
@@ -119,6 +122,9 @@ def _refuse_from(limit: float, written: str) -> Callable[[str, Any, str], None]:
     return refuse
 
 
+Asymmetry = Annotated[Real, Rule(_refuse_asymmetry, "At -1 and 1 all light goes one way.")]
+
+
 class ScatteringLaw(Parametric, ABC):
     """Law of scattering of a surface by one formula; the base class of all laws.
 
@@ -193,14 +199,78 @@ class Lambert(ScatteringLaw):
         return self.albedo * (light.mu0 * light.mu)
 
 
+class PhaseFunction(Parametric, ABC):
+    """Phase function p of single scattering by one formula, 1 for isotropic scattering; the base class.
+
+    A subclass defines `value(light)`, which depends on the phase angle alone.
+
+    Examples
+    --------
+    >>> class Linear(pt.observables.PhaseFunction):
+    ...     slope: float
+    ...     def value(self, light):
+    ...         return 1 - self.slope * light.phase
+    >>> law = pt.observables.LommelSeeliger(0.2, Linear(0.5))
+    >>> round(law.brightness(pt.observables.Reflection(1.0, 1.0, 0.4)), 12)
+    0.02
+    """
+
+    @abstractmethod
+    def value(self, light: Reflection) -> Any:
+        """Return p at the phase angle of a reflection."""
+
+
+class IsotropicPhase(PhaseFunction):
+    """Phase function of isotropic scattering, p = 1.
+
+    Examples
+    --------
+    >>> pt.observables.IsotropicPhase().value(pt.observables.Reflection(1.0, 1.0, 0.4))
+    1.0
+    """
+
+    @override
+    def value(self, light: Reflection) -> float:
+        return 1.0
+
+
+class HenyeyGreenstein(PhaseFunction):
+    """Phase function of Henyey and Greenstein, p = (1 - g^2) / (1 + 2 g cos(phase) + g^2)^(3/2).
+
+    Parameters
+    ----------
+    g : float
+        Asymmetry, in (-1, 1): negative for backward scattering, 0 for isotropic scattering.
+
+    References
+    ----------
+    L. G. Henyey and J. L. Greenstein, Diffuse radiation in the galaxy, Astrophys. J. 93, 70 (1941).
+
+    Examples
+    --------
+    >>> light = pt.observables.Reflection(1.0, 1.0, 0.0)
+    >>> round(float(pt.observables.HenyeyGreenstein(-0.5).value(light)), 12)
+    6.0
+    """
+
+    g: Asymmetry
+
+    @override
+    def value(self, light: Reflection) -> Scalar:
+        square = 1 + 2 * self.g * light.cos_phase + self.g * self.g
+        return (1 - self.g * self.g) / (square * functions.sqrt(square))
+
+
 class LommelSeeliger(ScatteringLaw):
-    """Law of Lommel and Seeliger of a dark, porous surface, S = (albedo/4) mu0 mu / (mu0 + mu).
+    """Law of Lommel and Seeliger of a dark, porous surface, S = (albedo/4) p mu0 mu / (mu0 + mu).
 
     Parameters
     ----------
     albedo : float
         Albedo of single scattering, in [0, 1]. A unit area that is illuminated and viewed perpendicularly has the
-        brightness albedo / 8.
+        brightness p albedo / 8.
+    phase : PhaseFunction
+        Phase function p of the phase angle. Default: isotropic scattering, p = 1.
 
     References
     ----------
@@ -213,10 +283,16 @@ class LommelSeeliger(ScatteringLaw):
     """
 
     albedo: Share
+    phase: PhaseFunction = IsotropicPhase()
 
     @override
     def brightness(self, light: Reflection) -> Scalar:
-        return 0.25 * self.albedo * lommel_seeliger(light)
+        return self.factor(light) * lommel_seeliger(light)
+
+    def factor(self, light: Reflection) -> Scalar:
+        """Return the factor that depends on the phase angle alone, albedo p / 4."""
+        factor: Scalar = 0.25 * self.albedo * self.phase.value(light)
+        return factor
 
 
 def lommel_seeliger(light: Reflection) -> Scalar:
@@ -351,14 +427,13 @@ class Hapke(ScatteringLaw):
     w: Share
     b0: NotNegative
     h: Positive
-    g: Annotated[Real, Rule(_refuse_asymmetry, "At -1 and 1 all light goes one way.")]
+    g: Asymmetry
     roughness: Annotated[Real, Rule(_refuse_from(0.5 * np.pi, "pi/2"), "It is the mean slope in radians.")] = 0.0
 
     @override
     def brightness(self, light: Reflection) -> Scalar:
         mu0, mu, shadowing = self._effective_cosines(light)
-        square = 1 + 2 * self.g * light.cos_phase + self.g * self.g
-        single = (1 - self.g * self.g) / (square * functions.sqrt(square))
+        single = HenyeyGreenstein.unchecked(g=self.g).value(light)
         surge = self.b0 / (1 + functions.tan(0.5 * light.phase) / self.h)
         multiple = self._multiple(mu0) * self._multiple(mu)
         smooth = mu0 * mu / (mu0 + mu) * ((1 + surge) * single - 1 + multiple)

@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 
 import poinsot as pt
-from poinsot.observables import Hapke, Lambert, LambertLommelSeeliger, LommelSeeliger, Minnaert, Phong, ScatteringLaw
+from poinsot.observables import (
+    Hapke,
+    HenyeyGreenstein,
+    Lambert,
+    LambertLommelSeeliger,
+    LommelSeeliger,
+    Minnaert,
+    Phong,
+    ScatteringLaw,
+)
 from poinsot.shapes import law_program, reflected_light
 from poinsot.shapes.brightness import brightness_of, phase_angle
 from poinsot.taylor.graph import Graph, tangents
@@ -193,6 +202,16 @@ def test_spheres_have_closed_forms():
     half = 0.5 * phases
     closed = 0.05 * np.pi * 1.69 / 2 * (1 - np.sin(half) * np.tan(half) * np.log(1 / np.tan(0.5 * half)))
     np.testing.assert_allclose(dark, closed, rtol=1e-13, atol=1e-16)
+
+
+def test_the_closed_form_of_ellipsoids_includes_the_phase_function():
+    ellipsoid, function = pt.shapes.Ellipsoid((3.0, 2.0, 1.5), mass=1.0), HenyeyGreenstein(-0.3)
+    plain, scattered = (
+        brightness_of(ellipsoid, law, SUN, OBSERVER) for law in (LAWS[0], LommelSeeliger(0.2, function))
+    )
+    phase = np.arccos(unit(SUN) @ unit(OBSERVER))
+    factor = function.value(pt.observables.Reflection(1.0, 1.0, phase))
+    assert scattered == pytest.approx(factor * plain, rel=1e-14, abs=0)
 
 
 def test_opposition_and_new_phase_are_finite():

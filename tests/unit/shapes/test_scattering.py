@@ -13,6 +13,8 @@ from poinsot.observables import (
     AshikhminShirley,
     CookTorrance,
     Hapke,
+    HenyeyGreenstein,
+    IsotropicPhase,
     Lambert,
     LambertLommelSeeliger,
     LommelSeeliger,
@@ -198,6 +200,22 @@ def test_without_roughness_the_surface_is_smooth():
     light = Reflection(0.4, 0.7, 0.9)
     smooth, nearly = (Hapke(0.33, 1.2, 0.04, -0.3, angle).brightness(light) for angle in (0.0, 1e-9))
     assert nearly == pytest.approx(smooth, rel=1e-14, abs=0)
+
+
+def test_phase_functions_multiply_the_law_of_lommel_and_seeliger():
+    """The mean over the sphere of the function of Henyey and Greenstein is 1."""
+    light = Reflection(0.4, 0.7, 0.9)
+    plain = LommelSeeliger(0.3).brightness(light)
+    assert LommelSeeliger(0.3, IsotropicPhase()).brightness(light) == plain
+    g = -0.4
+    factor = (1 - g**2) / (1 + 2 * g * np.cos(0.9) + g**2) ** 1.5
+    function = HenyeyGreenstein(g)
+    assert LommelSeeliger(0.3, function).brightness(light) == pytest.approx(factor * plain, rel=1e-14, abs=0)
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    mean = 0.5 * weights @ function.value(Reflection(1.0, 1.0, np.arccos(nodes)))
+    assert mean == pytest.approx(1.0, rel=1e-13, abs=0)
+    with pytest.raises(TypeError, match="phase must be a PhaseFunction, got"):
+        LommelSeeliger(0.3, 0.5)
 
 
 def test_lambert_is_a_case_of_other_laws():
