@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 DATES = dt.date | np.datetime64
-"""Classes of a date, beside text and astropy's: it has a scale where it has a time zone."""
+"""Classes of a date in addition to texts and classes of astropy, which have a time scale instead of a time zone."""
 
 DURATIONS = dt.timedelta | np.timedelta64
 
