@@ -1,6 +1,20 @@
 """The public names, by the module of each; imported when they are used first."""
 
-from . import analysis, control, events, files, forces, functions, mechanics, observables, orbits, parts, plot, shapes
+from . import (
+    analysis,
+    control,
+    estimation,
+    events,
+    files,
+    forces,
+    functions,
+    mechanics,
+    observables,
+    orbits,
+    parts,
+    plot,
+    shapes,
+)
 from .errors import PropagationError, PropagationInterrupted
 from .files.netcdf import load, save
 from .forces.gravity import GravityGradient, UniformGravity
@@ -59,6 +73,7 @@ __all__ = [
     "analysis",
     "animate",
     "control",
+    "estimation",
     "events",
     "files",
     "forces",

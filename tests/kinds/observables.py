@@ -9,6 +9,7 @@ from poinsot.observables import (
     DopplerEdges,
     Exclusion,
     Gyro,
+    HenyeyGreenstein,
     Lambert,
     LightCurve,
     LommelSeeliger,
@@ -51,7 +52,9 @@ OBSERVABLES = {
     "bandwidth": DopplerBandwidth(ELLIPSOID, STATION, 1.3e-4, noise=0.1),
     "edges": DopplerEdges(BOX, STATION, 1.3e-4, light_time=False, noise=0.1),
     "light curve of a mesh": LightCurve(BOX, Lambert(0.3), SUN, STATION, kind="relative", light_time=False, noise=1e-3),
-    "light curve of an ellipsoid": LightCurve(ELLIPSOID, LommelSeeliger(0.2), SUN, FAR, kind="magnitude", noise=0.01),
+    "light curve of an ellipsoid": LightCurve(
+        ELLIPSOID, LommelSeeliger(0.2, HenyeyGreenstein(-0.3)), SUN, FAR, kind="magnitude", noise=0.01
+    ),
     "range": Range(STATION, (1e-3, 2e-3, -1e-3), noise=1e-5),
     "range rate": RangeRate(STATION, (1e-3, 2e-3, -1e-3), light_time=False, noise=1e-6),
 }

@@ -53,7 +53,7 @@ from poinsot.taylor.graph import Graph, GraphScalar, Node, gradient, tangents
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["ObservedPartials", "observed_partials"]
+__all__ = ["NumberNames", "ObservedPartials", "observed_partials"]
 
 
 class ObservedPartials(Summarized):
@@ -181,7 +181,7 @@ def observed_partials(
     """
     given = list(observables) if isinstance(observables, Sequence) else [observables]
     plans = [_plan(each, times, system) for each in checked_observables(given)]
-    chosen = _Names(system, [plan.observable for plan in plans]).chosen(parameters)
+    chosen = NumberNames(system, [plan.observable for plan in plans]).chosen(parameters)
     settings = {"formulation": formulation, "tolerance": tolerance, "threads": threads, "progress": progress}
     found = _partials(system, state, plans, chosen, settings)
     return found if isinstance(observables, Sequence) else found[0]
@@ -270,7 +270,7 @@ class _Chosen(NamedTuple):
         return [name for name, places in zip(self.names, self.in_system, strict=True) if places]
 
 
-class _Names:
+class NumberNames:
     """Names of the numbers of a system and of observables; a shared number has the name that comes first."""
 
     def __init__(self, system: System, observables: Sequence[Observable]) -> None:
@@ -297,6 +297,15 @@ class _Names:
             tuple(tuple(self._in_system.get(name, none)) for name in names),
             tuple(tuple(self._in_observables.get(name, none)) for name in names),
         )
+
+    def owners(self, parameters: Sequence[str]) -> dict[str, Own]:
+        """Return the identities of the numbers that names stand for, by their full names."""
+        numbers = {name: own for own, name in self._owned.items()}
+        return {name: numbers[name] for name in self.chosen(parameters).names}
+
+    def name_of(self, own: Own) -> str | None:
+        """Return the full name of a number; None if it is not one of these."""
+        return self._owned.get(own)
 
     def _full(self, name: str) -> list[str]:
         """Return the full name of a number, or the names of the components of a vector."""

@@ -54,6 +54,11 @@ class Observable(Parametric, ABC):
     not_finite: ClassVar[str] = "value is not finite"
     """Reason why a reading that is infinite or not a number is absent, such as "zero flux" for a magnitude."""
 
+    @property
+    def has_unknown_factor(self) -> bool:
+        """True if readings are known but for a factor, which differs between `Readings`, as in relative photometry."""
+        return False
+
     @of_scalars
     @abstractmethod
     def reading(self, instant: Instant) -> Any:
@@ -144,6 +149,11 @@ class ObservableOn(Observable):
     def not_finite(self) -> str:  # type: ignore[override]
         """Reason why a reading that is not finite is absent."""
         return self.observable.not_finite
+
+    @property
+    @override
+    def has_unknown_factor(self) -> bool:
+        return self.observable.has_unknown_factor
 
     @override
     def reading(self, instant: Any) -> Any:

@@ -198,6 +198,11 @@ class LightCurve(Observable):
 
     @property
     @override
+    def has_unknown_factor(self) -> bool:
+        return self.kind == "relative"
+
+    @property
+    @override
     def light_path(self) -> Orbit | None:
         return self.observer if self.light_time else None
 

@@ -188,6 +188,10 @@ class Readings(Summarized):
         """Return the same data as readings of another observable, such as the same instrument with another bias."""
         return self._with(observable=observable)
 
+    def with_values(self, values: ArrayLike) -> Readings:
+        """Return readings at the same times with other values."""
+        return self._with(values=values)
+
     @checked
     def simulated(self, seed: int) -> Readings:
         """Return the readings with noise: normally distributed errors with the standard deviation `sigma`.

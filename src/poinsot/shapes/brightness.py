@@ -20,7 +20,7 @@ from poinsot.shapes.ellipsoid_light import LightOfEllipsoid
 from poinsot.shapes.law_program import LawFormula, law_formula
 from poinsot.shapes.mesh import Mesh
 from poinsot.shapes.reflected_light import LightOfPlates, LightOfShadedMesh, Plates, ReflectedLight
-from poinsot.shapes.scattering import LommelSeeliger, ScatteringLaw
+from poinsot.shapes.scattering import LommelSeeliger, Reflection, ScatteringLaw
 from poinsot.shapes.solids import Ellipsoid
 from poinsot.taylor.graph import computed, ruled
 
@@ -90,10 +90,10 @@ def brightness_of(
         Brightness, of the kind of the arguments: a float, an array, or a node of a graph with exact derivatives.
     """
     sun, observer = (Vector(direction) / norm(direction) for direction in (to_sun, to_observer))
-    if isinstance(shape, Ellipsoid) and type(law) is LommelSeeliger:
-        integral = _lommel_seeliger_integral(shape, sun, observer, stretch)
-        return 0.25 * law.albedo * integral
     phase, numbers = phase_angle(sun, observer), law.numbers
+    if isinstance(shape, Ellipsoid) and type(law) is LommelSeeliger:
+        factor = law.factor(Reflection(1.0, 1.0, phase))
+        return factor * _lommel_seeliger_integral(shape, sun, observer, stretch)
     formula = law_formula(law)
     inner = [numbers[k] for k in formula.rest_numbers]
     own_phase = phase if formula.uses_phase else 0.0

@@ -6,16 +6,17 @@ Sun illuminates and the observer views perpendicularly. With the bidirectional r
 
 from __future__ import annotations
 
+import math
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import level_of_user, refuse_negative
+from poinsot.errors import level_of_user, refuse_others_than_shares, refuse_outside
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable, cached_property
 from poinsot.quantities import Real, Rule
@@ -26,11 +27,14 @@ __all__ = [
     "AshikhminShirley",
     "CookTorrance",
     "Hapke",
+    "HenyeyGreenstein",
+    "IsotropicPhase",
     "Lambert",
     "LambertLommelSeeliger",
     "LommelSeeliger",
     "LunarLambert",
     "Minnaert",
+    "PhaseFunction",
     "Phong",
     "Reflection",
     "ScatteringLaw",
@@ -94,29 +98,15 @@ class Reflection(Immutable):
         return 2.0 * (self.mu0 * self.mu) - self.cos_phase
 
 
-def _refuse_others_than_shares(name: str, value: Any, hint: str) -> None:
-    refuse_negative(name, value, hint)
-    if np.any(np.asarray(value) > 1):
-        raise ValueError(f"{name} must be at most 1, got {np.max(value)}. {hint}".rstrip())
+Share = Annotated[Real, Rule(refuse_others_than_shares, "It is a share of the light.")]
 
 
-Share = Annotated[Real, Rule(_refuse_others_than_shares, "It is a share of the light.")]
+def _below(low: float, high: float, limits: str) -> partial[None]:
+    """Return a check of numbers above or at a lower limit and below an upper limit, which a text describes."""
+    return partial(refuse_outside, low, math.nextafter(high, low), limits)
 
 
-def _refuse_asymmetry(name: str, value: Any, hint: str) -> None:
-    if np.any(np.abs(np.asarray(value)) >= 1):
-        raise ValueError(f"{name} must be between -1 and 1, got {np.ravel(value)[np.argmax(np.abs(value))]}. {hint}")
-
-
-def _refuse_from(limit: float, written: str) -> Callable[[str, Any, str], None]:
-    """Return a check that refuses negative numbers, and numbers from a limit on."""
-
-    def refuse(name: str, value: Any, hint: str) -> None:
-        refuse_negative(name, value, hint)
-        if np.any(np.asarray(value) >= limit):
-            raise ValueError(f"{name} must be below {written}, got {np.max(value)}. {hint}".rstrip())
-
-    return refuse
+Asymmetry = Annotated[Real, Rule(_below(math.nextafter(-1, 1), 1, "between -1 and 1"), "All light goes one way at 1.")]
 
 
 class ScatteringLaw(Parametric, ABC):
@@ -193,14 +183,78 @@ class Lambert(ScatteringLaw):
         return self.albedo * (light.mu0 * light.mu)
 
 
+class PhaseFunction(Parametric, ABC):
+    """Phase function p of single scattering by one formula, 1 for isotropic scattering; the base class.
+
+    A subclass defines `value(light)`, which depends on the phase angle alone.
+
+    Examples
+    --------
+    >>> class Linear(pt.observables.PhaseFunction):
+    ...     slope: float
+    ...     def value(self, light):
+    ...         return 1 - self.slope * light.phase
+    >>> law = pt.observables.LommelSeeliger(0.2, Linear(0.5))
+    >>> round(law.brightness(pt.observables.Reflection(1.0, 1.0, 0.4)), 12)
+    0.02
+    """
+
+    @abstractmethod
+    def value(self, light: Reflection) -> Any:
+        """Return p at the phase angle of a reflection."""
+
+
+class IsotropicPhase(PhaseFunction):
+    """Phase function of isotropic scattering, p = 1.
+
+    Examples
+    --------
+    >>> pt.observables.IsotropicPhase().value(pt.observables.Reflection(1.0, 1.0, 0.4))
+    1.0
+    """
+
+    @override
+    def value(self, light: Reflection) -> float:
+        return 1.0
+
+
+class HenyeyGreenstein(PhaseFunction):
+    """Phase function of Henyey and Greenstein, p = (1 - g^2) / (1 + 2 g cos(phase) + g^2)^(3/2).
+
+    Parameters
+    ----------
+    g : float
+        Asymmetry, in (-1, 1): negative for backward scattering, 0 for isotropic scattering.
+
+    References
+    ----------
+    L. G. Henyey and J. L. Greenstein, Diffuse radiation in the galaxy, Astrophys. J. 93, 70 (1941).
+
+    Examples
+    --------
+    >>> light = pt.observables.Reflection(1.0, 1.0, 0.0)
+    >>> round(float(pt.observables.HenyeyGreenstein(-0.5).value(light)), 12)
+    6.0
+    """
+
+    g: Asymmetry
+
+    @override
+    def value(self, light: Reflection) -> Scalar:
+        square = 1 + 2 * self.g * light.cos_phase + self.g * self.g
+        return (1 - self.g * self.g) / (square * functions.sqrt(square))
+
+
 class LommelSeeliger(ScatteringLaw):
-    """Law of Lommel and Seeliger of a dark, porous surface, S = (albedo/4) mu0 mu / (mu0 + mu).
+    """Law of Lommel and Seeliger of a dark, porous surface, S = (albedo/4) p mu0 mu / (mu0 + mu).
 
     Parameters
     ----------
     albedo : float
         Albedo of single scattering, in [0, 1]. A unit area that is illuminated and viewed perpendicularly has the
-        brightness albedo / 8.
+        brightness p albedo / 8.
+    phase : PhaseFunction
+        Phase function p of the phase angle. Default: isotropic scattering, p = 1.
 
     References
     ----------
@@ -213,10 +267,16 @@ class LommelSeeliger(ScatteringLaw):
     """
 
     albedo: Share
+    phase: PhaseFunction = IsotropicPhase()
 
     @override
     def brightness(self, light: Reflection) -> Scalar:
-        return 0.25 * self.albedo * lommel_seeliger(light)
+        return self.factor(light) * lommel_seeliger(light)
+
+    def factor(self, light: Reflection) -> Scalar:
+        """Return the factor that depends on the phase angle alone, albedo p / 4."""
+        factor: Scalar = 0.25 * self.albedo * self.phase.value(light)
+        return factor
 
 
 def lommel_seeliger(light: Reflection) -> Scalar:
@@ -351,14 +411,15 @@ class Hapke(ScatteringLaw):
     w: Share
     b0: NotNegative
     h: Positive
-    g: Annotated[Real, Rule(_refuse_asymmetry, "At -1 and 1 all light goes one way.")]
-    roughness: Annotated[Real, Rule(_refuse_from(0.5 * np.pi, "pi/2"), "It is the mean slope in radians.")] = 0.0
+    g: Asymmetry
+    roughness: Annotated[
+        Real, Rule(_below(0, 0.5 * math.pi, "from 0 to below pi/2"), "It is the mean slope in radians.")
+    ] = 0.0
 
     @override
     def brightness(self, light: Reflection) -> Scalar:
         mu0, mu, shadowing = self._effective_cosines(light)
-        square = 1 + 2 * self.g * light.cos_phase + self.g * self.g
-        single = (1 - self.g * self.g) / (square * functions.sqrt(square))
+        single = HenyeyGreenstein.unchecked(g=self.g).value(light)
         surge = self.b0 / (1 + functions.tan(0.5 * light.phase) / self.h)
         multiple = self._multiple(mu0) * self._multiple(mu)
         smooth = mu0 * mu / (mu0 + mu) * ((1 + surge) * single - 1 + multiple)
@@ -484,7 +545,7 @@ class CookTorrance(ScatteringLaw):
     diffuse: Share
     specular: Share
     m: Positive
-    f0: Annotated[Real, Rule(_refuse_from(1.0, "1"), "The refractive index is infinite at 1.")]
+    f0: Annotated[Real, Rule(_below(0, 1, "from 0 to below 1"), "The refractive index is infinite at 1.")]
 
     @override
     def brightness(self, light: Reflection) -> Scalar:

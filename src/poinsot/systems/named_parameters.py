@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Sequence
-from typing import Any, NoReturn
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from poinsot.mechanics.environment import Orbit
 from poinsot.printable import quoted
-from poinsot.quantities import Quantity, said_of
+from poinsot.quantities import Quantity, annotated_with
 from poinsot.records.parameters import Parametric, of_each
 from poinsot.systems.dynamics import AnyDynamics
 from poinsot.systems.system import System
@@ -21,10 +22,14 @@ __all__ = [
     "binary_size",
     "named_numbers",
     "names_of_numbers",
+    "number_of",
     "refuse_integrated",
     "refuse_name_of_number",
     "resolve",
+    "with_numbers",
 ]
+
+Record = TypeVar("Record", bound=Parametric)
 
 
 def named_numbers(system: System) -> dict[str, tuple[int, ...]]:
@@ -104,7 +109,7 @@ def _found(system: System, name: str) -> tuple[Any, str, tuple[int, ...]]:
     for field in inner:
         name, _, number = field.rstrip("]").partition("[")
         record = getattr(record, name)[int(number)] if number else getattr(record, name)
-    return record, last.partition("[")[0], tuple(int(i) for i in re.findall(r"\[(\d+)\]", last))
+    return record, *_split(last)
 
 
 def binary_size(system: System, name: str) -> Any:
@@ -115,7 +120,7 @@ def binary_size(system: System, name: str) -> Any:
     Times and angles are counted from anywhere; so may be numbers below one, such as eccentricities.
     """
     record, field, index = _found(system, _full_name(system, name))
-    if field in said_of(type(record), Quantity):
+    if field in annotated_with(type(record), Quantity):
         return 0
     place: Any = (..., *index)
     return np.maximum(np.frexp(np.abs(getattr(record, field)[place]))[1], 0)
@@ -140,24 +145,71 @@ class NamedNumber:
 
     def __init__(self, system: System, name: str) -> None:
         self._system, self.name = system, _full_name(system, name)
-        self._owner, self._field, self._index = _found(system, self.name)
-        self.value = float(np.asarray(getattr(self._owner, self._field))[self._index])
+        self._owner, field, index = _found(system, self.name)
+        self._place = field + "".join(f"[{i}]" for i in index)
+        self.value = float(np.asarray(getattr(self._owner, field))[index])
 
     def system(self, value: float) -> System:
         """Return the system with another value, checked as if it were written so."""
-        made: dict[int, Any] = {}
-        body, *forces = (self._replaced(record, value, made) for record in (self._system.body, *self._system.forces))
-        return System(body, *forces, units=self._system.units)
+        made, _ = with_numbers(self._system, (), {(id(self._owner), self._place): np.asarray(value)})
+        return made
 
-    def _replaced(self, record: Parametric, value: float, made: dict[int, Any]) -> Any:
-        if id(record) not in made:
-            fields: Any = dataclasses.fields(record)  # type: ignore[arg-type]
-            own = {field.name: getattr(record, field.name) for field in fields}
-            new = {n: of_each(x, lambda inner: self._replaced(inner, value, made)) for n, x in own.items()}
-            if record is self._owner:
-                array = np.array(own[self._field], dtype=float)
-                array[self._index] = value
-                new[self._field] = array
-            changed = any(new[n] is not x for n, x in own.items())
-            made[id(record)] = type(record)(**new) if changed else record
-        return made[id(record)]
+
+def with_numbers(
+    system: System, records: Sequence[Record], values: Mapping[Own, NDArray[np.float64]]
+) -> tuple[System, list[Record]]:
+    """Return a system and further records with other numbers; records that were shared are shared again.
+
+    Parameters
+    ----------
+    system : System
+    records : sequence of Parametric
+        Records such as observables, which may share orbits with the system.
+    values : mapping
+        New values by the identities of the numbers; an array (members,) gives each member a value of its own.
+    """
+    made: dict[int, Any] = {}
+    changes: dict[int, list[tuple[str, NDArray[np.float64]]]] = {}
+    for (owner, place), value in values.items():
+        changes.setdefault(owner, []).append((place, value))
+    body, *forces = (_replaced(each, changes, made) for each in (system.body, *system.forces))
+    changed = body is not system.body or any(new is not old for new, old in zip(forces, system.forces, strict=True))
+    whole = System(body, *forces, units=system.units) if changed else system
+    return whole, [_replaced(each, changes, made) for each in records]
+
+
+def number_of(records: Iterable[Parametric], own: Own) -> NDArray[np.float64]:
+    """Return the value of a number of some records by its identity."""
+    owner, place = own
+    found = next(each for record in records for each in _within(record) if id(each) == owner)
+    field, index = _split(place)
+    components: Any = (..., *index)
+    return np.asarray(np.asarray(getattr(found, field), dtype=float)[components])
+
+
+def _within(record: Parametric) -> Iterator[Parametric]:
+    yield record
+    for part in record.records:
+        yield from _within(part)
+
+
+def _split(place: str) -> tuple[str, tuple[int, ...]]:
+    """Return the field of a number, and its place in an array."""
+    return place.partition("[")[0], tuple(int(i) for i in re.findall(r"\[(\d+)\]", place))
+
+
+def _replaced(record: Any, changes: Mapping[int, list[tuple[str, NDArray[np.float64]]]], made: dict[int, Any]) -> Any:
+    if id(record) not in made:
+        fields: Any = dataclasses.fields(record)
+        own = {field.name: getattr(record, field.name) for field in fields}
+        new = {name: of_each(value, lambda inner: _replaced(inner, changes, made)) for name, value in own.items()}
+        for place, value in changes.get(id(record), ()):
+            field, index = _split(place)
+            old = np.asarray(new[field], dtype=float)
+            array = np.array(np.broadcast_to(old, np.broadcast_shapes(old.shape, (*value.shape, *(1,) * len(index)))))
+            components: Any = (..., *index)
+            array[components] = value
+            new[field] = array
+        changed = any(new[name] is not value for name, value in own.items())
+        made[id(record)] = type(record)(**new) if changed else record
+    return made[id(record)]

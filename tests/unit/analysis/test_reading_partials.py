@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
 from poinsot.analysis import observed_partials
-from poinsot.observables import Readings
+from poinsot.observables import Lambert, LightCurve, LommelSeeliger, Readings
 from poinsot.systems.named_parameters import NamedNumber
 
 TIMES = np.array([0.0, 0.7, 3.0])
@@ -194,6 +194,25 @@ def pair():
     return pt.System(bodies, pt.forces.MutualGravity()), state
 
 
+def changed_pair(start, name, step):
+    """Return the state of two bodies with one coordinate changed."""
+    kind, axis = name.rsplit("_", 1)
+    unit = step * np.eye(3)[int(axis) - 1]
+    each = dict(start.of_bodies)
+    for body in ("primary", "secondary"):
+        own = each[body]
+        if kind == f"{body}.theta":
+            q, g = turned(own.quaternion, int(axis) - 1, step), own.angular_momentum_body
+        elif kind == f"{body}.g":
+            q, g = own.quaternion, own.angular_momentum_body + unit
+        else:
+            continue
+        each[body] = pt.State(q, 2 * quat.product(q, quat.pure(g)))
+    position = start.position + unit * (kind == "position")
+    momentum = start.momentum + unit * (kind == "momentum")
+    return pt.PairState(position, momentum, each["primary"], each["secondary"])
+
+
 def test_two_bodies():
     system, start = pair()
     observables = [Tracking((0.3, 0, 0.1)), Gyro((0, 0, 0)).on("secondary")]
@@ -204,29 +223,37 @@ def test_two_bodies():
         assert one.by_start.shape[-1] == 18
         assert np.allclose(one.values, pt.observe(motion, observable).values, rtol=0, atol=1e-13)
 
-    def state(name, step):
-        kind, axis = name.rsplit("_", 1)
-        unit = step * np.eye(3)[int(axis) - 1]
-        each = dict(start.of_bodies)
-        for body in ("primary", "secondary"):
-            own = each[body]
-            if kind == f"{body}.theta":
-                q, g = turned(own.quaternion, int(axis) - 1, step), own.angular_momentum_body
-            elif kind == f"{body}.g":
-                q, g = own.quaternion, own.angular_momentum_body + unit
-            else:
-                continue
-            each[body] = pt.State(q, 2 * quat.product(q, quat.pure(g)))
-        position = start.position + unit * (kind == "position")
-        momentum = start.momentum + unit * (kind == "momentum")
-        return pt.PairState(position, momentum, each["primary"], each["secondary"])
-
     for k, name in enumerate(found[0].coordinates):
         for one, observable in zip(found, observables, strict=True):
-            expected = difference(lambda step, n=name, o=observable: seen(system, state(n, step), o))
+            expected = difference(lambda step, n=name, o=observable: seen(system, changed_pair(start, n, step), o))
             assert np.allclose(one.by_start[..., k], expected, rtol=0, atol=3e-10), name
     expected = difference(lambda step: seen(system, start, Tracking((0.3 + step, 0, 0.1))))
     assert np.allclose(found[0].by_parameters[..., 0], expected, **CLOSE)
+
+
+@pytest.mark.parametrize("name", ["primary.theta_2", "secondary.theta_3", "secondary.g_1", "position_2", "momentum_3"])
+def test_two_bodies_that_shadow_each_other(name):
+    """The step is small, so that no face rises and no shadow passes a corner within it."""
+    meshes = [pt.shapes.Ellipsoid(axes, density=1.0).mesh(80) for axes in ((1.2, 1.0, 0.8), (0.8, 0.7, 0.6))]
+    bodies = pt.TwoBodies(*map(pt.Body.from_shape, meshes), 1.0)
+    attitudes = [(0.5, 0.5, 0.5, 0.5), (1, 0, 0, 0)]
+    start = bodies.state((3.5, 0, 0.1), (0, 1.6, 0), attitudes, omega_body=[(0.1, 0, 1), (0, 0.2, 0.5)])
+    system, times, step = pt.System(bodies, pt.forces.MutualGravity()), [0.0, 0.75, 1.5], 1e-6
+    sun, earth = (pt.orbits.FixedPosition(1.0, position=x) for x in ((-1e8, 2e6, 0), (-9e7, -2e7, 5e6)))
+    laws = LommelSeeliger(0.2), Lambert(0.3)
+    curve = LightCurve(
+        tuple(meshes), laws[0], sun, earth, secondary_law=laws[1], kind="relative", light_time=False, shadows="exact"
+    )
+    alone = LightCurve(
+        tuple(meshes), laws[0], sun, earth, secondary_law=laws[1], kind="relative", light_time=False, shadows=False
+    )
+    found = observed_partials(system, start, curve, times)
+    assert np.all(found.values < pt.observe(pt.propagate(system, start, times), alone).values - 1e-4)
+    high, low = (
+        pt.observe(pt.propagate(system, changed_pair(start, name, x), times), curve).values for x in (step, -step)
+    )
+    column = found.by_start[:, found.coordinates.index(name)]
+    assert np.allclose(column, (high - low) / (2 * step), rtol=0, atol=3e-10 + 1e-6 * np.max(np.abs(column)))
 
 
 def test_members_of_states_numbers_and_observables():

@@ -1,5 +1,8 @@
 """Tests of gyros and magnetometers: closed forms, digits, ensembles, wheels, noise, and wrong arguments."""
 
+import json
+from pathlib import Path
+
 import mpmath
 import numpy as np
 import pytest
@@ -8,10 +11,11 @@ from scipy.spatial.transform import Rotation
 import poinsot as pt
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import Environment
-from poinsot.observables import Gyro, Magnetometer
+from poinsot.observables import Gyro, Magnetometer, Readings
 from poinsot.taylor.graph import Graph, tangents
 
 EPS = np.finfo(float).eps
+FIT = json.loads((Path(__file__).parents[2] / "oracles" / "gyro_cases.json").read_text())
 BODY = pt.Body((1.25, 1.0, 0.75))
 TIMES = np.linspace(0.0, 3.0, 7)
 ERRORS = {"bias": (0.01, -0.02, 0.03), "scale": (1e-2, -2e-2, 5e-3), "alignment": (0.3, -0.2, 0.1)}
@@ -109,6 +113,26 @@ def test_derivatives_agree_with_digits():
             low, high = (exact([*x[:i], x[i] + step, *x[i + 1 :]]) for step in (-h, h))
             expected = [float((b - a) / (2 * h)) for a, b in zip(low, high, strict=True)]
             assert np.allclose(found, expected, rtol=0, atol=16 * EPS)
+
+
+def test_readings_and_partials_at_a_fit_with_many_digits():
+    """Residuals, gradient and covariance at the estimate of an independent fit of momentum, moments and bias."""
+    estimate, sigma = np.array(FIT["estimate"]), FIT["sigma"]
+    body = pt.Body((estimate[3], estimate[4], FIT["moments_2"]))
+    start = body.state((1, 0, 0, 0), angular_momentum_body=estimate[:3])
+    gyro = Readings(Gyro(bias=estimate[5:]), FIT["times"], sigma=sigma)
+    found = pt.analysis.observed_partials(pt.System(body), start, gyro, parameters=["moments[0]", "moments[1]", "bias"])
+    residuals = (np.array(FIT["omega"]) - found.values).ravel() / sigma
+    matrix = np.concatenate([found.by_start[..., 3:], found.by_parameters], axis=-1).reshape(-1, 8) / sigma
+    deviations = np.sqrt(np.diag(FIT["covariance"]))
+    assert np.sum(residuals**2) == pytest.approx(FIT["chi2"], rel=1e-13, abs=0)
+    # The step of Gauss and Newton from the estimate, in standard deviations, and the covariance. The condition of the
+    # scaled matrix is 350; the covariance has roundings times its square.
+    step = np.linalg.lstsq(matrix, residuals, rcond=None)[0]
+    assert np.max(np.abs(step / deviations)) < 1e-12
+    covariance = np.linalg.inv(matrix.T @ matrix)
+    scaled = np.abs(covariance - FIT["covariance"]) / np.outer(deviations, deviations)
+    assert np.max(scaled) < 2 * 350**2 * EPS
 
 
 def test_noise_has_its_standard_deviation():

@@ -13,6 +13,8 @@ from poinsot.observables import (
     AshikhminShirley,
     CookTorrance,
     Hapke,
+    HenyeyGreenstein,
+    IsotropicPhase,
     Lambert,
     LambertLommelSeeliger,
     LommelSeeliger,
@@ -200,6 +202,22 @@ def test_without_roughness_the_surface_is_smooth():
     assert nearly == pytest.approx(smooth, rel=1e-14, abs=0)
 
 
+def test_phase_functions_multiply_the_law_of_lommel_and_seeliger():
+    """The mean over the sphere of the function of Henyey and Greenstein is 1."""
+    light = Reflection(0.4, 0.7, 0.9)
+    plain = LommelSeeliger(0.3).brightness(light)
+    assert LommelSeeliger(0.3, IsotropicPhase()).brightness(light) == plain
+    g = -0.4
+    factor = (1 - g**2) / (1 + 2 * g * np.cos(0.9) + g**2) ** 1.5
+    function = HenyeyGreenstein(g)
+    assert LommelSeeliger(0.3, function).brightness(light) == pytest.approx(factor * plain, rel=1e-14, abs=0)
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    mean = 0.5 * weights @ function.value(Reflection(1.0, 1.0, np.arccos(nodes)))
+    assert mean == pytest.approx(1.0, rel=1e-13, abs=0)
+    with pytest.raises(TypeError, match="phase must be a PhaseFunction, got"):
+        LommelSeeliger(0.3, 0.5)
+
+
 def test_lambert_is_a_case_of_other_laws():
     light = Reflection(0.4, 0.7, 0.9)
     value = Lambert(0.3).brightness(light)
@@ -256,13 +274,16 @@ def test_a_law_that_is_not_physical_warns_once(formula, message):
         (lambda: Hapke(1.1, 1.0, 0.1, 0.0), r"w must be at most 1, got 1\.1\."),
         (lambda: Hapke(0.1, -1.0, 0.1, 0.0), r"b0 must not be negative, got -1\.0\."),
         (lambda: Hapke(0.1, 1.0, 0.0, 0.0), r"h must be positive, got 0\.0\."),
-        (lambda: Hapke(0.1, 1.0, 0.1, -1.0), r"g must be between -1 and 1, got -1\.0\. At -1 and 1 all light"),
-        (lambda: Hapke(0.1, 1.0, 0.1, 0.0, 20.0), r"roughness must be below pi/2, got 20\.0\. It is the mean slope"),
-        (lambda: Hapke(0.1, 1.0, 0.1, 0.0, -0.1), r"roughness must not be negative, got -0\.1\."),
+        (lambda: Hapke(0.1, 1.0, 0.1, -1.0), r"g must be between -1 and 1, got -1\. All light goes one way at 1\."),
+        (
+            lambda: Hapke(0.1, 1.0, 0.1, 0.0, 20.0),
+            r"roughness must be from 0 to below pi/2, got 20\. It is the mean slope",
+        ),
+        (lambda: Hapke(0.1, 1.0, 0.1, 0.0, -0.1), r"roughness must be from 0 to below pi/2, got -0\.1\."),
         (lambda: Phong(0.1, 1.2, 2.0), r"specular must be at most 1, got 1\.2\."),
         (lambda: Phong(0.1, 0.2, 0.0), r"n must be positive, got 0\.0\."),
         (lambda: CookTorrance(0.1, 0.2, 0.0, 0.1), r"m must be positive, got 0\.0\."),
-        (lambda: CookTorrance(0.1, 0.2, 0.1, 1.0), r"f0 must be below 1, got 1\.0\. The refractive index"),
+        (lambda: CookTorrance(0.1, 0.2, 0.1, 1.0), r"f0 must be from 0 to below 1, got 1\. The refractive index"),
         (lambda: AshikhminShirley(0.1, 1.5, 2.0), r"f0 must be at most 1, got 1\.5\."),
     ],
 )
