@@ -25,7 +25,7 @@ KEPT = ROOT / "out" / "benchmark-sections"
 SECTIONS = {
     "work_precision": "single",
     "against_the_script": "single",
-    "errors_beside_the_script": "single",
+    "errors_of_the_script": "single",
     "drifts": "single",
     "long_run": "single",
     "formulations": "single",
@@ -84,7 +84,7 @@ def main():
         return
     try:
         with _older_source() as older:
-            results = {name: _kept(name, given, older) for name in given.only or SECTIONS}
+            results = {name: _stored(name, given, older) for name in given.only or SECTIONS}
     except KeyboardInterrupt:
         sys.exit("stopped; no report was written. The option --resume goes on from the last whole section.")
     if not given.only:
@@ -115,14 +115,14 @@ def _older_source():
         yield Path(folder).resolve() / "src"
 
 
-def _kept(name, given, older):
+def _stored(name, given, older):
     """Measure a section, or take it from a run that did not come to its end; keep it until this one does."""
-    kept = KEPT / f"{name}-{'short' if given.short else 'long'}.json"
-    if not (given.resume and kept.is_file()):
+    stored = KEPT / f"{name}-{'short' if given.short else 'long'}.json"
+    if not (given.resume and stored.is_file()):
         found = json.dumps(_measured(name, given.short, older))
         KEPT.mkdir(parents=True, exist_ok=True)
-        kept.write_text(found)
-    return json.loads(kept.read_text())
+        stored.write_text(found)
+    return json.loads(stored.read_text())
 
 
 def _measured(name, short, older):

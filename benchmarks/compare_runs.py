@@ -150,7 +150,7 @@ def variations(*forces, order=1):
 
 
 def spectra(force):
-    """Return what grows beside a motion."""
+    """Return the growth of tangent vectors along a motion."""
     system, state = pt.System(BODY, force), BODY.state(Q, omega_body=RATES)
     chaos, spectrum = (
         pt.analysis.chaos_indicators(system, state, TIMES[5:]),

@@ -147,7 +147,7 @@ def _worst(members, count):
 
 
 def on_a_device(short):
-    """Return members per second of satellites on a GPU and on all cores beside it, or why there are none."""
+    """Return members per second of satellites on a GPU and on all cores of its machine, or why there are none."""
     cores, on_device = len(ALLOWED) or 1, {"device": "cuda"}
     try:
         Members(SATELLITES, 8, 0).run(**on_device)

@@ -1,4 +1,4 @@
-"""Torque-free motion in closed form: its times beside integration, and its errors beside references in 30 digits."""
+"""Torque-free motion in closed form: its times next to integration, and its errors against 30 digits."""
 
 import importlib
 import sys
@@ -135,7 +135,7 @@ def _reference(bodies, states, i):
 
 
 def closed_form_accuracy(short):
-    """Return the errors beside the stored references, or why there are none."""
+    """Return the errors relative to the stored references, or why there are none."""
     try:
         oracle = _oracle()
     except ModuleNotFoundError as problem:
@@ -144,7 +144,7 @@ def closed_form_accuracy(short):
 
 
 def _oracle():
-    """Return the module that reads and compares the references; it stands beside the tests."""
+    """Return the module that reads and compares the references; it lies with the tests."""
     sys.path.append(str(problems.PAPER_CASES.parent))
     return importlib.import_module("free_rotation")
 

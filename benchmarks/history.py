@@ -1,4 +1,4 @@
-"""Every full run's targets in one file that is kept with the source, so that a regression is seen.
+"""Every full run's targets in one file that is stored with the source, so that a regression is seen.
 
 `history.csv` has a row for each target of each run of `make bench`: date, commit, processor, target, value, bound and
 whether it is the most or the least that the value may be. A target has become worse only if it
@@ -16,7 +16,7 @@ PATH = Path(__file__).with_name("history.csv")
 FIELDS = ("date", "commit", "processor", "target", "value", "bound", "limit")
 MEASURED = r" \([^()]* processes\)| at an error of .*|, \d+ members over .*|,( medians? of)? \d+ starts"
 WORSE = 1.15
-"""A value so much worse than the last one is told: medians of one machine differ by 10 percent from day to day."""
+"""A value so much worse than the last one is reported: medians of one machine differ by 10 percent from day to day."""
 
 
 def rows_of(results, commit):

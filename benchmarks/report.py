@@ -77,7 +77,7 @@ def text(results):
     parts = (
         (_one_body, "work_precision"),
         (_script, "against_the_script"),
-        (_errors, "errors_beside_the_script"),
+        (_errors, "errors_of_the_script"),
         (_drifts, "drifts"),
         (_long_run, "long_run"),
         (_formulations, "formulations"),
@@ -361,7 +361,7 @@ def _closed_form(measured):
         (
             "## Torque-free motion in closed form\n",
             prose(
-                "`free_motion` on the body and start of P1, beside `propagate`, whole calls of both. Orekit's",
+                "`free_motion` on the body and start of P1, compared with `propagate`, whole calls of both. Orekit's",
                 "`TorqueFree` is not run here: its figures are quoted, measured apart, the time inside Java, one call",
                 "after another.",
             ),
@@ -523,7 +523,7 @@ def _on_a_device(found):
         for name, tool in found["tools"].items()
         if (rate := rate_of(found["tools"], name))
     ]
-    what = prose(f"P4 on {found['device']}, beside {found['cores']} cores of that machine.")
+    what = prose(f"P4 on {found['device']}, next to {found['cores']} cores of that machine.")
     return "\n".join((what, table(("tool", "members", "members/s", "largest error [rad]"), rows)))
 
 
@@ -590,7 +590,7 @@ def _on_workers(found):
     same = "The members are the same, bit for bit." if found["same"] else "The members **differ**."
     return "\n".join(
         (
-            "## Workers of dask beside threads\n",
+            "## Workers of dask and threads\n",
             prose(
                 f"{found['members']} satellites of P3 at {found['times']} times to a store, in chunks of",
                 f"{found['chunk']}, each way in turn,",
@@ -676,7 +676,7 @@ def _state_transition(found):
         for key, one in found.items()
     ]
     what = prose(
-        "The state-transition matrix beside the motion, whole calls: P2 to t = 100 and P3 over 10 periods. Before is",
+        "The state-transition matrix and the motion, whole calls: P2 to t = 100 and P3 over 10 periods. Before is",
         f"this package at commit {BEFORE}, in the same run; by hand is heyoka's `var_ode_sys` on the equations of the",
         "script in compact mode, which solves 7 x 7 equations.",
     )
@@ -770,8 +770,8 @@ def _cubesat(found):
         f"orbit. The time is that of the whole call with {found['outputs']} output times and a kernel that is there",
         f"already, on one core; the error is against {WIDE} precision, in other variables. {_of_orbit(orbit)}",
     )
-    beside = prose(
-        "Eight facets that turn past their edges, over hours, beside Basilisk with its own modules of facets, which",
+    comparison = prose(
+        "Eight facets that turn past their edges, over hours, compared with Basilisk and its modules of facets, which",
         "takes the orbit along; RKF78 has a tolerance of 1e-13 and stops at each step, RK4 is Basilisk's default. The",
         "error is the attitude's at the end, against the reference of tests/oracles/surfaces.json, a Taylor series",
         "whose error is estimated as 2e-13 and which another method confirms to 3e-11. poinsot stops at each edge;",
@@ -784,7 +784,7 @@ def _cubesat(found):
         for tool in next(iter(tools.values()))
     ]
     headings = ("tool", *(cell for title in OF_FACETS.values() for cell in (f"{title}, time", "error, rad")))
-    return "\n".join(("## Spacecraft\n", what, "### Facets past their edges\n", beside, table(headings, rows)))
+    return "\n".join(("## Spacecraft\n", what, "### Facets past their edges\n", comparison, table(headings, rows)))
 
 
 def _brightness(found):

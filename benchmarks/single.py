@@ -63,7 +63,7 @@ def against_the_script(short, process=0):
     """
     out = {}
     for problem in (P2, P3):
-        outcomes = interleaved(_beside_the_script(_near(problem, process)), repeats=15, budget=1.0)
+        outcomes = interleaved(_compared_with_the_script(_near(problem, process)), repeats=15, budget=1.0)
         out[problem.key] = {name: outcome["seconds"] for name, outcome in outcomes.items()}
     return out
 
@@ -84,7 +84,7 @@ def over_processes(results):
     return out
 
 
-def errors_beside_the_script(short):
+def errors_of_the_script(short):
     """Return the errors of poinsot and of every writing of the script on many starts, and how fast a change grows.
 
     One error at the end is a draw from rounding; the median over starts of its ratio to that of the script is not. The
@@ -93,7 +93,9 @@ def errors_beside_the_script(short):
     out = {}
     for problem in (P2, P3):
         starts = [_near(problem, k) for k in range(5 if short else 41)]
-        errors = [{name: c.judge(c.prepare()()) for name, c in _beside_the_script(one).items()} for one in starts]
+        errors = [
+            {name: c.judge(c.prepare()()) for name, c in _compared_with_the_script(one).items()} for one in starts
+        ]
         scripts = [[value for name, value in one.items() if name != POINSOT] for one in errors]
         out[problem.key] = {
             "computed_by": computed_by(pt.propagate(problem.system, problem.start, [1.0]).run),
@@ -109,7 +111,7 @@ def errors_beside_the_script(short):
     return {"starts": len(starts), "problems": out, "change": CHANGE, "growth": _growth()}
 
 
-def _beside_the_script(problem):
+def _compared_with_the_script(problem):
     """Return the contenders at default tolerances: poinsot, and the script by its writings."""
     found, _ = peers.available((POINSOT,))
     return {

@@ -39,7 +39,7 @@ LEVEL = (0.5, -0.5, -0.5, 0.5)
 
 
 def cubesat(short):
-    """Return time and error of an orbit of the CubeSat, and of facets beside Basilisk."""
+    """Return time and error of an orbit of the CubeSat, and of facets compared with Basilisk."""
     pin(1)
     return {"orbit": _orbit(short), "outputs": OUTPUTS, "facets": _facets(short)}
 

@@ -45,9 +45,9 @@ def _million(members):
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "million.zarr"
         command = [sys.executable, "-c", MILLION, str(members), str(out)]
-        told = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+        measured = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
         stored = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
-    return {"members": members, "times": 100, "stored": stored, **told}
+    return {"members": members, "times": 100, "stored": stored, **measured}
 
 
 def _chunks(short):

@@ -94,7 +94,7 @@ def at_equal_error(problem, peer):
 
 
 def against_the_script(found):
-    """Return the targets of the times beside the script."""
+    """Return the targets of the times compared with the script."""
     out = []
     for key, bound in (("P2", 0.55), ("P3", 0.35)):
         low, high = found[key]["ratios"]
@@ -105,7 +105,7 @@ def against_the_script(found):
 
 
 def of_errors(found):
-    """Return the targets of the errors beside the script."""
+    """Return the targets of the errors compared with the script."""
     what = f"error over that of the script, start by start, median of {found['starts']} starts"
     return [Target(f"{key}, {what}", one["ratio"], 1.0, True) for key, one in found["problems"].items()]
 
@@ -117,7 +117,7 @@ def _over_the_best(drifts):
 
 
 def of_drifts(found):
-    """Return the targets of the energy drift, of the formulation that drifts most beside the best script."""
+    """Return the targets of the energy drift, of the formulation that drifts most, compared with the best script."""
     return [
         Target(
             f"{key} to t = {found['end']:g}, energy drift over that of the best script, {found['starts']} starts",
@@ -197,13 +197,13 @@ def of_closed_form(measured, stored):
     epoch, bodies = seconds_per_epoch(measured["million"], "free_motion"), measured["bodies"]
     errors = {row["t"]: row["free_motion"] for row in stored.get("paper", [])}
     random, separatrix = (stored.get(group) or {} for group in ("random", "separatrix"))
-    beside = "below Orekit's, quoted"
+    source = "below Orekit's, quoted"
     return [
         Target("Closed form, epochs per second of one body", epoch and 1 / epoch, 1e6, False),
-        Target(f"Closed form, an epoch of one body ({beside})", epoch and 1e9 * epoch, 1600, True, " ns"),
+        Target(f"Closed form, an epoch of one body ({source})", epoch and 1e9 * epoch, 1600, True, " ns"),
         Target(f"Closed form, {bodies['bodies']} bodies at one time each", bodies.get("seconds"), 1.0, True, " s"),
         *(
-            Target(f"Closed form, error at t = {t:g} ({beside})", errors.get(t), bound, True, " rad")
+            Target(f"Closed form, error at t = {t:g} ({source})", errors.get(t), bound, True, " rad")
             for t, bound in OREKIT_ERRORS.items()
         ),
         Target("Closed form, random cases, median error / eps (1 + phase)", random.get("median"), 4, True),
@@ -218,7 +218,7 @@ def seconds_per_epoch(million, name):
 
 
 def of_second_calls(found):
-    """Return the targets of what a call costs beside the kernel."""
+    """Return the targets of the cost of a call without the kernel."""
     what = "second propagate, new numbers (median of 7 processes)"
     return [
         Target(f"{key}, {what}", 1e6 * found[key]["seconds"], bound, True, " us")
@@ -364,7 +364,7 @@ def of_stores(found):
 
 GROUPS = (
     (against_the_script, "against_the_script"),
-    (of_errors, "errors_beside_the_script"),
+    (of_errors, "errors_of_the_script"),
     (of_drifts, "drifts"),
     (of_long_run, "long_run"),
     (against_peers, "work_precision"),

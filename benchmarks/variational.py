@@ -1,4 +1,4 @@
-"""Variational equations beside an older version: state transition of one motion, and maps of chaos (MEGNO).
+"""Variational equations compared with an older version: state transition of one motion, and maps of chaos (MEGNO).
 
 The sections run with the package of this commit and with that of `BEFORE`, each in processes of its own.
 """

@@ -1,4 +1,4 @@
-"""Chunks of satellites on workers of dask beside threads of one process, all to a store."""
+"""Chunks of satellites on workers of dask and on threads of one process, all to a store."""
 
 import statistics
 import tempfile

@@ -11,9 +11,9 @@ import poinsot as pt
 from poinsot.integration import equations
 from poinsot.systems.collection import results_of
 
-pytest_plugins = ["default_share", "kept_code", "margins"]
+pytest_plugins = ["default_share", "stored_code", "margins"]
 
-# Workers inherit it: matrices here are small, and BLAS threads beside a worker on each core only wait for each other.
+# Workers inherit it: matrices here are small, and BLAS threads with a worker on each core only wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 gc.set_threshold(200_000, 20, 20)  # the graphs of a kernel are many objects and no cycles

@@ -8,7 +8,7 @@ from poinsot.integration.formulations import FORMULATIONS
 from poinsot.systems.dynamics import Turning
 
 
-def twin(system, numbers):
+def copied(system, numbers):
     """Return the system on other scalars: symbols, or long numbers."""
     return pt.System._of(system.dynamics.with_numbers(numbers), system.units)
 

@@ -131,7 +131,7 @@ def _record_arrays(margins):
 
 
 def _telling(margins, plain, name, default):
-    def told(actual, desired, rtol=default, atol=0.0 if name == "assert_allclose" else 1e-8, *args, **kwargs):
+    def noted(actual, desired, rtol=default, atol=0.0 if name == "assert_allclose" else 1e-8, *args, **kwargs):
         place = sys._getframe(1)
         try:
             a, b = (np.asarray(part) for part in (actual, desired))
@@ -145,7 +145,7 @@ def _telling(margins, plain, name, default):
             pass
         return plain(actual, desired, rtol, atol, *args, **kwargs)
 
-    return told
+    return noted
 
 
 def _record_approximations(margins):
@@ -153,7 +153,7 @@ def _record_approximations(margins):
     kind = type(pytest.approx(1.0))
     plain = kind.__eq__
 
-    def told(self, actual):
+    def noted(self, actual):
         numbers = all(isinstance(x, float | complex) and np.isfinite(x) for x in (actual, self.expected))
         if numbers and 0 < abs(actual - self.expected) <= self.tolerance:
             place = sys._getframe(1)
@@ -163,4 +163,4 @@ def _record_approximations(margins):
             margins.note(where, float(abs(actual - self.expected)), float(self.tolerance), f"approx {self}")
         return plain(self, actual)
 
-    kind.__eq__ = told
+    kind.__eq__ = noted

@@ -18,7 +18,7 @@ def compiled_torque(system):
     """Return the torque as compiled in double-double arithmetic, a function of attitude, angular velocity and time."""
     graph = Graph()
     symbols = [graph.symbol(place) for place in range(8)]
-    symbolic = formulas.twin(system, map(graph.input, itertools.count()))
+    symbolic = formulas.copied(system, map(graph.input, itertools.count()))
     torque = formulas.torque(symbolic, symbols[:4], symbols[4:7], symbols[7])
     compiled = WideEvaluator([*torque], symbols)
     return lambda q, omega, time: np.array(compiled([*q, *omega, time, *system.dynamics.numbers])[:3])

@@ -142,9 +142,9 @@ def command_page(command: Any) -> str:
     parameters = inspect.signature(command.callback).parameters.values()
     rows = [parameter_row(parameter, *get_args(hints[parameter.name])) for parameter in parameters]
     called = " ".join(["poinsot", command.callback.__name__, *(usage for usage, _, _ in rows)])
-    told = inspect.cleandoc(command.callback.__doc__).replace("{attitudes}", listed_formats())
+    description = inspect.cleandoc(command.callback.__doc__).replace("{attitudes}", listed_formats())
     table = ["| argument or option | meaning |", "|---|---|", *(f"| `{name}` | {what} |" for _, name, what in rows)]
-    parts = (f"### {command.callback.__name__}", f"```text\n{called}\n```", told, "\n".join(table))
+    parts = (f"### {command.callback.__name__}", f"```text\n{called}\n```", description, "\n".join(table))
     return "\n\n".join(parts)
 
 

@@ -52,7 +52,7 @@ def arrow(ax: Axes, tip: ArrayLike, label: str, colour: str, start: ArrayLike = 
 
 
 def arc(ax: Axes, axis: ArrayLike, begin: ArrayLike, angle: float, label: str, far: float = 1.22, at: int = 30) -> None:
-    """Draw an angle about an axis, from a direction on, with its name beside it."""
+    """Draw an angle about an axis, from a direction on, with its name next to it."""
     axis, begin = np.asarray(axis, dtype=float), np.asarray(begin, dtype=float)
     turned = np.linspace(0, angle, 60)[:, None]
     points = seen(np.cos(turned) * begin + np.sin(turned) * np.cross(axis, begin))

@@ -1,8 +1,7 @@
 """The kinds of the arguments of public functions, checked at the call by what their annotations say.
 
-Numbers and arrays (`float`, `ArrayLike`) are not looked at here: the functions take them by name and shape. What
-`Annotated` says beside a type and can be called, such as a `Quantity`, is given the name and the value, and returns
-what the function gets.
+Numbers and arrays (`float`, `ArrayLike`) are not checked here: the functions check them by name and shape. Callable
+metadata of `Annotated`, such as a `Quantity`, receives the name and the value and returns the argument of the function.
 """
 
 from __future__ import annotations
@@ -86,18 +85,18 @@ def checked(function: Function) -> Function:
 
 def _hints_of_group(group: Any) -> dict[str, Any]:
     """Return the type hints of a TypedDict, which holds arguments that several functions share."""
-    return {name: hint_of(annotation, names_beside(group)) for name, annotation in group.__annotations__.items()}
+    return {name: hint_of(annotation, namespace_of(group)) for name, annotation in group.__annotations__.items()}
 
 
 def checked_fields(record: Any) -> None:
     """Raise a TypeError if a field of a dataclass is not of the kind that its annotation names."""
-    space = names_beside(type(record))
+    space = namespace_of(type(record))
     for name, annotation in type(record).__annotations__.items():
         if (rule := _rule(hint_of(annotation, space))) and not rule.holds(value := getattr(record, name)):
             _refuse(name, value, rule, "")
 
 
-def names_beside(cls: type) -> dict[str, Any]:
+def namespace_of(cls: type) -> dict[str, Any]:
     """Return the names that the annotations of a class can mean: those of its module, if that is still there."""
     return getattr(sys.modules.get(cls.__module__), "__dict__", {})
 

@@ -10,12 +10,12 @@ MAX_CHARACTERS = 200
 """Characters of an argument that an error message repeats."""
 
 
-def printable(text: str, kept: str = "") -> str:
-    """Return a text with escapes for control characters, bidirectional marks and surrogates; some may be kept."""
+def printable(text: str, unescaped: str = "") -> str:
+    """Return a text with escapes for letters that are not printable, except the `unescaped` ones."""
     if text.isprintable():
         return text
     return "".join(
-        letter if letter.isprintable() or letter in kept else letter.encode("unicode_escape").decode()
+        letter if letter.isprintable() or letter in unescaped else letter.encode("unicode_escape").decode()
         for letter in text
     )
 

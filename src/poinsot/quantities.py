@@ -1,4 +1,4 @@
-"""Units of numbers and axes of vectors, said by annotations; numbers with a unit or a mask, converted or refused.
+"""Units of numbers and axes of vectors, stated by annotations; numbers with a unit or a mask, converted or refused.
 
 `inclination: Angle` declares a parameter of a record or a function: scenario files may then say "45 deg", and a
 quantity of astropy becomes radians. A number without a quantity is in units of the user's own. `axis: BodyVector`
@@ -41,11 +41,11 @@ __all__ = [
     "SpaceVector",
     "Time",
     "Times",
+    "annotated_with",
     "extras_of",
     "hints_of",
     "plain",
     "quantity_of",
-    "said_of",
 ]
 
 Array = NDArray[np.float64]
@@ -115,7 +115,7 @@ class Along:
 
 
 OR_NUMBER = "or a number"
-"""Said beside the shape of an array for all of which one number can stand."""
+"""Metadata next to the shape of an array, for which the user may give one number."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -163,19 +163,19 @@ def quantity_of(hint: Any) -> Quantity | None:
     return next((extra for extra in extras_of(hint) if isinstance(extra, Quantity)), None)
 
 
-def said_of(cls: Any, kind: Any) -> dict[str, Any]:
+def annotated_with(cls: Any, kind: Any) -> dict[str, Any]:
     """Return the metadata of a kind (`Quantity`, `Along`, `Rule`) of the fields of a record, by field name."""
-    return _said_of(cls, kind)
+    return _annotated_with(cls, kind)
 
 
 @functools.cache
-def _said_of(cls: type, kind: Any) -> dict[str, Any]:
+def _annotated_with(cls: type, kind: Any) -> dict[str, Any]:
     hints = hints_of(cls).items()
     return {name: extra for name, hint in hints for extra in extras_of(hint) if isinstance(extra, kind)}
 
 
 def hints_of(cls: type) -> dict[str, Any]:
-    """Return the annotations of a record, kept with its class.
+    """Return the annotations of a record, stored with its class.
 
     A class of a script takes them to another process, which does not know the names in them.
     """

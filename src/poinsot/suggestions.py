@@ -182,7 +182,6 @@ def attached(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[]
     """
     homes = _homes(package, Path(file).with_suffix(".pyi").read_text(encoding="utf-8"))
     listed = sorted(homes)
-    sys.modules[package].__class__ = _Namespace
 
     def get_or_suggest(name: str) -> Any:
         if name in homes:
@@ -199,14 +198,6 @@ def attached(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[]
             raise
 
     return get_or_suggest, listed.copy, listed
-
-
-class _Namespace(ModuleType):
-    """Namespace in which the import of a module does not replace a function that has the name of its module."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        replaces = isinstance(value, ModuleType) and name in vars(value) and name in self.__all__
-        super().__setattr__(name, getattr(value, name) if replaces else value)
 
 
 def _homes(package: str, stub: str) -> dict[str, str]:

@@ -36,10 +36,10 @@ def call(*arguments, code=0):
 
 
 def refused(*arguments):
-    said = call(*arguments, code=2).stderr
-    assert said.startswith("poinsot: ")
-    assert said.count("\n") == 1
-    return said.removeprefix("poinsot: ").rstrip("\n")
+    message = call(*arguments, code=2).stderr
+    assert message.startswith("poinsot: ")
+    assert message.count("\n") == 1
+    return message.removeprefix("poinsot: ").rstrip("\n")
 
 
 @pytest.fixture
@@ -50,46 +50,46 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_files_of_attitudes_are_told_with_their_reader(folder):
+def test_files_of_attitudes_are_described_with_their_reader(folder):
     pytest.importorskip("astropy")
-    said = ("--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
+    message = ("--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
     for end, kind, reader in (
         ("aem", "Attitudes, CCSDS AEM", "read_aem"),
         ("a", "Attitudes, STK", "read_stk_attitude"),
         ("csv", "Attitudes, table", "read_quaternion_csv"),
     ):
-        call("convert", "sat.nc", f"sat.{end}", *said)
-        told = call("info", f"sat.{end}").stdout.splitlines()
-        assert told[0] == f"{kind}: SC_BODY_1 in ICRF"
-        assert told[1] == "  times: 31, 0 ... 600 s"
-        assert "2026-11-21T00:00:00" in told[2]
-        assert told[3] == "  rates: in the file"
-        assert told[-1] == f"  in Python: pt.files.{reader}('sat.{end}')"
+        call("convert", "sat.nc", f"sat.{end}", *message)
+        output_text = call("info", f"sat.{end}").stdout.splitlines()
+        assert output_text[0] == f"{kind}: SC_BODY_1 in ICRF"
+        assert output_text[1] == "  times: 31, 0 ... 600 s"
+        assert "2026-11-21T00:00:00" in output_text[2]
+        assert output_text[3] == "  rates: in the file"
+        assert output_text[-1] == f"  in Python: pt.files.{reader}('sat.{end}')"
         assert f"sat.{end} must contain a scenario, got none." in refused("info", f"sat.{end}", "--scenario")
     (folder / "any.txt").write_text((folder / "sat.aem").read_text())
     assert "pt.files.read_aem('any.txt')" in call("info", "any.txt").stdout
     named = {"calendar": pt.Calendar("2026-11-21T00:00:00", "UTC"), "reference_frame": "ICRF"}
     pt.files.write_apm(BODY, START, "one.xml", **named)
-    told = call("info", "one.xml").stdout
-    assert told.startswith("One attitude, CCSDS APM: SC_BODY_1 in ICRF\n")
-    assert "body: Body(moments=[4.0, 5.0, 6.0])" in told
+    output_text = call("info", "one.xml").stdout
+    assert output_text.startswith("One attitude, CCSDS APM: SC_BODY_1 in ICRF\n")
+    assert "body: Body(moments=[4.0, 5.0, 6.0])" in output_text
 
 
 @pytest.mark.usefixtures("folder")
-def test_kernels_are_told():
+def test_kernels_are_described():
     pytest.importorskip("spiceypy")
     call("convert", "sat.nc", "sat.bc", "--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
-    told = call("info", "sat.bc").stdout
-    assert told.startswith("Attitudes, SPICE CK: ")
-    assert "times: 31, " in told
+    output_text = call("info", "sat.bc").stdout
+    assert output_text.startswith("Attitudes, SPICE CK: ")
+    assert "times: 31, " in output_text
     assert call("info", "sat.tsc").stdout.startswith("Kernel of SPICE: sat.tsc\n")
 
 
-def test_shapes_and_fields_are_told_with_their_reader(folder):
+def test_shapes_and_fields_are_described_with_their_reader(folder):
     (folder / "it.obj").write_text(TETRAHEDRON)
-    told = call("info", "it.obj").stdout
-    assert told.startswith("Shape: 4 vertices, 4 faces, closed\n  volume: 1, ")
-    assert "pt.files.read_mesh('it.obj', density=...)" in told
+    output_text = call("info", "it.obj").stdout
+    assert output_text.startswith("Shape: 4 vertices, 4 faces, closed\n  volume: 1, ")
+    assert "pt.files.read_mesh('it.obj', density=...)" in output_text
     (folder / "it.gfc").write_text(FIELD)
     assert call("info", "it.gfc").stdout.splitlines() == [
         "Gravity field: degree 2, reference radius 2.5",
@@ -117,11 +117,11 @@ def test_a_reduction_that_is_not_whole_says_how_far_it_is(folder):
     shutil.rmtree(folder / "it.zarr" / "chunks" / "000001")
     lines = call("info", "it.zarr").stdout.splitlines()
     assert lines[1:3] == ["  store: it.zarr, 2 of 3 chunks of 2 members", "  members: 3 of 5 are done"]
-    told = json.loads(call("info", "it.zarr", "--json").stdout)
-    assert (told["members"], told["finished"]) == (5, 3)
+    output_text = json.loads(call("info", "it.zarr", "--json").stdout)
+    assert (output_text["members"], output_text["finished"]) == (5, 3)
 
 
-def test_a_file_of_no_kind_is_told_what_there_is(folder):
+def test_a_file_of_no_kind_raises_an_error_with_the_known_kinds(folder):
     (folder / "x.doc").write_text("")
     assert refused("info", "x.doc").startswith("x.doc must be a result (.nc, .zarr), a scenario (.toml), attitudes")
     assert refused("run", "x.doc") == "x.doc must be a scenario, .toml, or a result, .nc or .zarr, but it is none."
@@ -166,9 +166,9 @@ def test_a_table_of_somebody_is_compared_with_a_motion(folder):
     call("plot", "sat.nc", "--kind", "difference", "--with", "theirs.nc")
     assert (folder / "sat-difference.png").stat().st_size > 10_000
     pt.save(pt.free_motion(BODY, START, [0, 1, 2]), "other.nc")
-    said = refused("plot", "sat.nc", "x.png", "--kind", "difference", "--with", "other.nc")
-    assert said.startswith("--with must have the same times, got 3 times from 0 to 2 and 31 times from 0 to 600")
-    assert said.endswith(". Compute both at the same times, or the first with dense output.")
+    message = refused("plot", "sat.nc", "x.png", "--kind", "difference", "--with", "other.nc")
+    assert message.startswith("--with must have the same times, got 3 times from 0 to 2 and 31 times from 0 to 600")
+    assert message.endswith(". Compute both at the same times, or the first with dense output.")
 
 
 @pytest.mark.usefixtures("folder")
@@ -181,8 +181,8 @@ def test_options_of_other_pictures_are_refused_before_the_result_is_read():
         (("--orbit", 1), "roll_pitch_yaw"),
         (("--with", "sat.nc"), "attitude_error or difference"),
     ):
-        told = refused("plot", "sat.nc", "--kind", "angular_velocity", *option)
-        assert told == f"{option[0]} must go with --kind {kinds}, got --kind angular_velocity."
+        output_text = refused("plot", "sat.nc", "--kind", "angular_velocity", *option)
+        assert output_text == f"{option[0]} must go with --kind {kinds}, got --kind angular_velocity."
     pt.save(pt.free_motion(BODY, START, [0]), "instant.nc")
     assert refused("view", "sat.nc", "both.html", "--with", "no.nc") == "No such file: no.nc"
     assert refused("view", "sat.nc", "both.html", "--with", "instant.nc").startswith(
@@ -229,8 +229,8 @@ def test_names_that_cannot_be_read_are_sentences(folder, command):
     (folder / "cut.nc").write_bytes((folder / "sat.nc").read_bytes()[:3000])
     for name in ("none.nc", "folder.nc", "cut.nc", "no/none.nc"):
         assert name in refused(command, name, *more)
-    told = refused(command, "a\n\x1b]0;b\x07.nc", *more)
-    assert r"a\n\x1b]0;b\x07.nc" in told
+    output_text = refused(command, "a\n\x1b]0;b\x07.nc", *more)
+    assert r"a\n\x1b]0;b\x07.nc" in output_text
 
 
 def test_folders_of_results(folder):

@@ -93,7 +93,7 @@ def test_result_is_repeated_to_the_bit_in_another_process(top, tmp_path):
     )
 
 
-def test_result_is_repeated_beside_itself(top, tmp_path):
+def test_result_is_repeated_next_to_itself(top, tmp_path):
     call("run", top)
     assert call("run", tmp_path / "top.nc").stdout == f"{tmp_path}/top-again.nc\nThe two results agree bit for bit.\n"
     assert "top-again.nc already exists" in call("run", tmp_path / "top.nc", code=2).stderr
@@ -142,7 +142,7 @@ def test_result_of_python_is_repeated_too(tmp_path):
     assert call("info", tmp_path / "it.nc", "--scenario").stdout.startswith("# Written for a system made in Python.")
 
 
-def test_result_that_differs_is_told(top, tmp_path, monkeypatch):
+def test_result_that_differs_is_reported(top, tmp_path, monkeypatch):
     call("run", top)
     right = pt.propagate
 
@@ -183,7 +183,7 @@ def test_missing_table_is_named(top):
 
 
 @pytest.mark.parametrize("there", ["top.nc", "top.partial.nc", "p.png"])
-def test_nothing_is_replaced_without_being_told(top, tmp_path, there):
+def test_nothing_is_replaced_without_a_message(top, tmp_path, there):
     top.write_text(TOP + '[outputs]\nplot = "p.png"\n')
     (tmp_path / there).write_text("mine")
     result = call("run", top, code=2)
@@ -233,22 +233,22 @@ def test_threads_and_failures_of_members(top, tmp_path):
     assert one.quaternion.tobytes() == two.quaternion.tobytes()
     for command in (("plot", tmp_path / "top.nc", "--kind", "polhode"), ("view", tmp_path / "top.nc")):
         assert call(*command, code=2).stderr.endswith("got an ensemble of 5 members. Take one: --member 0.\n")
-        said = call(*command, "--member", 5, code=2).stderr
-        assert said == "poinsot: --member must lie within [-5, 4], got 5.\n"
+        message = call(*command, "--member", 5, code=2).stderr
+        assert message == "poinsot: --member must lie within [-5, 4], got 5.\n"
     call("plot", tmp_path / "top.nc", "--kind", "attitude_error")  # from the median attitude, which one motion has not
     alone = ("plot", tmp_path / "top.nc", tmp_path / "one.png", "--kind", "attitude_error", "--member", "0")
     assert "must be given for one motion, got none. Only members have a median attitude." in call(*alone, code=2).stderr
 
 
-def test_members_that_stop_are_told_and_end_in_their_own_status(top, tmp_path):
+def test_members_that_stop_are_reported_and_end_in_their_own_status(top, tmp_path):
     spread = '[ensemble]\nmembers = 12\nseed = 1\n[[ensemble.spread]]\nof = "state.turn"\nsize = 0\n'
     text = TOP.replace("[0.1, 1, 0.2]", "[1, 0, 0]").replace("[1, 0, 0, 0]", "[0.8, -0.6, 0, 0]")
     top.write_text(text.replace("forces = [", "# ") + 'run = {formulation = "euler_angles"}\n' + spread)
-    said = call("run", top, code=3).stderr.splitlines()
-    assert said[0] == "12 of 12 members stopped before the last time."
-    assert said[1].startswith("member 0: propagation stopped at t = ")
-    assert len(said) == 12
-    assert said[-1] == "... and 2 more, which `motion.failures` lists."
+    message = call("run", top, code=3).stderr.splitlines()
+    assert message[0] == "12 of 12 members stopped before the last time."
+    assert message[1].startswith("member 0: propagation stopped at t = ")
+    assert len(message) == 12
+    assert message[-1] == "... and 2 more, which `motion.failures` lists."
     assert "at the last time: 0 of 12 members" in call("info", tmp_path / "top.nc").stdout
 
 
@@ -260,8 +260,8 @@ def test_what_would_be_refused_after_a_run_is_refused_before(top, tmp_path):
     usage = shutil._ntuple_diskusage(10**9, 10**9 - 10**8, 10**8)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(shutil, "disk_usage", lambda _: usage)
-        said = call("run", top, code=2).stderr
-    assert f"{tmp_path} must have room for some 1515 MB, but 100 MB are free." in said
+        message = call("run", top, code=2).stderr
+    assert f"{tmp_path} must have room for some 1515 MB, but 100 MB are free." in message
     assert [path.name for path in tmp_path.iterdir()] == ["top.toml"]
 
 
@@ -298,29 +298,29 @@ def test_schema_is_json():
 
 def test_info(top, tmp_path):
     call("run", top)
-    told = call("info", tmp_path / "top.nc").stdout
+    output_text = call("info", tmp_path / "top.nc").stdout
     for words in ("a top", "UniformGravity", "times: 101", "drift: energy", "llvmlite", "can be run again: yes"):
-        assert words in told
+        assert words in output_text
     assert call("info", tmp_path / "top.nc", "--scenario").stdout == TOP
-    said = call("info", top).stdout
+    message = call("info", top).stdout
     for words in ("a top", "body: Body(", "force: UniformGravity(", "start: quaternion (1, 0, 0, 0), ", "times: 101"):
-        assert words in said
+        assert words in message
 
 
 def test_json_has_the_numbers_of_a_result(top, tmp_path):
-    told = json.loads(call("run", top, "--json").stdout)
+    output_text = json.loads(call("run", top, "--json").stdout)
     path = tmp_path / "top.nc"
     motion = pt.load(path)
-    assert told["result"] == str(path)
-    assert told["summary"]["norm_error"] == motion.summary["norm_error"]
-    assert told["summary"]["steps"] == motion.run.steps
+    assert output_text["result"] == str(path)
+    assert output_text["summary"]["norm_error"] == motion.summary["norm_error"]
+    assert output_text["summary"]["steps"] == motion.run.steps
     again = json.loads(call("run", path, "--json").stdout)
     assert again["same"]
-    said = json.loads(call("info", path, "--json").stdout)
-    assert (said["kind"], said["title"], said["rerunnable"]) == ("result", "a top", True)
-    assert said["times"] == {"count": 101, "first": 0.0, "last": 10.0}
-    assert said["summary"] == {**motion.summary, "wall_time": None}
-    assert said["lines"]["force"] == ["UniformGravity(weight=0.5, center_of_mass=[1.0, 0.0, 0.0])"]
+    message = json.loads(call("info", path, "--json").stdout)
+    assert (message["kind"], message["title"], message["rerunnable"]) == ("result", "a top", True)
+    assert message["times"] == {"count": 101, "first": 0.0, "last": 10.0}
+    assert message["summary"] == {**motion.summary, "wall_time": None}
+    assert message["lines"]["force"] == ["UniformGravity(weight=0.5, center_of_mass=[1.0, 0.0, 0.0])"]
     of_scenario = json.loads(call("info", top, "--json").stdout)
     assert (of_scenario["kind"], of_scenario["times"]["count"]) == ("scenario", 101)
 
@@ -332,9 +332,9 @@ def test_one_member_and_one_time(top, tmp_path):
     call("run", top)
     path = tmp_path / "top.nc"
     motion = pt.load(path).member(1)
-    told = call("info", path, "--member", 1, "--time", 3.14).stdout
-    assert "  members: " not in told
-    (written,) = re.findall(r"at t = 3\.1: angular velocity \((.*)\)", told)
+    output_text = call("info", path, "--member", 1, "--time", 3.14).stdout
+    assert "  members: " not in output_text
+    (written,) = re.findall(r"at t = 3\.1: angular velocity \((.*)\)", output_text)
     np.testing.assert_allclose([float(x) for x in written.split(",")], motion.omega_body[31], rtol=1e-8)
     outside = call("info", path, "--member", 1, "--time", 1e9, code=2).stderr
     assert "--time must lie within the times of the result, 0 ... " in outside
@@ -367,8 +367,8 @@ def test_pictures_and_pages_of_some_times(top, tmp_path, monkeypatch):
     call("plot", path, tmp_path / "fine.png", "--dpi", 80, "--time", "2:3")
     wide = [int.from_bytes((tmp_path / name).read_bytes()[16:20]) for name in ("coarse.png", "fine.png")]
     assert wide[1] == pytest.approx(2 * wide[0], abs=2)
-    for window, said in (("5", "must be FROM:TO"), ("a:b", "must be FROM:TO"), ("20:30", "must meet times")):
-        assert f"--time {said}" in call("plot", path, "--time", window, code=2).stderr
+    for window, message in (("5", "must be FROM:TO"), ("a:b", "must be FROM:TO"), ("20:30", "must meet times")):
+        assert f"--time {message}" in call("plot", path, "--time", window, code=2).stderr
 
 
 WITH_ANOTHER = ("attitude_error", "difference")
@@ -418,10 +418,10 @@ def test_plot_in_other_units_and_as_vectors(top, tmp_path):
     assert (tmp_path / "a.pdf").read_bytes().startswith(b"%PDF")
 
 
-def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
+def test_options_of_plot_that_do_not_fit_are_reported(top, tmp_path):
     call("run", top)
     result = tmp_path / "top.nc"
-    for arguments, told in (
+    for arguments, output_text in (
         (("--kind", "difference"), "--with must be another result"),
         (("--with", result), "--with must go with --kind attitude_error or difference, got --kind quaternions."),
         (("--angle-unit", "rad"), "--angle-unit must go with --kind attitude_error or difference or euler_angles or "),
@@ -432,12 +432,12 @@ def test_options_of_plot_that_do_not_fit_are_told(top, tmp_path):
         (("--kind", "nothing"), "one of angular_momentum"),
         ((tmp_path / "x.exe",), "x.exe must end in .png, .pdf, .svg"),
     ):
-        assert told in call("plot", result, *arguments, code=2).stderr
+        assert output_text in call("plot", result, *arguments, code=2).stderr
     top.write_text(TOP.replace("count = 101", "count = 51"))
     call("run", top, "--out", tmp_path / "b")
     other = tmp_path / "b" / "top.nc"
-    said = call("plot", result, "--kind", "difference", "--with", other, code=2).stderr
-    assert said.startswith("poinsot: --with must have the same times, got 51 times")
+    message = call("plot", result, "--kind", "difference", "--with", other, code=2).stderr
+    assert message.startswith("poinsot: --with must have the same times, got 51 times")
 
 
 def test_orbit_of_roll_pitch_yaw_is_named_where_there_are_several(tmp_path):
@@ -447,9 +447,9 @@ def test_orbit_of_roll_pitch_yaw_is_named_where_there_are_several(tmp_path):
     )
     call("run", tmp_path / "two.toml")
     arguments = ("plot", tmp_path / "two.nc", "--kind", "roll_pitch_yaw")
-    told = "--orbit must name one orbit, got {}. There are 1: KeplerOrbit; 2: KeplerOrbit."
-    assert told.format("none") in call(*arguments, code=2).stderr
-    assert told.format(3) in call(*arguments, "--orbit", 3, code=2).stderr
+    output_text = "--orbit must name one orbit, got {}. There are 1: KeplerOrbit; 2: KeplerOrbit."
+    assert output_text.format("none") in call(*arguments, code=2).stderr
+    assert output_text.format(3) in call(*arguments, "--orbit", 3, code=2).stderr
     call(*arguments, "--orbit", 2)
 
 
@@ -464,11 +464,11 @@ def test_convert(top, tmp_path):
     top.write_text('units = {time = "s"}\n' + TOP)
     call("run", top)
     result, motion = tmp_path / "top.nc", pt.load(tmp_path / "top.nc")
-    said = ("--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
+    message = ("--zero", "2026-11-21T00:00:00 UTC", "--frame", "ICRF")
     for suffix in ("aem", "csv", "a"):
         attitudes = tmp_path / f"top.{suffix}"
-        call("convert", result, attitudes, *said)
-        assert "top" in call("convert", result, attitudes, *said, code=2).stderr
+        call("convert", result, attitudes, *message)
+        assert "top" in call("convert", result, attitudes, *message, code=2).stderr
         call("convert", attitudes, tmp_path / f"{suffix}.nc", "--scenario", top)
         back = pt.load(tmp_path / f"{suffix}.nc")
         np.testing.assert_allclose(back.attitude.as_matrix(), motion.attitude.as_matrix(), rtol=0, atol=1e-9)
@@ -479,10 +479,10 @@ def test_convert(top, tmp_path):
 
 def test_help_teaches_and_has_the_exit_codes():
     for command in ("run", "plot", "view", "animate", "info", "convert", "new", "paper", "verify"):
-        told = " ".join(call(command, "--help").stdout.split())
-        assert f"For example: • poinsot {command}" in told
-        assert "Exit status: 0 (success), " in told
-        assert "130 (interrupted by Ctrl-C), 143 (terminated by SIGTERM)." in told
+        output_text = " ".join(call(command, "--help").stdout.split())
+        assert f"For example: • poinsot {command}" in output_text
+        assert "Exit status: 0 (success), " in output_text
+        assert "130 (interrupted by Ctrl-C), 143 (terminated by SIGTERM)." in output_text
         assert call(command, "-h").stdout == call(command, "--help").stdout
     assert "1 (the repeated result differs from the original)" in " ".join(call("run", "-h").stdout.split())
 
@@ -497,9 +497,9 @@ def test_wrong_files_end_in_one_sentence(tmp_path):
         ("plot", "empty.nc"),
         ("run", "no.toml"),
     ):
-        said = call(command[0], tmp_path / command[1], code=2).stderr
-        assert said.startswith("poinsot: ")
-        assert said.count("\n") == 1
+        message = call(command[0], tmp_path / command[1], code=2).stderr
+        assert message.startswith("poinsot: ")
+        assert message.count("\n") == 1
     assert len(list(tmp_path.iterdir())) == 2
 
 
@@ -526,20 +526,20 @@ def test_an_ensemble_goes_to_a_store_and_on_with_it(tops, tmp_path):
     assert np.asarray(found.quaternion).tobytes() == whole.quaternion.tobytes()
     assert call(*lines, code=2).stderr == f"poinsot: {store} already exists; use --overwrite or --resume.\n"
     (store / "chunks" / "000001" / "zarr.json").unlink()
-    told = call("info", store).stdout
-    assert "store: tops.zarr, 2 of 3 chunks of 8 members" in told
-    assert "at the last time: 12 of 20 members" in told
+    output_text = call("info", store).stdout
+    assert "store: tops.zarr, 2 of 3 chunks of 8 members" in output_text
+    assert "at the last time: 12 of 20 members" in output_text
     assert json.loads(call("info", store, "--json").stdout)["finished"] == 12
     call(*lines, "--resume")
     assert np.asarray(pt.load(store).quaternion).tobytes() == whole.quaternion.tobytes()
     assert "at the last time" not in call("info", store).stdout
-    told = call("run", store, "--out", tmp_path / "again").stdout
-    assert told.endswith("The two results agree bit for bit.\n")
+    output_text = call("run", store, "--out", tmp_path / "again").stdout
+    assert output_text.endswith("The two results agree bit for bit.\n")
     call(*lines, "--overwrite", "--chunk", 20)
     assert "1 of 1 chunks of 20 members" in call("info", store).stdout
     tops.write_text(tops.read_text().replace("seed = 1", "seed = 2"))
-    said = call(*lines, "--resume", code=2).stderr
-    assert said.startswith(
+    message = call(*lines, "--resume", code=2).stderr
+    assert message.startswith(
         f"poinsot: --out must be a new name or the store of this problem, got {store}, which differs"
     )
 
@@ -561,8 +561,10 @@ def test_a_store_without_whole_states_is_not_run_again(tops, tmp_path):
     job = pt.files.read_scenario(tops)
     pt.propagate(job.system, job.state, job.times, out=store, variables=["kinetic_energy"])
     for options in ((), ("--resume",)):
-        said = call("run", store, *options, code=2).stderr
-        assert said.startswith(f"poinsot: {store} must have a motion, quaternions and momenta at the same times, got ")
+        message = call("run", store, *options, code=2).stderr
+        assert message.startswith(
+            f"poinsot: {store} must have a motion, quaternions and momenta at the same times, got "
+        )
 
 
 def test_closed_forms_go_to_a_store_too(tops, tmp_path):
@@ -578,17 +580,17 @@ def test_closed_forms_go_to_a_store_too(tops, tmp_path):
 
 def test_options_of_stores_are_refused_without_one(tops, tmp_path):
     for option in (("--chunk", 4), ("--resume",)):
-        said = call("run", tops, *option, code=2).stderr
-        assert said == f"poinsot: {option[0]} must go with an ensemble and --out NAME.zarr, got no store.\n"
+        message = call("run", tops, *option, code=2).stderr
+        assert message == f"poinsot: {option[0]} must go with an ensemble and --out NAME.zarr, got no store.\n"
     other = tmp_path / "other.zarr"
     other.mkdir()
     (other / "notes.txt").write_text("mine")
-    said = call("run", tops, "--out", other, "--overwrite", code=2).stderr
-    assert said == f"poinsot: {other} must be the store of an ensemble to be replaced, got another folder.\n"
+    message = call("run", tops, "--out", other, "--overwrite", code=2).stderr
+    assert message == f"poinsot: {other} must be the store of an ensemble to be replaced, got another folder.\n"
     assert (other / "notes.txt").exists()
     tops.write_text(TOP)
-    said = call("run", tops, "--out", tmp_path / "one.zarr", "--resume", code=2).stderr
-    assert said == "poinsot: --resume must go with an ensemble and --out NAME.zarr, got one motion.\n"
+    message = call("run", tops, "--out", tmp_path / "one.zarr", "--resume", code=2).stderr
+    assert message == "poinsot: --resume must go with an ensemble and --out NAME.zarr, got one motion.\n"
     assert call("run", tops, "--out", tmp_path / "one.zarr").stdout == f"{tmp_path}/one.zarr\n"
     assert pt.load(tmp_path / "one.zarr").times.size == 101
 
@@ -599,19 +601,19 @@ def test_the_histogram_of_an_ensemble_is_drawn_from_its_store(tops, tmp_path):
     arguments = ("plot", tmp_path / "tops.zarr", "--kind", "histogram")
     assert call(*arguments, "--quantity", "turn").stdout == f"{tmp_path}/tops-histogram.png\n"
     assert (tmp_path / "tops-histogram.png").stat().st_size > 5000
-    said = call(*arguments, "--quantity", "mass", "--overwrite", code=2).stderr
-    assert said.startswith(
+    message = call(*arguments, "--quantity", "mass", "--overwrite", code=2).stderr
+    assert message.startswith(
         "poinsot: --quantity must be one of effective_rate, rate, angular_momentum, turn, got 'mass'"
     )
-    said = call(*arguments, "--member", 0, "--overwrite", code=2).stderr
-    assert said == "poinsot: the result must have members, got the motion of one body.\n"
+    message = call(*arguments, "--member", 0, "--overwrite", code=2).stderr
+    assert message == "poinsot: the result must have members, got the motion of one body.\n"
 
 
 def test_a_dry_run_says_what_a_run_takes_and_writes_nothing(tops, tmp_path):
-    told = call("run", tops, "--dry-run", "--threads", 1).stdout
-    assert "  members: 20\n" in told
-    assert "  result: 3.36 kB, fits into memory" in told  # 20 members, 3 times, 7 numbers of 8 bytes
-    assert " on 1 thread\n" in told
+    output_text = call("run", tops, "--dry-run", "--threads", 1).stdout
+    assert "  members: 20\n" in output_text
+    assert "  result: 3.36 kB, fits into memory" in output_text  # 20 members, 3 times, 7 numbers of 8 bytes
+    assert " on 1 thread\n" in output_text
     facts = json.loads(call("run", tops, "--dry-run", "--json").stdout)
     assert (facts["members"], facts["times"], facts["bytes"]) == (20, 3, 20 * 3 * 7 * 8)
     assert 0 < facts["seconds"] < 10
@@ -628,10 +630,10 @@ def test_workers_of_a_scheduler_fill_a_store(tops, tmp_path):
     call("run", tops, "--out", tmp_path / "memory")
     whole, found = pt.load(tmp_path / "memory" / "top.nc"), pt.load(tmp_path / "tops.zarr")
     assert np.asarray(found.quaternion).tobytes() == whole.quaternion.tobytes()
-    said = call("run", tops, "--out", tmp_path / "x.zarr", "--scheduler", "nowhere", code=2).stderr
-    assert said == "poinsot: --scheduler must be an address such as tcp://host:8786, got 'nowhere'.\n"
-    said = call("run", tops, "--scheduler", "tcp://127.0.0.1:1", code=2).stderr
-    assert said == "poinsot: --scheduler must go with an ensemble and --out NAME.zarr, got no store.\n"
+    message = call("run", tops, "--out", tmp_path / "x.zarr", "--scheduler", "nowhere", code=2).stderr
+    assert message == "poinsot: --scheduler must be an address such as tcp://host:8786, got 'nowhere'.\n"
+    message = call("run", tops, "--scheduler", "tcp://127.0.0.1:1", code=2).stderr
+    assert message == "poinsot: --scheduler must go with an ensemble and --out NAME.zarr, got no store.\n"
     assert not (tmp_path / "x.zarr").exists()
 
 
@@ -671,11 +673,11 @@ def test_two_bodies_run_and_are_repeated(binary, tmp_path):
     assert list(pt.load(tmp_path / "binary.nc").of_bodies) == ["primary", "secondary"]
 
 
-def test_a_scenario_of_two_bodies_is_told(binary):
-    told = call("info", binary.with_suffix(".toml")).stdout
-    assert "start: quaternion of the secondary (0.5, 0.5, -0.5, 0.5), scalar first, body to space" in told
-    assert "start: position of the secondary (6, 1, 2) (dimensionless)" in told
-    assert "start: momentum of the orbit (-0.0428571429, 0.257142857, 0.128571429) (dimensionless)" in told
+def test_a_scenario_of_two_bodies_is_reported(binary):
+    output_text = call("info", binary.with_suffix(".toml")).stdout
+    assert "start: quaternion of the secondary (0.5, 0.5, -0.5, 0.5), scalar first, body to space" in output_text
+    assert "start: position of the secondary (6, 1, 2) (dimensionless)" in output_text
+    assert "start: momentum of the orbit (-0.0428571429, 0.257142857, 0.128571429) (dimensionless)" in output_text
     assert "can be run again: yes" in call("info", binary).stdout
 
 
@@ -693,24 +695,24 @@ def test_every_plot_is_of_two_bodies_or_asks_for_one(binary, kind, tmp_path):
 
 
 def test_one_of_two_bodies_is_seen_and_converted(binary, tmp_path):
-    said = call("convert", binary, tmp_path / "it.csv", code=2).stderr
-    assert said == "poinsot: --body must be primary or secondary, got none.\n"
+    message = call("convert", binary, tmp_path / "it.csv", code=2).stderr
+    assert message == "poinsot: --body must be primary or secondary, got none.\n"
     for command, name in (("view", "it.html"), ("convert", "it.csv")):
         call(command, binary, tmp_path / name, "--body", "primary")
     assert "<title>" in (tmp_path / "it.html").read_text()
     table = pt.files.read_quaternion_csv(tmp_path / "it.csv")
     primary = pt.load(binary).of_bodies["primary"]
     assert np.max(table.angle_to(primary)) < 1e-14
-    said = call("plot", binary, tmp_path / "it.png", "--body", "moon", code=2).stderr
-    assert said == "poinsot: --body must be primary or secondary, got moon.\n"
-    said = call("convert", binary, tmp_path / "it.zarr", "--body", "primary", code=2).stderr
-    assert said == "poinsot: --body must go with a result that becomes attitudes, got other files.\n"
+    message = call("plot", binary, tmp_path / "it.png", "--body", "moon", code=2).stderr
+    assert message == "poinsot: --body must be primary or secondary, got moon.\n"
+    message = call("convert", binary, tmp_path / "it.zarr", "--body", "primary", code=2).stderr
+    assert message == "poinsot: --body must go with a result that becomes attitudes, got other files.\n"
 
 
 def test_one_body_has_no_other(top, tmp_path):
     call("run", top, "--out", tmp_path)
-    said = call("view", tmp_path / "top.nc", "--body", "primary", code=2).stderr
-    assert said == "poinsot: --body must not be there for a motion of one body, got primary.\n"
+    message = call("view", tmp_path / "top.nc", "--body", "primary", code=2).stderr
+    assert message == "poinsot: --body must not be there for a motion of one body, got primary.\n"
 
 
 def test_two_bodies_have_a_page_and_a_picture_of_their_own(binary, tmp_path):
@@ -723,5 +725,5 @@ def test_two_bodies_have_a_page_and_a_picture_of_their_own(binary, tmp_path):
     call("run", path)
     assert (tmp_path / "it.html").read_bytes() == (tmp_path / "whole.html").read_bytes()
     assert (tmp_path / "it.png").stat().st_size > 5000
-    said = call("plot", binary, tmp_path / "no.png", "--kind", "distance", "--body", "primary", code=2).stderr
-    assert said == "poinsot: --kind must be a plot of one body, got distance.\n"
+    message = call("plot", binary, tmp_path / "no.png", "--kind", "distance", "--body", "primary", code=2).stderr
+    assert message == "poinsot: --kind must be a plot of one body, got distance.\n"

@@ -83,12 +83,12 @@ def test_single_run_keeps_what_there_is(tmp_path, number, kernel, name):
     scenario = tmp_path / "long.toml"
     scenario.write_text(TOP + "times = {stop = 1e9, step = 1e3}\n")
     done = interrupted(kernel, name, 3, "run", scenario, number=number)
-    kept = pt.load(tmp_path / "long.partial.nc")
+    partial = pt.load(tmp_path / "long.partial.nc")
     assert f"The output times reached so far are in {tmp_path}/long.partial.nc." in done.stderr
     assert done.stderr.count("\n") == 1
     assert done.stdout == ""
-    assert 2 <= kept.times.size < 100
-    assert max(abs(kept.drift["energy"])) < 1e-11
+    assert 2 <= partial.times.size < 100
+    assert max(abs(partial.drift["energy"])) < 1e-11
     assert {path.name for path in tmp_path.iterdir()} == {"long.toml", "long.partial.nc"}
 
 
@@ -107,10 +107,10 @@ def test_ensemble_keeps_the_members_that_are_done(tmp_path, number, kernel, name
         r"propagation was interrupted: \d+ of 40 members are done\. The output times reached so far are in ",
         done.stderr,
     )
-    told = CliRunner().invoke(app, ["info", str(tmp_path / "tops.partial.nc")]).stdout
+    output_text = CliRunner().invoke(app, ["info", str(tmp_path / "tops.partial.nc")]).stdout
     finished = np.isfinite(pt.load(tmp_path / "tops.partial.nc").quaternion[..., 0])
     assert np.array_equal(finished.any(axis=1), finished.all(axis=1))
-    assert 0 < int(re.search(r"at the last time: (\d+) of 40 members", told)[1]) == finished[:, 0].sum() < 40
+    assert 0 < int(re.search(r"at the last time: (\d+) of 40 members", output_text)[1]) == finished[:, 0].sum() < 40
 
 
 @pytest.mark.parametrize("number", SIGNALS)
@@ -120,12 +120,12 @@ def test_an_interrupted_store_says_the_command_that_goes_on(tmp_path, number):
     command = ("run", scenario, "--out", store, "--chunk", "8", "--threads", "1")
     done = interrupted("poinsot.storage.ensemble_store", "EnsembleStore.write", 3, *command, number=number)
     goes_on = f"poinsot run '{scenario}' --out {store} --resume"
-    said = re.fullmatch(
+    message = re.fullmatch(
         r"poinsot: propagation was interrupted: (\d+) of 40 members are done\. `(.*)` continues the run\.\n",
         done.stderr,
     )
-    assert said[2] == goes_on
-    assert int(said[1]) in (16, 24)
+    assert message[2] == goes_on
+    assert int(message[1]) in (16, 24)
     invoked(*shlex.split(goes_on)[1:], code=0)
     invoked("run", scenario, "--out", tmp_path, code=0)
     whole, found = pt.load(tmp_path / "my tops.nc"), pt.load(store)
@@ -138,18 +138,18 @@ def test_signal_from_outside_ends_a_run_that_ignores_interrupts(tmp_path):
     scenario.write_text(TOP + "times = {stop = 1e9, count = 11}\n" + ENSEMBLE)
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from poinsot.cli import app; app()"
     owner, name = "run import Slab", "advance"
-    told = f"from poinsot.integration.{owner} as owner; right = owner.{name}\n"
-    # One write for the word and its line end: threads tell it beside each other.
-    told += f"owner.{name} = lambda *a: (print('begun\\n', end='', flush=True), right(*a))[1]\n"
-    command = [sys.executable, "-c", told + code, "run", str(scenario)]
+    output_text = f"from poinsot.integration.{owner} as owner; right = owner.{name}\n"
+    # One write for the word and its line end: threads write it at the same time.
+    output_text += f"owner.{name} = lambda *a: (print('begun\\n', end='', flush=True), right(*a))[1]\n"
+    command = [sys.executable, "-c", output_text + code, "run", str(scenario)]
     running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     begun = running.stdout.readline()
     running.terminate()
-    _, said = running.communicate(timeout=60)
+    _, message = running.communicate(timeout=60)
     assert begun == "begun\n"
-    assert running.returncode == 143, said
-    assert "propagation was interrupted" in said
-    assert "Traceback" not in said
+    assert running.returncode == 143, message
+    assert "propagation was interrupted" in message
+    assert "Traceback" not in message
 
 
 def test_interrupt_before_anything_is_computed_is_a_sentence(tmp_path):
@@ -196,8 +196,8 @@ def test_result_is_written_before_an_interrupt_is_heard(tmp_path, interrupting, 
     before = result.read_bytes()
     result.unlink()
     interrupting(netcdf, "new_file")
-    said = invoked("run", tmp_path / "top.toml").stderr
-    assert "Writing the computed results first. Press Ctrl-C again to discard them." in said
+    message = invoked("run", tmp_path / "top.toml").stderr
+    assert "Writing the computed results first. Press Ctrl-C again to discard them." in message
     assert pt.load(result).times.size == 11
     assert len(result.read_bytes()) == len(before)
 
@@ -210,8 +210,8 @@ def test_pictures_are_whole_or_not_there(interrupting, result, command):
 
     where = {"plot": (Figure, "savefig"), "view": (view, "view"), "animate": (animation, "_draw")}
     interrupting(*where[command])
-    said = invoked(command, result).stderr
-    assert said == "poinsot: interrupted. Only the files named above were written.\n"
+    message = invoked(command, result).stderr
+    assert message == "poinsot: interrupted. Only the files named above were written.\n"
     assert {path.name for path in result.parent.iterdir()} == {"top.toml", "top.nc"}
 
 
@@ -219,10 +219,10 @@ def test_verify_shows_what_it_compared(interrupting, monkeypatch):
     cheap = [case for case in cases.CASES if case.title in ("4179 Toutatis", "Fast heavy top")]
     monkeypatch.setattr(cases, "CASES", cheap)
     interrupting(cases, "comparisons_of", 2)
-    said = invoked("verify")
-    assert cheap[0].title in said.stdout
-    assert cheap[1].title not in said.stdout
-    assert said.stderr == "poinsot: interrupted. 1 of 2 cases were compared.\n"
+    message = invoked("verify")
+    assert cheap[0].title in message.stdout
+    assert cheap[1].title not in message.stdout
+    assert message.stderr == "poinsot: interrupted. 1 of 2 cases were compared.\n"
 
 
 def test_paper_keeps_the_cases_that_are_done(interrupting, monkeypatch, tmp_path):
@@ -377,7 +377,7 @@ app()
 
 @pytest.mark.parametrize("patience", [0.01, 10])
 def test_messages_stand_on_lines_of_their_own(result, patience):
-    """Beside a spinner, and beside the ^C of the terminal."""
+    """Next to a spinner, and next to the ^C of the terminal."""
     code = INTERRUPTED_WHILE.format(patience=patience, function="save")
     written, status = forked.on_terminal(code, "run", result.with_name("top.toml"), "--overwrite")
     assert status == 130
@@ -441,9 +441,9 @@ def test_every_command_says_what_to_do_next(tmp_path, monkeypatch):
     assert USED.keys() == {command.callback.__name__ for command in app.registered_commands}
     written, status = forked.on_terminal(FEW, *USED.values(), columns="200")
     assert status == 0, written
-    said = "\n".join(screen(written)).split("\n====\n")[:-1]
-    assert len(said) == len(USED)
-    for call, text in zip(USED.values(), said, strict=True):
+    message = "\n".join(screen(written)).split("\n====\n")[:-1]
+    assert len(message) == len(USED)
+    for call, text in zip(USED.values(), message, strict=True):
         _, _, steps = text.rpartition("Next:\n")
         assert steps.strip(), call
         for step in steps.strip().splitlines():
@@ -461,8 +461,8 @@ def test_wrong_command_lines_are_sentences(command):
     """In the words that a terminal shows, without a frame."""
     wrong = ["--overwrit", "--nothing"] if command else ["nothing", "--nothing"]
     for more in wrong:
-        said = invoked(*command.split(), more, code=2).stderr
-        assert re.fullmatch(r"poinsot: No such .*--help` lists the commands and options\.\n", said), said
+        message = invoked(*command.split(), more, code=2).stderr
+        assert re.fullmatch(r"poinsot: No such .*--help` lists the commands and options\.\n", message), message
     if command in ("run", "info", "plot", "view", "animate", "convert"):
         assert invoked(command, code=2).stderr.startswith("poinsot: Missing argument '")
     if command:
@@ -471,9 +471,9 @@ def test_wrong_command_lines_are_sentences(command):
 
 @pytest.mark.parametrize("command", ["", *USED])
 def test_help_names_no_type_of_flags(command):
-    told = invoked(*command.split(), "--help", code=0).stdout
-    assert "<bool>" not in told
-    assert "BOOL" not in told
+    output_text = invoked(*command.split(), "--help", code=0).stdout
+    assert "<bool>" not in output_text
+    assert "BOOL" not in output_text
 
 
 def completed(*words):
@@ -562,9 +562,9 @@ def test_what_a_repeated_result_says_is_not_obeyed(tmp_path, capsys):
     same, compared = _compared(motion, now)
     assert not same
     terminal.answer(*compared)
-    told = capsys.readouterr().out
-    assert "RED" in told
-    assert obeyed(told) == []
+    output_text = capsys.readouterr().out
+    assert "RED" in output_text
+    assert obeyed(output_text) == []
 
 
 def test_scenarios_are_handed_over_as_they_are(tmp_path):
@@ -586,8 +586,8 @@ def test_only_the_terminal_writes():
 
 def test_hints_name_options_alone():
     """What is no option stays as it is: a scale that another class has."""
-    said = ValueError("axes must agree, got Thin(scale='low') and Thin(motion='high'). Give reference_frame='ICRF'.")
-    assert terminal._sentence(said) == (
+    message = ValueError("axes must agree, got Thin(scale='low') and Thin(motion='high'). Give reference_frame='ICRF'.")
+    assert terminal._sentence(message) == (
         "axes must agree, got Thin(scale='low') and Thin(motion='high'). Give --frame ICRF."
     )
 

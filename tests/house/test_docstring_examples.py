@@ -109,8 +109,8 @@ def test_every_public_name_has_an_example():
 
 @pytest.mark.parametrize("name", PLOTS)
 def test_every_argument_of_a_plot_is_documented(name):
-    said, _, _ = PLOTS[name].__doc__.partition("\nReturns\n")
-    listed = [part for line in said.splitlines() if " : " in line for part in line.partition(" : ")[0].split(", ")]
+    described, _, _ = PLOTS[name].__doc__.partition("\nReturns\n")
+    listed = [part for line in described.splitlines() if " : " in line for part in line.partition(" : ")[0].split(", ")]
     assert sorted(listed) == sorted(inspect.signature(PLOTS[name]).parameters)
 
 
@@ -128,6 +128,6 @@ def test_the_example_prints_what_it_says(name, folder, tmp_path, monkeypatch):
     monkeypatch.chdir(shutil.copytree(folder, tmp_path, dirs_exist_ok=True))
     mpl.use("Agg")
     runner = doctest.DocTestRunner(verbose=False, optionflags=doctest.ELLIPSIS)
-    said: list[str] = []
-    assert runner.run(EXAMPLES[name], out=said.append, clear_globs=False).failed == 0, "".join(said)
+    stated: list[str] = []
+    assert runner.run(EXAMPLES[name], out=stated.append, clear_globs=False).failed == 0, "".join(stated)
     plt.close("all")

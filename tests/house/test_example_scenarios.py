@@ -1,4 +1,4 @@
-"""The scenarios in examples/: each world does what is said of it."""
+"""The scenarios in examples/: each world moves as its text states."""
 
 from pathlib import Path
 

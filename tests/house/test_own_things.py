@@ -141,7 +141,7 @@ count = 4
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory):
+def outputs(tmp_path_factory):
     """What the command line says, by its first arguments, where the file is imported."""
     folder = tmp_path_factory.mktemp("mine")
     (folder / "mine.py").write_text(MINE)
@@ -163,8 +163,8 @@ def told(tmp_path_factory):
     return folder, dict(zip(calls, json.loads(done.stdout), strict=True))
 
 
-def test_the_schema_has_them(told):
-    _, (status, text) = told[0], told[1]["new"]
+def test_the_schema_has_them(outputs):
+    _, (status, text) = outputs[0], outputs[1]["new"]
     kinds = json.loads(text)["$defs"]
     assert status == 0
     assert kinds["Rowing"]["required"] == ["type", "strength", "rate"]
@@ -176,57 +176,57 @@ def test_the_schema_has_them(told):
     assert kinds["Ball"]["required"] == ["type", "radius", "mass"]
 
 
-def test_a_scenario_runs_with_them(told):
-    folder, said = told
-    assert said["run"] == [0, "it.nc\n"]
-    assert "force: Rowing(strength=[0.0, 0.0, 1.0], rate=0.5235987756 rad s-1, epoch=0.0 s)" in said["info"][1]
-    assert "start=1.570796327 rad" in said["info"][1]
-    assert "can be run again: yes" in said["info"][1]
-    assert said["again"] == [0, "it-again.nc\nThe two results agree bit for bit.\n"]
+def test_a_scenario_runs_with_them(outputs):
+    folder, message_text = outputs
+    assert message_text["run"] == [0, "it.nc\n"]
+    assert "force: Rowing(strength=[0.0, 0.0, 1.0], rate=0.5235987756 rad s-1, epoch=0.0 s)" in message_text["info"][1]
+    assert "start=1.570796327 rad" in message_text["info"][1]
+    assert "can be run again: yes" in message_text["info"][1]
+    assert message_text["again"] == [0, "it-again.nc\nThe two results agree bit for bit.\n"]
     assert tomllib.loads((folder / "it.toml").read_text())["forces"][0]["type"] == "Rowing"
 
 
-def test_the_motion_is_theirs(told):
+def test_the_motion_is_theirs(outputs):
     """A ball of I = 2/5 m r^2 = 8 under sin(w t): angle (w t - sin(w t))/(I w^2) about the third axis."""
-    folder, said = told
-    assert said["convert"] == [0, "it.jsonl\n"]
+    folder, message_text = outputs
+    assert message_text["convert"] == [0, "it.jsonl\n"]
     t, *q = np.array([json.loads(line) for line in (folder / "it.jsonl").read_text().splitlines()]).T
     rate = np.pi / 6
     angle = (rate * t - np.sin(rate * t)) / (8 * rate**2)
     np.testing.assert_allclose(q, [np.cos(angle / 2), 0 * t, 0 * t, np.sin(angle / 2)], rtol=0, atol=1e-14)
 
 
-def test_the_command_line_names_them(told):
-    _, said = told
+def test_the_command_line_names_them(outputs):
+    _, message_text = outputs
     assert (
         "wrong.toml, line 11: forces[0].type must name a known type, got 'Rowin'. Did you mean 'Rowing'?"
-        in (said["wrong"][1])
+        in (message_text["wrong"][1])
     )
-    assert said["table"][1].startswith("Attitudes, lines of JSON: ")
-    assert "in Python: mine.Lines().read('it.jsonl')" in said["table"][1]
-    assert "lines of JSON (.jsonl)" in " ".join(said["help"][1].split())
-    assert ".jsonl" in said["other"][1]
+    assert message_text["table"][1].startswith("Attitudes, lines of JSON: ")
+    assert "in Python: mine.Lines().read('it.jsonl')" in message_text["table"][1]
+    assert "lines of JSON (.jsonl)" in " ".join(message_text["help"][1].split())
+    assert ".jsonl" in message_text["other"][1]
 
 
 @pytest.mark.parametrize("module", ["mine", "mine.py", "./mine.py"])
-def test_the_command_line_imports_the_module(told, tmp_path, module):
-    folder, _ = told
+def test_the_command_line_imports_the_module(outputs, tmp_path, module):
+    folder, _ = outputs
     command = [sys.executable, "-m", "poinsot", "run", "it.toml", "--import", module, "--out", str(tmp_path / "own.nc")]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=True)
     assert done.stdout == f"{tmp_path / 'own.nc'}\n"
     assert [each.name for each in tmp_path.iterdir()] == ["own.nc"]
 
 
-def test_the_command_line_names_a_module_that_does_not_exist(told):
-    folder, _ = told
+def test_the_command_line_names_a_module_that_does_not_exist(outputs):
+    folder, _ = outputs
     command = [sys.executable, "-m", "poinsot", "--import", "yours", "run", "it.toml"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder, check=False)
     assert done.returncode == 2
     assert done.stderr == "poinsot: --import must name a module, got 'yours': No module named 'yours'.\n"
 
 
-def test_a_result_is_read_where_they_are_not_known(told):
-    folder, _ = told
+def test_a_result_is_read_where_they_are_not_known(outputs):
+    folder, _ = outputs
     back: Any = pt.load(folder / "it.nc")
     assert back.quaternion.shape == (4, 4)
     assert "body.shape.type must name a known type, got 'Ball'" in back.system.not_rerunnable

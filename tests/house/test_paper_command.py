@@ -21,7 +21,7 @@ def test_paper_command_writes_figures_files_and_table(tmp_path, monkeypatch):
         assert (tmp_path / "table.md").read_text().count(f"| {name} |") == 3
 
 
-def test_paper_command_replaces_nothing_without_being_told(tmp_path, monkeypatch):
+def test_paper_command_replaces_nothing_without_a_message(tmp_path, monkeypatch):
     (tmp_path / "fig3-kepler.pdf").write_text("mine")
     result = CliRunner().invoke(app, ["paper", "--out", str(tmp_path)], env={"COLUMNS": "400"})
     assert result.exit_code == 2

@@ -7,7 +7,7 @@ import pytest
 
 import poinsot as pt
 from poinsot.checked import hint_of
-from poinsot.quantities import Along, extras_of, said_of
+from poinsot.quantities import Along, annotated_with, extras_of
 from poinsot.records.parameters import Parametric, kinds_of
 from public_calls import PUBLIC
 from typed_calls import forces_of_members, orbits_of_members
@@ -32,7 +32,7 @@ def heading(cls, field):
 def test_a_vector_says_its_axes_in_its_annotation_and_its_docstring(name):
     cls = RECORDS[name]
     vectors = {field for field, kind in kinds_of(cls).items() if isinstance(kind, tuple) and kind[-1:] == (3,)}
-    axes = said_of(cls, Along)
+    axes = annotated_with(cls, Along)
     assert vectors - {field for owner, field in WITHOUT_AXES if owner == name} == set(axes)
     for field, along in axes.items():
         assert heading(cls, field).endswith(f", {along.axes}")
@@ -41,7 +41,7 @@ def test_a_vector_says_its_axes_in_its_annotation_and_its_docstring(name):
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_vector_of_a_shape_says_its_axes(name):
     function = inspect.unwrap(SHAPES[name].__init__)
-    hints = {field: hint_of(said, function.__globals__) for field, said in function.__annotations__.items()}
+    hints = {field: hint_of(annotation, function.__globals__) for field, annotation in function.__annotations__.items()}
     for field, hint in hints.items():
         shape = [extra for extra in extras_of(hint) if isinstance(extra, tuple)]
         if shape and shape[0][-1] == 3 and field != "faces":

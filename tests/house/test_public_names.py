@@ -75,3 +75,11 @@ def test_no_two_classes_have_one_name():
 def test_the_root_names_the_namespace_of_names_for_authors(name):
     with pytest.raises(AttributeError, match=f"poinsot has no attribute '{name}'. Write poinsot.mechanics.{name}."):
         getattr(poinsot, name)
+
+
+def test_no_public_name_is_the_name_of_its_module():
+    """The import of the module would replace a function in its namespace."""
+    for stub in Path(poinsot.__path__[0]).rglob("__init__.pyi"):
+        imports = [node for node in ast.parse(stub.read_text()).body if isinstance(node, ast.ImportFrom)]
+        names = {alias.name: (node.module or "").split(".")[0] for node in imports for alias in node.names}
+        assert [name for name, module in names.items() if name == module] == []

@@ -26,7 +26,7 @@ def test_every_example_is_in_one_group_of_the_gallery():
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.py")), ids=lambda path: path.stem)
 def test_every_example_begins_with_a_title(path):
-    title, text = gallery.told(path.stem)
+    title, text = gallery.described(path.stem)
     assert 5 < len(title) < 60
     assert not re.search(r"[:;.]", title)
     assert len(text) > len(title)
@@ -92,9 +92,9 @@ class Visit:
         width, height = SIZES[size]
         context = browser.new_context(viewport={"width": width, "height": height}, offline=True, **options)
         self.page = context.new_page()
-        self.said, self.asked = [], []
-        self.page.on("console", lambda message: self.said.append(message.text))
-        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.logged, self.asked = [], []
+        self.page.on("console", lambda message: self.logged.append(message.text))
+        self.page.on("pageerror", lambda error: self.logged.append(str(error)))
         self.page.on("request", lambda request: self.asked.append(request.url))
 
     def open(self, name, query=""):
@@ -102,7 +102,7 @@ class Visit:
 
     def complaints(self):
         elsewhere = [url for url in self.asked if not url.startswith(("file:", "data:", "blob:", "about:"))]
-        return elsewhere + [text for text in self.said if not OF_THE_THEME.match(text)]
+        return elsewhere + [text for text in self.logged if not OF_THE_THEME.match(text)]
 
 
 VISITED = [

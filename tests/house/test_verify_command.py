@@ -57,12 +57,12 @@ def test_command_prints_every_comparison_without_escape_codes(monkeypatch):
 
 def test_json_has_every_comparison(monkeypatch):
     monkeypatch.setattr(cases, "CASES", CHEAP)
-    told = json.loads(CliRunner().invoke(app, ["verify", "--json"]).stdout)
-    assert [case["title"] for case in told["cases"]] == [case.title for case in CHEAP]
-    compared = [one for case in told["cases"] for one in case["comparisons"]]
+    output_text = json.loads(CliRunner().invoke(app, ["verify", "--json"]).stdout)
+    assert [case["title"] for case in output_text["cases"]] == [case.title for case in CHEAP]
+    compared = [one for case in output_text["cases"] for one in case["comparisons"]]
     assert len(compared) == 13
     assert all(one["holds"] and one["difference"] <= one["tolerance"] for one in compared)
-    assert "llvmlite" in told["installation"]
+    assert "llvmlite" in output_text["installation"]
 
 
 @pytest.mark.parametrize(

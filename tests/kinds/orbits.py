@@ -44,6 +44,6 @@ ORBITS = {
         equatorial_radius=0.2,
         flattening=0.1,
     ),
-    "beside two attractors, from the larger": PATH.from_primary,
-    "beside two attractors, from the smaller": PATH.from_secondary,
+    "near two attractors, from the larger": PATH.from_primary,
+    "near two attractors, from the smaller": PATH.from_secondary,
 }

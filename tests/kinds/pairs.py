@@ -39,7 +39,7 @@ class Attraction(pt.Potential):
 
 
 def forces_of(name, first="primary", second="secondary", M=1.0, L=1.0, T=1.0):
-    """The forces beside the mutual gravity, in units of mass, length and time."""
+    """The forces in addition to the mutual gravity, in units of mass, length and time."""
     rate = M * L**2 / T
     tide, damping = pt.forces.TidalFriction, pt.forces.LibrationDamping
     return {

@@ -75,7 +75,7 @@ class Pole(pt.Torque):
 
 SYSTEMS = {
     "feedback": (Sampled(FEEDBACK, 0.3, 0.1),),
-    "feedback beside gravity": (Sampled(FEEDBACK, 0.3, 0.1), pt.GravityGradient(ORBIT)),
+    "feedback and gravity": (Sampled(FEEDBACK, 0.3, 0.1), pt.GravityGradient(ORBIT)),
     "pointing in comoving axes": (
         Sampled(OrbitPointing(2.0, 3.0, 0.7, ORBIT), 0.3, 0.1),
         pt.GravityGradient(ORBIT),
@@ -92,5 +92,5 @@ SYSTEMS = {
     "a wheel with a law": (Driven(Sampled(FEEDBACK, 0.3, 0.1), 0.1),),
     "wheels with a law": (ReactionWheels(np.eye(3), 0.1, Sampled(FEEDBACK, 0.3, 0.1), 0.25, 30.0),),
     "growing momenta": (Sampled(FEEDBACK, 0.3, 0.1), Growth(2.0)),
-    "a continuous law beside": (Sampled(RateDamping(0.8, 5.0), 0.3, 0.1), FEEDBACK),
+    "with a continuous law": (Sampled(RateDamping(0.8, 5.0), 0.3, 0.1), FEEDBACK),
 }

@@ -121,15 +121,15 @@ def test_any_change_is_a_result_or_a_sentence(tmp_path_factory, texts, way, data
         text = text[:at] + noise + text[at + gone :]
     path = tmp_path_factory.mktemp("any") / f"m.{way}"
     path.write_bytes(text.encode(errors="surrogatepass"))
-    said = "nothing, but a result"
+    message = "nothing, but a result"
     try:
         table = WAYS[way][1](path)
         assert np.all(np.isfinite(table.quaternion))
         assert np.all(np.diff(table.times) > 0)
     except (ValueError, UserWarning) as problem:
-        said = str(problem)
-    assert re.fullmatch(r".*, (but|got) .*", said), said
-    assert len(said) < 800
+        message = str(problem)
+    assert re.fullmatch(r".*, (but|got) .*", message), message
+    assert len(message) < 800
 
 
 @pytest.mark.parametrize(

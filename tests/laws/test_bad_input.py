@@ -790,7 +790,7 @@ def test_what_has_no_name_there_is_refused_too(formula):
 
 @pytest.mark.parametrize("kind", [ValueError, TypeError])
 @pytest.mark.parametrize("words", ["%s", "truth valu %s", "positional argument %s"])
-def test_what_a_formula_raises_is_told_in_printable_letters_of_one_line(kind, words):
+def test_what_a_formula_raises_is_reported_in_printable_letters_of_one_line(kind, words):
     def energy(*_):
         raise kind(words % "\x1b[2J\r\n\x9b\u202egone")
 

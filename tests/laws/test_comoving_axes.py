@@ -48,7 +48,7 @@ class Polar(pt.Potential):
 
 
 class Field(pt.Potential):
-    """A huge part that does not turn the body beside a small one along a direction fixed in space."""
+    """A huge part that does not turn the body, together with a small one along a direction fixed in space."""
 
     orbit: pt.Orbit
     field_space: pt.mechanics.Vector

@@ -128,7 +128,7 @@ def variation(values, size=0.0):
     return np.max(np.abs(values - values[0])) / max(1, np.max(np.abs(values)), np.max(np.abs(size)))
 
 
-def is_kept(motion):
+def is_conserved(motion):
     """Whether each integral that the system claims keeps its value."""
     energies, momenta = np.abs(motion.kinetic_energy) + np.abs(motion.potential_energy), motion.angular_momentum_body
     return all(
@@ -155,7 +155,7 @@ def test_free_motion_keeps_energy_and_momentum_in_space(body, state):
     assert {"energy", *THREE_MOMENTA} <= names(motion.system)
     assert variation(kinetic_energy(motion)) < EXACT
     assert variation(space_momentum(motion)) < EXACT
-    assert is_kept(motion)
+    assert is_conserved(motion)
 
 
 @LAWS
@@ -166,7 +166,7 @@ def test_top_keeps_energy_and_vertical_momentum(body, state, lever):
     T, U = kinetic_energy(motion), 0.7 * height(motion, lever)
     assert variation(T + U, np.abs(T) + np.abs(U)) < EXACT
     assert variation(space_momentum(motion)[:, 2], motion.angular_momentum_body) < EXACT
-    assert is_kept(motion)
+    assert is_conserved(motion)
 
 
 @LAWS
@@ -176,7 +176,7 @@ def test_circular_orbit_keeps_the_jacobi_integral(body, state):
     T, U = kinetic_energy(motion), gravity_gradient_energy(motion, CIRCLE)
     jacobi = T + U - np.sqrt(1.1 / 1.2**3) * space_momentum(motion) @ CIRCLE.normal
     assert variation(jacobi, np.abs(T) + np.abs(U)) < EXACT
-    assert is_kept(motion)
+    assert is_conserved(motion)
 
 
 @LAWS
@@ -237,7 +237,7 @@ def test_generic_systems_claim_what_they_keep_and_nothing_else():
         (pt.forces.LinearDamping(0.1), pt.UniformGravity(0.7, (0.3, -0.2, 0.5))),
     ],
 )
-def test_nothing_is_claimed_where_nothing_is_kept(forces):
+def test_nothing_is_claimed_where_nothing_is_conserved(forces):
     system = pt.System(BODY, *forces)
     assert system.integrals == ()
     motion = pt.propagate(system, START, TIMES)
@@ -256,7 +256,7 @@ def test_no_momentum_along_an_axis_of_near_symmetry(difference):
     assert "angular_momentum_body_3" not in names(pt.System(pt.Body((1.0, 1 + difference, 0.6))))
 
 
-def test_no_momentum_along_the_axis_of_a_top_with_its_weight_beside_it():
+def test_no_momentum_along_the_axis_of_a_top_with_its_weight_next_to_it():
     system = pt.System(pt.Body((1.0, 1.0, 0.6)), pt.UniformGravity(0.7, (1e-6, 0, 1)))
     assert "angular_momentum_body_3" not in names(system)
 

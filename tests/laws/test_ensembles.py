@@ -151,7 +151,7 @@ def alone(switch, events, starts, way, fails, i):
 
 
 def reaches_its_edge(reached, times, i):
-    """Whether a member that failed kept every time on this side of its edge."""
+    """Return True if a failed member has rows at all times before its end."""
     sign = -SIDES[i]
     before = sign * times[sign * times < sign * EDGES[i]]
     return not before.size or np.max(sign * reached) == np.max(before)
@@ -168,7 +168,7 @@ def wrong_members(switch, events, starts, way, fails, members, threads):
 
 def wrong_member(together, i, motion, sentence):
     """Return what differs between a member of an ensemble and its motion alone."""
-    if told(together.failures.get(i)) != told(sentence):
+    if output(together.failures.get(i)) != output(sentence):
         return f"failure {together.failures.get(i)!r}, alone {sentence!r}"
     rows = np.concatenate([together.quaternion[i], together.conjugate_momenta[i]], axis=-1)
     whole = np.isfinite(rows).all(axis=-1)
@@ -195,7 +195,7 @@ def near(a, b):
     return np.allclose(a, b, rtol=0, atol=WITHIN)
 
 
-def told(sentence):
+def output(sentence):
     """Return a sentence with its numbers to five digits: steps towards an edge depend on the scales of events."""
     return sentence and re.sub(r"-?\d+\.\d+(e-?\d+)?", lambda number: f"{float(number[0]):.5g}", sentence)
 
@@ -260,7 +260,7 @@ def test_a_member_of_an_ensemble_is_its_run_alone(switch, fails):
     together = pt.propagate(*given, events=watched("all", every))
     for i in every.tolist():
         one, (motion, sentence) = together.member(i), alone(switch, "all", *case, i)
-        assert told(one.failures.get(0)) == told(sentence)
+        assert output(one.failures.get(0)) == output(sentence)
         assert one.failures.get(0) == together.failures.get(i)
         reached = np.isfinite(together.quaternion[i, :, 0])
         assert np.array_equal(one.times, motion.times)
@@ -325,7 +325,7 @@ def test_a_member_that_fails_both_ways_says_what_it_says_alone():
     together = pt.propagate(system, state("together", [0, 1]), TIMES["both ways"])
     with pytest.raises(pt.PropagationError) as caught:
         pt.propagate(pt.System(BODY, Edge(4.55, -1.0), Edge(-2.41, 1.0)), state("together", 0), TIMES["both ways"])
-    assert {i: told(why) for i, why in together.failures.items()} == {0: told(str(caught.value))}
+    assert {i: output(why) for i, why in together.failures.items()} == {0: output(str(caught.value))}
     assert np.array_equal(together.times[np.isfinite(together.quaternion[0, :, 0])], caught.value.trajectory.times)
 
 
@@ -373,7 +373,7 @@ def test_state_transitions_are_those_of_members_alone(switch, fails, chunk, monk
 
     together, found = both(functools.partial(system, switch, fails), "apart", call)
     for i, (one, sentence) in enumerate(found):
-        assert told(together.motion.failures.get(i)) == told(sentence)
+        assert output(together.motion.failures.get(i)) == output(sentence)
         size = np.max(np.abs(one.matrix), axis=(1, 2), keepdims=True)
         np.testing.assert_allclose(together.matrix[i] / size, one.matrix / size, rtol=0, atol=WITHIN)
         np.testing.assert_allclose(together.motion.quaternion[i], one.motion.quaternion, rtol=0, atol=WITHIN)
@@ -408,7 +408,7 @@ def test_indicators_are_those_of_members_alone(way):
     together, found = both(system_of, "apart", call)
     assert sorted(together.failures) == [2, 7]
     for i, (one, sentence) in enumerate(found):
-        assert told(together.failures.get(i)) == told(sentence)
+        assert output(together.failures.get(i)) == output(sentence)
         for name in ("growth", "gali"):  # the others are sampled more densely where another member is faster
             assert np.allclose(getattr(together, name)[i], getattr(one, name), rtol=0, atol=1e-10, equal_nan=True)
         assert np.all(np.isfinite(together.mean_megno[i]) == np.isfinite(one.mean_megno))

@@ -140,9 +140,9 @@ WRONG_SIGN = r"should not be negative, got -0\.5\. Feedback of the wrong sign is
 def test_gains_of_the_wrong_sign_give_a_warning(gain):
     law, names = (RateDamping, ("gain", "limit")) if gain == "gain" else (QuaternionFeedback, ("kp", "kd", "limit"))
     given = dict.fromkeys(names, 1.0)
-    with pytest.warns(UserWarning, match=rf"^{gain} {WRONG_SIGN}") as told:
+    with pytest.warns(UserWarning, match=rf"^{gain} {WRONG_SIGN}") as warned:
         law(**{**given, gain: (0.5, -0.5)})
-    assert [each.filename for each in told] == [__file__]
+    assert [each.filename for each in warned] == [__file__]
 
 
 def test_gains_of_magnetorquers_of_the_wrong_sign_give_a_warning():

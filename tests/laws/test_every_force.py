@@ -17,7 +17,7 @@ from kinds.pairs import PAIR_FORCES
 from poinsot.algebra.quaternion import product
 from poinsot.functions import Vector
 from poinsot.integration.scaling import sample_torque
-from poinsot.quantities import Along, said_of
+from poinsot.quantities import Along, annotated_with
 from poinsot.records.parameters import kinds_of, of_each, records_in
 from poinsot.systems.formula_trials import ATTITUDES
 from poinsot.taylor.graph import Node
@@ -52,7 +52,7 @@ def test_every_force_of_the_package_is_here():
 
 def potential_energy(system, q, time):
     """The energy on numbers of 40 digits."""
-    exact = formulas.twin(system, (mpmath.mpf(float(x)) for x in system.dynamics.numbers))
+    exact = formulas.copied(system, (mpmath.mpf(float(x)) for x in system.dynamics.numbers))
     return formulas.potential(exact, Vector(q), mpmath.mpf(time))
 
 
@@ -124,7 +124,7 @@ def turned_world(record, turn):
         return turned_orbit(record, turn)
     if isinstance(record, pt.orbits.RotationModel):
         return turned_rotation(record, turn)
-    axes = said_of(type(record), Along)
+    axes = annotated_with(type(record), Along)
     directions = {
         name: turn.apply(np.array(getattr(record, name))) for name, along in axes.items() if along.axes == "space axes"
     }
@@ -201,7 +201,7 @@ def nudged(record):
 
 
 def counts(name, index):
-    """Whether a number of a field is said to count: not what is right of the diagonal, S_n0, or of a low degree."""
+    """Whether a number of a field is stated to count: not what is right of the diagonal, S_n0, or of a low degree."""
     if name in ("C", "S"):
         return index[0] >= 2 and (name == "S") <= index[1] <= index[0]
     if name[0] in "gh" and len(index) == 2:
@@ -332,19 +332,19 @@ def scalars_in(record):
 @each_force
 def test_numbers_make_the_round_trip(force):
     numbers = [float(x) for x in force.numbers]
-    twin = force.with_numbers(iter(numbers))
-    assert type(twin) is type(force)
+    copied = force.with_numbers(iter(numbers))
+    assert type(copied) is type(force)
     assert len(numbers) > 0
-    assert list(scalars_in(twin)) == numbers
+    assert list(scalars_in(copied)) == numbers
 
 
 @each_body
 @each_force
 def test_with_its_own_numbers_a_system_is_the_same(force, body):
     system, omega = pt.System(body, force), np.array([0.4, -0.7, 0.2])
-    twin = formulas.twin(system, iter(system.dynamics.numbers))
+    copied = formulas.copied(system, iter(system.dynamics.numbers))
     for q in random_attitudes():
-        here, there = (formulas.torque(each, Vector(q), Vector(omega), TIME) for each in (system, twin))
+        here, there = (formulas.torque(each, Vector(q), Vector(omega), TIME) for each in (system, copied))
         assert list(here) == list(there)
 
 

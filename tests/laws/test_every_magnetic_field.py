@@ -88,13 +88,15 @@ def test_orbits_and_rotation_models_along_other_axes_or_with_other_calendars():
         system("ICRF", calendars[1])
 
 
-def test_a_field_below_its_reference_radius_is_told_and_counted():
+def test_a_field_below_its_reference_radius_is_reported_and_counted():
     orbit = FixedPosition(1.0, position=(0, 0, 1.5))
     with pytest.warns(UserWarning, match=r"^TiltedDipole: the periapsis is 0\.5 below the reference radius"):
         below = TiltedDipole(orbit, AXES, 1.0, 0.0, 0.0, 2.0)
-    for field, told in ((below, True), (TiltedDipole(orbit, AXES, 1.0, 0.0, 0.0, 1.25), False)):
+    for field, has_warning in ((below, True), (TiltedDipole(orbit, AXES, 1.0, 0.0, 0.0, 1.25), False)):
         system = pt.System(BODY, MagneticMoment((1, 0, 0), field))
-        assert system.validity(system.state((1, 0, 0, 0), omega_body=(0, 0, 0))) == {"below_reference_radius": told}
+        assert system.validity(system.state((1, 0, 0, 0), omega_body=(0, 0, 0))) == {
+            "below_reference_radius": has_warning
+        }
 
 
 ORBIT = FixedPosition(398600.4, position=(6871.2, 0, 0))

@@ -41,7 +41,7 @@ def load(system, values):
 
 def slopes_of_energy(system):
     """Minus those by the separation and by small turns about the axes of both bodies, by differences of 40 digits."""
-    exact = formulas.twin(system, (mpmath.mpf(float(x)) for x in system.dynamics.numbers))
+    exact = formulas.copied(system, (mpmath.mpf(float(x)) for x in system.dynamics.numbers))
     start, step = [mpmath.mpf(float(x)) for x in START], mpmath.mpf(10) ** -10
 
     def moved(coordinate, by):
@@ -75,7 +75,7 @@ def test_force_and_torques_are_the_slopes_of_the_energy_in_all_engines(force):
     assert np.max(np.abs(found - expected)) < bound
     graph = Graph()
     symbols = [graph.symbol(k) for k in range(11)]
-    compiled = WideEvaluator(load(formulas.twin(system, map(graph.input, itertools.count())), symbols), symbols)
+    compiled = WideEvaluator(load(formulas.copied(system, map(graph.input, itertools.count())), symbols), symbols)
     assert np.max(np.abs(np.array(compiled([*START, *system.dynamics.numbers])[:9]) - expected)) < bound
     numbers = [sympy.Float(float(x), 17) for x in START]
     assert np.max(np.abs(np.array(load(system, numbers), dtype=float) - expected)) < bound
@@ -87,14 +87,14 @@ def test_derivatives_of_the_load_are_those_of_differences(force):
     system, graph = pt.System(PAIR, force), Graph()
     inputs = [graph.input(k) for k in range(len(system.dynamics.numbers))]
     symbols = [graph.symbol(k) for k in range(11)]
-    outputs = load(formulas.twin(system, inputs), symbols)
+    outputs = load(formulas.copied(system, inputs), symbols)
     values = [*START, *(float(x) for x in system.dynamics.numbers)]
     directions = np.random.default_rng(8).normal(size=(2, len(values)))
     directions[0, 11:], directions[1, :11] = 0, 0
 
     def at(shift):
         moved = np.array(values) + shift
-        return np.array(load(formulas.twin(system, moved[11:]), moved[:11]), dtype=float)
+        return np.array(load(formulas.copied(system, moved[11:]), moved[:11]), dtype=float)
 
     for direction in directions:
         seeds = dict(zip([*symbols, *inputs], direction, strict=True))
@@ -117,15 +117,15 @@ def test_reverse_derivatives_cost_fewer_products_than_forward_ones(force):
     """The product of two variables has two in its derivatives, by however many variables there are."""
     system, graph = pt.System(PAIR, force), Graph()
     symbols = [graph.symbol(k) for k in range(11)]
-    twin = formulas.twin(system, map(graph.input, range(len(system.dynamics.numbers))))
-    energy = twin.dynamics.potential_at(instant(twin, symbols))
+    copied = formulas.copied(system, map(graph.input, range(len(system.dynamics.numbers))))
+    energy = copied.dynamics.potential_at(instant(copied, symbols))
     forward = [tangents([energy], {symbol: 1.0})[0] for symbol in symbols]
     assert products([energy, *gradient(energy, symbols)]) <= 3 * products([energy])
     assert products([energy, *forward]) > 4 * products([energy])
 
 
 def counts(name):
-    """Whether a number of a force is said to count: of fields not the mass, that of the body, nor the extent."""
+    """Whether a number of a force is stated to count: of fields not the mass, that of the body, nor the extent."""
     name = name.rpartition(".")[2]
     if name[0] not in "CS":
         return name not in ("mass", "extent")
@@ -141,5 +141,5 @@ def test_each_number_that_counts_reaches_the_load(force):
     for k, name in enumerate(names, start=len(system.dynamics.numbers) - count):
         numbers = [float(x) for x in system.dynamics.numbers]
         numbers[k] += 0.07
-        there = load(formulas.twin(system, numbers), START)
+        there = load(formulas.copied(system, numbers), START)
         assert (np.max(np.abs(np.subtract(there, here).astype(float))) > 1e-7) == counts(name), name

@@ -96,13 +96,13 @@ def test_frame_turns_at_its_angular_velocity_and_leads_with_the_position(orbit):
 @each_orbit
 def test_numbers_make_the_round_trip(orbit):
     numbers = [float(x) for x in orbit.numbers]
-    twin = orbit.with_numbers(iter(numbers))
-    assert type(twin) is type(orbit)
+    copied = orbit.with_numbers(iter(numbers))
+    assert type(copied) is type(orbit)
     left = iter([*numbers, 0.25])
     assert float((orbit.with_numbers(left)).mu) == float(orbit.mu)
     assert list(left) == [0.25], "each number is taken once"
     if orbit.closed_form and not isinstance(orbit, pt.orbits.Ephemeris):  # whose table is no number
-        assert np.max(np.abs(stacked(twin.position_at(0.9), 0.0) - stacked(orbit.position_at(0.9), 0.0))) < 4e-15
+        assert np.max(np.abs(stacked(copied.position_at(0.9), 0.0) - stacked(orbit.position_at(0.9), 0.0))) < 4e-15
         other = orbit.with_numbers(1.01 * x for x in numbers)
         assert np.max(np.abs(stacked(other.position_at(0.9), 0.0) - stacked(orbit.position_at(0.9), 0.0))) > 1e-3
 
@@ -174,7 +174,7 @@ def test_a_kernel_has_the_position_of_the_formulas(orbit, formulation):
 
 
 @pytest.mark.parametrize("orbit", [pytest.param(o, id=name) for name, o in ORBITS.items() if o.integrated])
-def test_a_kernel_has_it_beside_the_variables_of_a_part(orbit):
+def test_a_kernel_has_it_together_with_the_variables_of_a_part(orbit):
     wheel = pt.parts.ReactionWheel((0.6, 0, 0.8), 2.0, 0.3, 0.1)
     motion = check_kernel(orbit, pt.System(BODY, Along(orbit), wheel))
     assert np.ptp(motion.own["reaction_wheel"]) > 1e-2
@@ -225,7 +225,7 @@ def test_a_block_has_the_position_and_the_rates_of_the_formulas(orbit):
 
 @each_orbit
 def test_the_text_of_a_system_makes_the_orbit_again(orbit):
-    if isinstance(orbit, PolynomialArc | pt.orbits.Ephemeris):  # kept beside the text
+    if isinstance(orbit, PolynomialArc | pt.orbits.Ephemeris):  # stored with the text
         return
     motion = pt.propagate(pt.System(BODY, pt.GravityGradient(orbit)), START, [-0.4])
     again = rebuilt_system(scenario_of(motion.system, motion.run).text, "it")

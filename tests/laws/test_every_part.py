@@ -48,13 +48,13 @@ def test_formulas_give_the_same_on_all_scalars(part):
     state = started(system)
     expected = {name: np.array(list(rate)) for name, rate in system.rates(system.at(state)).items()}
     for number in (lambda x: mpmath.mpf(float(x)), lambda x: sympy.Float(float(x), 30), lambda x: np.array([x, x])):
-        twin: Any = system.dynamics.with_numbers(map(number, system.dynamics.numbers))
+        copied: Any = system.dynamics.with_numbers(map(number, system.dynamics.numbers))
         phase = {name: Vector(map(number, values)) for name, values in state.phase.items()}
         attitude = pt.Attitude.from_quaternion(phase.pop("quaternion"))
         g = phase.pop("angular_momentum_body")
-        body = twin.body_at(phase, number(0.0))
+        body = copied.body_at(phase, number(0.0))
         instant = pt.Instant(body, attitude, pt.mechanics.Environment(number(0.0)), angular_momentum_body=g)
-        for name, rate in twin.rates(instant).items():
+        for name, rate in copied.rates(instant).items():
             found = np.array([np.ravel(np.array(x, dtype=float))[0] for x in rate])
             np.testing.assert_allclose(found, expected[name], rtol=1e-14, atol=3e-15)  # three times the worst
 
@@ -235,8 +235,8 @@ def test_an_action_is_a_new_start(part):
     after = 1.1 * before.omega_body[0]
     own = {name: values[0] * (0.5 if name == part.name else 1.0) for name, values in before.own.items()}
     # Both ends of g = K^-1 omega + h have the variables before: the action makes its state of the body it is given.
-    twin: Any = system.dynamics.with_numbers(system.dynamics.numbers)
-    body = twin.body_at({n: Vector(v[0]) for n, v in before.own.items()}, 3.0)
+    copied: Any = system.dynamics.with_numbers(system.dynamics.numbers)
+    body = copied.body_at({n: Vector(v[0]) for n, v in before.own.items()}, 3.0)
     g = np.array(list(body.angular_momentum(Vector(after))))
     state = system.state(before.attitude[0], angular_momentum_body=g, time=3.0, **own)
     again = pt.propagate(system, state, times[1:])

@@ -1,4 +1,4 @@
-"""Every picture is drawn where it is told, returns where that is, and shows its numbers in the units that it says."""
+"""Every plot draws on the given axes, returns them, and shows its numbers in the units of its labels."""
 
 import inspect
 
@@ -59,7 +59,7 @@ def of_data(panel, line):
 
 @pytest.mark.samples
 @pytest.mark.parametrize("name", pt.plot.__all__)
-def test_every_plot_draws_where_it_is_told(calls, name):
+def test_every_plot_draws_on_the_given_axes(calls, name):
     draw, arguments = calls[name]
     given, several = axes_for(name), "axes" in inspect.signature(draw).parameters
     place = {"axes": given} if several else {"ax": given[1]}
@@ -184,7 +184,7 @@ SCALED = {
 
 
 @pytest.mark.parametrize("option", SCALED)
-def test_units_scale_the_numbers_and_are_written_beside_them(calls, option):
+def test_units_scale_the_numbers_and_are_written_next_to_them(calls, option):
     units, plots = SCALED[option]
     for name, coordinates in plots.items():
         draw, arguments = calls[name]
@@ -204,8 +204,8 @@ def test_units_scale_the_numbers_and_are_written_beside_them(calls, option):
                 for ours, theirs in zip(other, expected, strict=True):
                     np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12 * np.nanmax(np.abs(theirs)))
             panel = np.ravel(found)[0]
-            said = panel.get_ylabel() if coordinates == Y else panel.get_xlabel()
-            assert f"[{WRITTEN.get(unit, unit)}" in said, said
+            label = panel.get_ylabel() if coordinates == Y else panel.get_xlabel()
+            assert f"[{WRITTEN.get(unit, unit)}" in label, label
 
 
 MEASURED = {
@@ -256,7 +256,7 @@ OPTION = {
 }
 
 
-def told(calls, name):
+def labels_of(calls, name):
     """A plot and its arguments, of a motion in seconds with an event where it takes one, in units that stay."""
     draw, arguments = calls[name]
     units = {"angle_unit": "rad", "rate_unit": "rad", "time_unit": "s"}
@@ -265,7 +265,7 @@ def told(calls, name):
 
 @pytest.mark.parametrize("name", OPTION["window"])
 def test_every_window_draws_the_samples_in_it_and_no_others(calls, name):
-    draw, arguments = told(calls, name)
+    draw, arguments = labels_of(calls, name)
     whole = lines_of(draw(**arguments))
     times = whole[0][0][0]
     first, last = times[times.size // 4], times[-1 - times.size // 4]
@@ -284,7 +284,7 @@ def test_every_window_draws_the_samples_in_it_and_no_others(calls, name):
 @pytest.mark.samples
 @pytest.mark.parametrize("name", OPTION["separate"])
 def test_every_separate_curve_has_a_part_of_its_panel(calls, name):
-    draw, arguments = told(calls, name)
+    draw, arguments = labels_of(calls, name)
     together, apart = (np.ravel(draw(**arguments, separate=each)) for each in (False, True))
     for one, other, lines in zip(together, apart, lines_of(together), strict=True):
         assert (one.get_xlabel(), one.get_ylabel()) == (other.get_xlabel(), other.get_ylabel())
@@ -295,7 +295,7 @@ def test_every_separate_curve_has_a_part_of_its_panel(calls, name):
 
 @pytest.mark.parametrize("name", [name for name in OPTION["window"] if name in OF_MOTIONS])
 def test_every_plot_against_time_marks_the_events(calls, name):
-    draw, arguments = told(calls, name)
+    draw, arguments = labels_of(calls, name)
     motion = flipping()
     [found] = motion.events
     assert 2 < len(found) < 20

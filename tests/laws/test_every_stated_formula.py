@@ -21,7 +21,7 @@ from poinsot.display.notation import LATEX, MATHML, split_name
 from poinsot.functions import Vector
 from poinsot.mechanics.environment import orbits_of
 from poinsot.parts import ControlMomentGyro
-from poinsot.quantities import Along, said_of
+from poinsot.quantities import Along, annotated_with
 from poinsot.records.parameters import Parametric
 from poinsot.systems.symbolic_formula import formula_of
 
@@ -39,7 +39,7 @@ SIGNS = {
 """Of operators that hold together the less tightly the more brackets are around them."""
 
 TOO_LONG = {"EllipsoidGravity", "MutualHarmonics"}
-"""Integrals and series that are told in words."""
+"""Integrals and series that are described in words."""
 
 
 class Vec(np.ndarray):
@@ -150,7 +150,7 @@ def evaluated(equations, at):
 
 def numbers_by_name(thing, turn):
     """The parameters of a record and of those in it by their names in its formula, vectors along the body axes."""
-    found, axes = {}, said_of(type(thing), Along)
+    found, axes = {}, annotated_with(type(thing), Along)
     for field in dataclasses.fields(thing):
         value, name = getattr(thing, field.name), field.name.replace("_", " ")
         if isinstance(value, pt.Orbit):
@@ -364,7 +364,7 @@ class Table(Wind):
         return pt.functions.Vector([np.interp(float(instant.time), [0, 1], [0, 1])] * 3)
 
 
-def test_formulas_of_users_are_written_or_told_in_words():
+def test_formulas_of_users_are_written_or_described():
     wind = pt.System(BODIES[0], Wind(0.5, (0, 0, 1)))
     assert "<mi>sin</mi><mo>(</mo>" in wind._repr_html_()
     assert "<mn>2.5</mn><mo>×</mo><msup><mn>10</mn><mn>-7</mn></msup>" in wind._repr_html_()

@@ -1,4 +1,4 @@
-"""Gravity on bodies beyond their inertia: by harmonics, by points, of an ellipsoid; what is refused, what is told."""
+"""Gravity on bodies beyond their inertia: by harmonics, by points, of an ellipsoid; errors and warnings."""
 
 import re
 import warnings
@@ -296,7 +296,7 @@ def test_members_are_counted_together():
     assert motion.summary["inside_sphere"] == f"{count + 11} of 33 times"
 
 
-def test_an_attractor_inside_an_ellipsoid_is_told_before_and_after():
+def test_an_attractor_inside_an_ellipsoid_is_reported_before_and_after():
     semiaxes = (1.4, 1.3, 0.7)
     body = pt.Body.from_ellipsoid(2.0, semiaxes)
     sentence = (
@@ -311,7 +311,7 @@ def test_an_attractor_inside_an_ellipsoid_is_told_before_and_after():
     assert list(pt.System(body, force).validity(states)["inside_ellipsoid"]) == [False, True, False]
 
 
-def test_an_attractor_above_the_ellipsoid_is_told_nothing():
+def test_an_attractor_above_the_ellipsoid_raises_no_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         pt.forces.EllipsoidGravity(

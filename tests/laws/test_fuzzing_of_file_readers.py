@@ -209,23 +209,23 @@ def outcome(name, path):
     """What a reader says of a file; it must be something in time and memory."""
     gc.disable()  # a collection of what other tests have left is not the reader's time
     began, peak = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    said = "read"
+    message = "read"
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", UserWarning)
             READERS[name](path)
     except (ValueError, FileNotFoundError) as error:
-        said = str(error)
+        message = str(error)
     finally:
         taken = time.process_time() - began
         gc.enable()
-    assert said == "read" or any(words in said for words in (" must ", "unknown key", "missing table [")), said
-    assert said.isprintable()  # what a terminal obeys is escaped
-    assert "Error" not in said.partition(" must ")[0], said
+    assert message == "read" or any(words in message for words in (" must ", "unknown key", "missing table [")), message
+    assert message.isprintable()  # what a terminal obeys is escaped
+    assert "Error" not in message.partition(" must ")[0], message
     assert taken < SECONDS
     assert 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak) < BYTES
-    return said
+    return message
 
 
 def tried(good, name, count, seed):

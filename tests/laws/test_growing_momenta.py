@@ -90,7 +90,7 @@ def grown(factor, way=1, rate=1.0):
 def check(motion, attitude, turned, omega, index=-1):
     """Check attitude and rate; a rounding of the rate in each step turns the body by so much of its angle.
 
-    The bound is three times the worst of shaken starts: momenta that have shrunk beside Euler angles of some turns,
+    The bound is three times the worst of shaken starts: momenta that have shrunk next to Euler angles of some turns,
     relative to which truncation is.
     """
     bound = 7 * max(motion.run.steps, 50) * EPS
@@ -239,7 +239,7 @@ def test_tangent_vectors_of_a_growing_motion(factor):
 
 @pytest.mark.parametrize("size", [5e-324, 4e-311, 1e-300])
 @pytest.mark.parametrize("count", [1, 9])
-def test_the_smallest_momenta_are_kept(size, count):
+def test_the_smallest_momenta_are_preserved(size, count):
     q, Q = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)), np.tile([0.0, size, 0.0, 0.0], (count, 1))
     start = pt.State(q, Q) if count > 1 else pt.State(q[0], Q[0])
     motion = pt.propagate(pt.System(BALL), start, [1.0], progress=False)

@@ -83,7 +83,7 @@ def instability(body, state, phase):
     """How much a rounding can grow until the largest rate has made this angle.
 
     A difference d of two momenta obeys |d|' <= |d| G (1/I_min - 1/I_max) / 2, as far as Euler's equations let it
-    grow; beside the separatrix it has grown by about one over the distance when the momentum has passed once.
+    grow; near the separatrix it has grown by about one over the distance when the momentum has passed once.
     """
     g = body.principal_axes.inv().apply(state.angular_momentum_body)
     middle, rates = np.median(1 / body.moments), 1 / body.moments
@@ -93,7 +93,7 @@ def instability(body, state, phase):
 
 
 def rounding(body, state):
-    """What a rounding of the place on the trajectory of the momentum makes, a logarithm beside the separatrix."""
+    """What a rounding of the place on the trajectory of the momentum makes, a logarithm near the separatrix."""
     return ROUNDING * (1 + np.log(instability(body, state, EVER)) / 10)
 
 
@@ -122,12 +122,12 @@ def test_closed_form_is_the_integration(body, state, phase):
     assert differences(motion, other.quaternion, other.conjugate_momenta) < allowed
 
 
-# ---------------------------------------------------------------------- what is kept
+# ---------------------------------------------------------------------- conserved quantities
 
 
 @LAWS
 @given(bodies(), states(), st.sampled_from([1.0, 1e3, 1e6, 1e9]))
-def test_norm_energy_and_momentum_in_space_are_kept_at_any_time(body, state, phase):
+def test_norm_energy_and_momentum_in_space_are_conserved_at_any_time(body, state, phase):
     times = np.linspace(-0.3, 1, 27) * phase / largest_rate(body, state)
     motion = pt.free_motion(body, state, times)
     q, Q = motion.quaternion, motion.conjugate_momenta
@@ -446,9 +446,9 @@ def test_members_are_as_an_ensemble_of_integrations():
     state = bodies.state(Q, angular_momentum_body=g, time=0.5)
     times = np.linspace(-2, 4, 13)
     motion, other = pt.free_motion(bodies, state, times), pt.propagate(pt.System(bodies), state, times)
-    kept = np.linalg.norm(g, axis=-1) / np.min(moments, axis=-1) < 3
-    assert np.count_nonzero(kept) > 60
-    assert np.max(np.abs(motion.quaternion - other.quaternion)[kept]) < 2e-14
+    chosen = np.linalg.norm(g, axis=-1) / np.min(moments, axis=-1) < 3
+    assert np.count_nonzero(chosen) > 60
+    assert np.max(np.abs(motion.quaternion - other.quaternion)[chosen]) < 2e-14
 
 
 # ---------------------------------------------------------------------- bad input

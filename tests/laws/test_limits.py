@@ -95,18 +95,18 @@ def contents():
 
 
 def measured(path):
-    """Return seconds of work, MB more than before, and what was said of a file, read in a child of this process."""
+    """Return seconds of work, MB more than before, and the error message of a file, read in a child of this process."""
     reading, writing = os.pipe()
     child = os.fork()
     if not child:
         peak, began = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
         try:
             with warnings.catch_warnings(action="ignore"):
-                said = f"nothing, but {READERS[path.suffix[1:]](path)}"[:100]
+                message = f"nothing, but {READERS[path.suffix[1:]](path)}"[:100]
         except (ValueError, OSError) as error:
-            said = str(error)
+            message = str(error)
         grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak) / 1024
-        os.write(writing, json.dumps([time.process_time() - began, grown, said[:1000]]).encode())
+        os.write(writing, json.dumps([time.process_time() - began, grown, message[:1000]]).encode())
         os._exit(0)
     os.close(writing)
     os.waitpid(child, 0)
@@ -150,10 +150,10 @@ def test_each_ends_in_a_sentence_within_a_second_and_200_mb(tmp_path):
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert len({name for name, *_ in found}) == len(found) > 5 * len(HEADS)
-    for name, took, grown, said in found:
+    for name, took, grown, message in found:
         assert took < 1, (name, took)
         assert grown < 200, (name, grown)
-        assert re.search(" must .*, (but|got) |missing table", said), (name, said)
+        assert re.search(" must .*, (but|got) |missing table", message), (name, message)
 
 
 if __name__ == "__main__":

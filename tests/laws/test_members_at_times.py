@@ -38,7 +38,7 @@ from poinsot.mechanics.event import EventOn
 from poinsot.mechanics.force import PotentialOn, TorqueOn
 from poinsot.mechanics.instant import Instant
 from poinsot.propagation.relative_motion import RelativeMotion
-from poinsot.quantities import Rule, said_of
+from poinsot.quantities import Rule, annotated_with
 from poinsot.records.parameters import Parametric, kinds_of, of_each
 
 COUNT = 4
@@ -79,7 +79,7 @@ class Still(pt.Potential):
 
 def varied(record, who):
     """Return a record whose numbers are other ones for each member, of all members or of one."""
-    kinds, rules, own = kinds_of(type(record)), said_of(type(record), Rule), {}
+    kinds, rules, own = kinds_of(type(record)), annotated_with(type(record), Rule), {}
     for name, value in vars(record).items():
         if isinstance(getattr(type(record), name, None), functools.cached_property):
             continue

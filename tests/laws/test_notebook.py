@@ -56,7 +56,7 @@ PLAIN = {"Calendar", "LagrangePointPath"}
 """Values that have one line."""
 
 
-def test_every_public_thing_is_told_in_short(shown):
+def test_every_public_thing_has_a_short_summary(shown):
     assert len(shown) > 100
     for name, thing in shown.items():
         text = repr(thing)

@@ -48,7 +48,7 @@ def to_body(q, x):
     return hamilton(conjugate(q), hamilton([0, *x], q))[1:]
 
 
-def kept_by(formulation, potential, along):
+def conserved_by(formulation, potential, along):
     """Energy and momentum along an axis: of (q, Q) it is T + |q|^2 V, for their g changes by |q|^2 times the torque."""
 
     def of(variables):
@@ -86,14 +86,14 @@ def test_the_equations_keep_energy_and_momentum_at_any_norm(name, formulation, s
     force, potential, along = FIELDS[name]
     with mpmath.workdps(40):
         system = pt.System(BODY, force)
-        exact = formulas.twin(system, (mpmath.mpf(float(x)) for x in system.dynamics.numbers))
+        exact = formulas.copied(system, (mpmath.mpf(float(x)) for x in system.dynamics.numbers))
         turn = Rotation.random(rng=np.random.default_rng(3)).as_quat()
         q = [mpmath.mpf(size * x) for x in turn]
         g = [mpmath.mpf(x) for x in (0.3, -0.7, 0.4)]
         canonical = [2 * x for x in hamilton(q, [0, *g])]
         variables = [*q, *(canonical if formulation == "canonical" else g)]
         rates = formulas.rates(exact, formulation, Vector(variables), mpmath.mpf(0))
-        moved = kept_by(formulation, potential, along)
+        moved = conserved_by(formulation, potential, along)
         step = mpmath.mpf(10) ** -12
         ahead, behind = (
             moved([x + side * step * rate for x, rate in zip(variables, rates, strict=True)]) for side in (1, -1)
@@ -104,7 +104,7 @@ def test_the_equations_keep_energy_and_momentum_at_any_norm(name, formulation, s
         assert abs(still[0] - moved(variables)[0]) > 1e-2 * step
 
 
-# ---------------------------------------------------------------------- drift, beside a script
+# ---------------------------------------------------------------------- drift, compared with a script
 
 
 def script_of_a_top():

@@ -125,9 +125,9 @@ def test_members_end_where_they_touch_alone():
         alone: Any = pt.propagate(FALL, CLOSE.state(FALLING.position + shift, **given), times, events=events)
         for found, own in zip(together.events, alone.events, strict=True):
             assert np.allclose(found.member(i).times, own.times, rtol=0, atol=1e-12)
-        kept = len(alone.times)
-        assert np.allclose(together.position[i, :kept], alone.position, rtol=0, atol=1e-12)
-        assert np.all(np.isnan(together.position[i, kept:]))
+        count = len(alone.times)
+        assert np.allclose(together.position[i, :count], alone.position, rtol=0, atol=1e-12)
+        assert np.all(np.isnan(together.position[i, count:]))
 
 
 def test_other_shapes_touch_where_spheres_that_hold_them_do():

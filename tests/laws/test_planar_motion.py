@@ -41,9 +41,9 @@ def test_tangent_vectors_are_those_in_space():
 def test_tangent_vectors_leave_the_motion_alone(formulation):
     start = BODY.state(np.array([UP, UP]), omega_body=(0, 0, 2.5) * np.ones((2, 1)))
     alone = pt.propagate(SYSTEM, start, TIMES, formulation=formulation)
-    beside = pt.analysis.state_transition(SYSTEM, start, TIMES, formulation=formulation).motion
-    np.testing.assert_allclose(beside.quaternion, alone.quaternion, rtol=0, atol=6e-14)
-    np.testing.assert_allclose(beside.conjugate_momenta, alone.conjugate_momenta, rtol=0, atol=1e-13)
+    reference = pt.analysis.state_transition(SYSTEM, start, TIMES, formulation=formulation).motion
+    np.testing.assert_allclose(reference.quaternion, alone.quaternion, rtol=0, atol=6e-14)
+    np.testing.assert_allclose(reference.conjugate_momenta, alone.conjugate_momenta, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_ensembles_of_states_and_of_parameters():
 
 
 class Pole(pt.Potential):
-    """An energy of the third body axis along the normal of an inclined orbit, told by its components in space."""
+    """An energy of the third body axis along the normal of an inclined orbit, given by its components in space."""
 
     def energy(self, instant):
         return 0.1 * instant.attitude.to_body((np.sin(0.5), 0.0, np.cos(0.5)))[2] ** 2

@@ -359,7 +359,7 @@ def test_a_controller_by_events_goes_on():
     assert joined(whole, times, events=[Controller(0.5)]) < BOUND
 
 
-@pytest.mark.parametrize("name", ["pointing along a table, two controllers", "a memory", "feedback beside gravity"])
+@pytest.mark.parametrize("name", ["pointing along a table, two controllers", "a memory", "feedback and gravity"])
 def test_a_run_goes_on_from_knots_samples_and_impulses_at_once(name):
     """Knots of the table, and samples at 0.4 and 1.0: at two of them there is an impulse too."""
     knots = TABLE.knots
@@ -421,7 +421,7 @@ def test_a_file_without_the_times_of_jumps_has_no_memory():
 
 
 @pytest.mark.parametrize(
-    "said",
+    "message",
     [
         "3",
         "[]]",
@@ -433,10 +433,10 @@ def test_a_file_without_the_times_of_jumps_has_no_memory():
         '{"remembering": ["x", 0.1]}',
     ],
 )
-def test_times_of_jumps_in_a_file_are_checked(said):
+def test_times_of_jumps_in_a_file_are_checked(message):
     system = pt.System(BODY, Remembering(0.9, 0.3, 0.1))
     data = pt.propagate(system, system.state(**START), SAMPLED_TIMES).dataset
-    data.attrs["jumps"] = said
+    data.attrs["jumps"] = message
     with pytest.raises(ValueError, match=r"the dataset must have (parts by name|jumps of each member)"):
         pt.load(data)
 

@@ -68,7 +68,7 @@ class Runaway(pt.Torque):
         return pt.functions.Vector(9 * component**3 for component in instant.omega_body)
 
 
-def test_failures_are_told():
+def test_failures_are_reported():
     fast = BODY.state((1, 0, 0, 0), omega_body=[(0.01, 0, 0), (0.9, 0, 0)])
     found = pt.analysis.chaos_indicators(pt.System(BODY, Runaway()), fast, TIMES)
     assert list(json.loads(found.dataset.attrs["failures"])) == ["1"]

@@ -64,7 +64,7 @@ def in_minutes(name, folder):
 
 
 @pytest.mark.parametrize("name", sorted(RESULTS.keys() - DESCRIPTIONS))
-def test_a_result_is_told_in_a_few_lines_with_units(tmp_path, name):
+def test_a_result_is_summarised_in_a_few_lines_with_units(tmp_path, name):
     thing = in_minutes(name, tmp_path)
     if thing is None:
         pytest.skip("there is none")

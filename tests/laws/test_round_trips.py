@@ -285,8 +285,8 @@ def test_projection_is_idempotent_and_keeps_the_angular_momentum(q, Q):
     projected = pt.mechanics.project_to_tangent(q, Q)
     assert abs(q @ projected) <= 8 * EPS * norm(Q)
     assert norm(pt.mechanics.project_to_tangent(q, projected) - projected) <= 8 * EPS * norm(Q)
-    g, kept = (quat.imaginary(quat.product(quat.conjugate(q), x)) for x in (Q, projected))
-    assert norm(g - kept) <= 16 * EPS * norm(Q)
+    g, tangent = (quat.imaginary(quat.product(quat.conjugate(q), x)) for x in (Q, projected))
+    assert norm(g - tangent) <= 16 * EPS * norm(Q)
 
 
 # ---------------------------------------------------------------------- orbits

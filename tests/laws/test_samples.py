@@ -290,7 +290,7 @@ def test_samples_run_forwards_only():
         pt.propagate(system, system.state(**START), [-1.0, 1.0])
 
 
-def test_times_at_which_samples_cannot_be_told_apart_are_refused():
+def test_times_at_which_samples_cannot_be_distinguished_are_refused():
     system = pt.System(BODY, Sampled(FEEDBACK, 1e-8))
     with pytest.raises(
         ValueError, match=r"period must be longer than the rounding of the time, got 1e-08 at t = 1000000000\."

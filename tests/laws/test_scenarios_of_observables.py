@@ -233,9 +233,9 @@ def test_json_and_info(top, tmp_path):
     found = json.loads(call("observe", top, "--json").stdout)
     assert found["files"] == [f"{tmp_path}/top.readings.nc"]
     assert [(each["name"], each["absent"]) for each in found["readings"]] == [("beacon", 0), ("ScenarioRates", 0)]
-    told = call("info", tmp_path / "top.readings.nc").stdout
-    assert told.splitlines()[0] == "Readings top.readings.nc"
-    assert "  Readings of beacon\n" in told
+    output_text = call("info", tmp_path / "top.readings.nc").stdout
+    assert output_text.splitlines()[0] == "Readings top.readings.nc"
+    assert "  Readings of beacon\n" in output_text
     facts = json.loads(call("info", tmp_path / "top.readings.nc", "--json").stdout)
     assert (facts["kind"], facts["readings"][0]["units"]) == ("readings", "km")
 

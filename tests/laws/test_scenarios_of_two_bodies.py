@@ -127,8 +127,8 @@ TURNS = PAIR[PAIR.index("[state.primary]") : PAIR.index("[[forces]]")]
 @pytest.mark.parametrize("start", ["synchronous", "doubly_synchronous"])
 def test_starts_are_those_of_python(start):
     primary = {"primary_rate": "36 deg/h"} if start == "synchronous" else {}
-    said = "".join(f'{name} = "{value}"\n' for name, value in primary.items())
-    found = scenario((STATE, f'[state]\ntime = 5\n[state.{start}]\nperiod = "1 h"\n{said}'))
+    lines = "".join(f'{name} = "{value}"\n' for name, value in primary.items())
+    found = scenario((STATE, f'[state]\ntime = 5\n[state.{start}]\nperiod = "1 h"\n{lines}'))
     rates = {name: np.radians(36) / 3600 for name in primary}
     wanted = getattr(found.system.body, start)(period=3600.0, time=5.0, **rates)
     assert found.state.time == 5
@@ -185,7 +185,7 @@ def test_attitudes_and_rates_relative_to_a_turntable():
     assert np.allclose(turned.secondary.angular_momentum_body, moments * axes.inv().apply(rate), rtol=0, atol=2e-17)
 
 
-def test_members_have_the_spread_that_is_said():
+def test_members_have_the_spread_that_is_stated():
     found = scenario(text=PAIR + ENSEMBLE)
     masses, state = found.system.body.masses, found.state
     assert state.shape == (4000,)

@@ -1,4 +1,4 @@
-"""Light and air in scenarios, in both kernels, in ensembles through eclipses, and beside events."""
+"""Light and air in scenarios, in both kernels, in ensembles through eclipses, and with events."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_derivatives_by_coefficients_of_a_smooth_field_go_through_an_eclipse():
 
 
 def test_derivatives_by_a_length_do_not_depend_on_its_unit():
-    """A number that changes by a small part is not lost beside the attitude, where the light has edges."""
+    """A number that changes by a small part is not lost next to the attitude, where the light has edges."""
 
     def slope(unit):
         mu = 3.986004418e14 / unit**3
@@ -194,7 +194,7 @@ def test_a_scenario_is_the_same_motion(tmp_path):
         ),
     ],
 )
-def test_a_wrong_key_is_told_with_its_place(tmp_path, right, wrong, sentence):
+def test_a_wrong_key_is_reported_with_its_place(tmp_path, right, wrong, sentence):
     (tmp_path / "wrong.toml").write_text(SCENARIO.replace(right, wrong))
     with pytest.raises(ValueError, match=sentence):
         pt.files.read_scenario(tmp_path / "wrong.toml")

@@ -11,7 +11,7 @@ def results(date):
     return {"machine": {"date": date, "processor": "a processor"}}
 
 
-def test_the_file_that_is_kept_has_a_number_a_bound_and_a_date_in_every_row():
+def test_the_file_that_is_stored_has_a_number_a_bound_and_a_date_in_every_row():
     rows = history.read()
     assert len(rows) > 20
     for row in rows:
@@ -38,17 +38,17 @@ def test_the_file_that_is_kept_has_a_number_a_bound_and_a_date_in_every_row():
 )
 def test_a_run_is_appended_and_compared_with_the_last_one(tmp_path, monkeypatch, most, then, now, worse):
     path = tmp_path / "history.csv"
-    said = []
+    messages = []
     for date, value in (("2026-11-20", 100.0 - most), ("2026-11-21", then), ("2026-11-22", now)):
         found = [Target(f"time (1 to {value} in 7 processes)", value, 2.0, most), Target("other", 5.0, 2.0, most)]
         monkeypatch.setattr(targets, "all_of", lambda _, found=found: found)
-        said.append(history.append(results(date), path))
+        messages.append(history.append(results(date), path))
     rows = history.read(path)
     assert [row["value"] for row in rows if row["target"] == "time"] == [
         f"{value:.4g}" for value in (100.0 - most, then, now) if value is not None
     ]
     assert len([row for row in rows if row["target"] == "other"]) == 3
-    assert [" on 2026-11-21 at " in line for line in said[-1]] == [True] * worse
+    assert [" on 2026-11-21 at " in line for line in messages[-1]] == [True] * worse
 
 
 def test_the_table_of_targets_shows_the_last_run_on_each_other_processor(monkeypatch):

@@ -19,9 +19,9 @@ def unsaid(text):
     for call in ast.walk(ast.parse(text)):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute | ast.Name):
             name = call.func.attr if isinstance(call.func, ast.Attribute) else call.func.id
-            said = {keyword.arg: keyword.value for keyword in call.keywords}
-            absolute = name == "approx" and "abs" not in said and fine(said.get("rel"))
-            if absolute or SAID.get(name, set()) - said.keys():
+            stated = {keyword.arg: keyword.value for keyword in call.keywords}
+            absolute = name == "approx" and "abs" not in stated and fine(stated.get("rel"))
+            if absolute or SAID.get(name, set()) - stated.keys():
                 yield call.lineno
 
 
@@ -35,8 +35,8 @@ def fine(rel):
 def test_a_bound_that_is_left_to_others_is_seen():
     calls = "allclose(a, b, atol=1)\nnp.allclose(a, b, rtol=1)\nassert_allclose(a, b, atol=1)\nassert_allclose(a, b)\n"
     assert [*unsaid(calls + "approx(a, rel=1e-9)\npytest.approx(a, rel=4 * EPS)")] == [1, 2, 3, 4, 5, 6]
-    said = "np.allclose(a, b, rtol=0, atol=1)\nassert_allclose(a, b, rtol=1)\napprox(a, rel=1e-9, abs=0)"
-    assert [*unsaid(said + "\napprox(a)\napprox(a, abs=1e-9)\napprox(a, rel=0.1)")] == []
+    stated = "np.allclose(a, b, rtol=0, atol=1)\nassert_allclose(a, b, rtol=1)\napprox(a, rel=1e-9, abs=0)"
+    assert [*unsaid(stated + "\napprox(a)\napprox(a, abs=1e-9)\napprox(a, rel=0.1)")] == []
 
 
 def test_every_comparison_says_its_bound():

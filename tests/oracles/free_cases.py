@@ -64,7 +64,7 @@ def separatrix(rng):
     for n, (distance, side, near, plain) in enumerate(combinations(distances, (1, -1), (True, False), (True, False))):
         moments = wide_body(rng, ORDERS[n % 6])
         q = rng.choice(UNITS) if plain else any_attitude(rng)
-        g = beside_separatrix(rng, moments, side * distance, near)
+        g = near_separatrix(rng, moments, side * distance, near)
         Q = nearest_to_separatrix(rng, moments, q, momenta(q, g), side * distance)
         t = time(moments, g, either_sign(rng) * log_uniform(rng, 1e2, 1e3))
         yield f"{'near' if near else 'far from'} the unstable axis, {side * distance:.0e}", moments, q, Q, t
@@ -212,7 +212,7 @@ def unstable_rate(moments, g):
     return np.sqrt(g @ g * (largest - middle) * (middle - least) / (largest * least)) / middle
 
 
-def beside_separatrix(rng, moments, distance, near):
+def near_separatrix(rng, moments, distance, near):
     """A unit momentum at the distance (G^2 - 2 T I2) / G^2, within about its root of the unstable axis or not."""
     i, j, k = np.argsort(moments)[::-1]
     # (G^2 - 2 T I2) = a gi^2 - b gk^2

@@ -150,7 +150,7 @@ def digits_lost(moments, g, t):
     """Return how many decimal digits the motion may lose until t, generously.
 
     Twice those of the phase, and the larger of two: those of the smallest component, as the integers have a fixed
-    point; those of the growth exp(rate t) beside the unstable axis, which ends where the body has left it.
+    point; those of the growth exp(rate t) near the unstable axis, which ends where the body has left it.
     """
     with mp.workdps(20):
         sizes = [abs(exact(x)) for x in g if x != 0]

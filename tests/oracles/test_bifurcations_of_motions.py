@@ -184,7 +184,7 @@ def test_sleeping_top_wakes_where_lagrange_says():
 
 
 def test_steady_precession_goes_off_where_the_sleeping_top_wakes():
-    """A W^2 cos + (weight) (height) = C n W for the rate n about the axis; n - W cos is that of the spin, here kept."""
+    """A W^2 cos + (weight) (height) = C n W for the rate n about the axis; the spin n - W cos is conserved."""
     weight, c, rate = 1.28, 1.6, 1.6
     top = pt.System(pt.Body((1.0, 1.0, c)), pt.UniformGravity(weight=weight, center_of_mass=(0, 0, 1)))
     start, frame = top.body.state((1, 0, 0, 0), omega_body=(0, 0, 2.0)), pt.RotatingFrame((1, 0, 0, 0), (0, 0, rate))

@@ -17,7 +17,7 @@ FORMULATIONS = ("lie_poisson", "canonical")
 
 @dataclass
 class Problem:
-    """One body, start and set of forces, told to both sides; the flags are the forces, `sign` turns one over."""
+    """One body, start and set of forces, given to both sides; the flags are the forces, `sign` turns one over."""
 
     seed: int
     oblique: bool = False

@@ -112,7 +112,7 @@ def test_libration_of_phobos_on_a_circle(amplitude):
     found = pt.analysis.frequencies(2 * np.arctan2(q[:, 3], q[:, 0]), times, count=6)
     pendulum = np.pi / (2 * ellipk(np.sin(amplitude) ** 2))  # of its small oscillations
     exact = np.sqrt(3 * (PHOBOS[1] - PHOBOS[0]) / PHOBOS[2]) * pendulum
-    # Three times the worst of 20 starts shaken by an ulp; the roundings of an attitude, beside a small amplitude.
+    # Three times the worst of 20 starts shaken by an ulp; the roundings of an attitude, relative to a small amplitude.
     assert found.frequencies[0] == pytest.approx(exact, rel=4e-17 / amplitude + 8e-15, abs=0)
 
 
@@ -168,7 +168,7 @@ def away_from(rest, motion, frame):
 @pytest.mark.parametrize(
     "name", [name if name in ("Io", "Moon") else pytest.param(name, marks=pytest.mark.slow) for name in LIBRATIONS]
 )
-def test_free_librations_beside_cassini_states(name):
+def test_free_librations_about_cassini_states(name):
     """Seen once in a period, when the forced motion is the same; started off along all axes."""
     expected, periods, every, rtol = LIBRATIONS[name]
     world, sizes = WORLDS[name], LARGER.get(name, 1) * SIZES

@@ -70,7 +70,7 @@ def test_librations_of_the_moonlet_of_moshup():
 
 @pytest.mark.parametrize(("a_to_b", "ratio"), [(np.sqrt(2), 1.0), (np.sqrt(13 / 11), 0.5)])
 def test_librations_in_resonance_with_the_orbit(a_to_b, ratio):
-    """3 (a^2 - b^2)/(a^2 + b^2) is 1 at a/b = sqrt 2 and 1/4 at 1.087, beside a heavy round primary far away."""
+    """3 (a^2 - b^2)/(a^2 + b^2) is 1 at a/b = sqrt 2 and 1/4 at 1.087, with a heavy round primary far away."""
     primary, secondary = (1.0, (0.4, 0.4, 0.4)), (1e-6, moments_of(1e-6, (a_to_b, 1.0, 0.8)))
     n, exact = linear(1.0, primary, secondary, 100.0)
     assert np.min(np.abs(exact / n - ratio)) < 0.02  # repelled by that of the distance where they meet

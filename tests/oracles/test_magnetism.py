@@ -158,7 +158,7 @@ UNIFORM = TiltedDipole(FixedPosition(1.0, position=(2.0, 0, 0)), UPRIGHT, -8.0, 
 """B = (0, 0, 1) where the body is, at rest."""
 
 
-def test_the_energy_of_a_magnet_in_a_field_at_rest_is_kept():
+def test_the_energy_of_a_magnet_in_a_field_at_rest_is_conserved():
     system = pt.System(pt.Body((1.0, 1.6, 2.5)), MagneticMoment((0.3, -0.2, 0.5), UNIFORM))
     assert [integral.symbol for integral in system.integrals] == ["H", "G3"]
     start = system.state((0.5, -0.5, 0.5, 0.5), omega_body=(0.4, -0.3, 0.2))

@@ -188,7 +188,7 @@ def test_a_sphere_is_an_attractor(degree, place):
     assert np.max(np.abs(torques[1 - place])) < 1e-15
 
 
-def test_a_sphere_beside_points_is_exact():
+def test_a_sphere_next_to_points_is_exact():
     pair = pt.TwoBodies(pt.Body.from_shape(BONE), pt.Body.from_ellipsoid(0.7, (0.4, 0.4, 0.4)), G=1.3)
     separation, attitudes = np.array([1.9, -1.2, 1.4]), turns(8)
     energy, force, *_ = gravity(pair, MutualMascons.of_shapes(pair), separation, attitudes)

@@ -78,9 +78,9 @@ FIRST, SECOND, THIRD = Vector((1, 0, 0)), Vector((0, 1, 0)), Vector((0, 0, 1))
 UNIT_Q, UNIT_P, UNIT_AXIS = quat.dot(q, q) - 1, quat.dot(p, p) - 1, dot(axis, axis) - 1
 TANGENT_P = quat.dot(p, P)
 
-FREE = formulas.twin(pt.System(pt.Body((1, 1, 1))), MOMENTS)
-TOP = formulas.twin(pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))), (*MOMENTS, weight, *centre))
-SATELLITE = formulas.twin(
+FREE = formulas.copied(pt.System(pt.Body((1, 1, 1))), MOMENTS)
+TOP = formulas.copied(pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))), (*MOMENTS, weight, *centre))
+SATELLITE = formulas.copied(
     pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))),
     (*MOMENTS, mu, *x),
 )
@@ -330,7 +330,7 @@ def test_equation_6_is_the_shipped_kinetic_energy():
     assert_zero([equation_6(q, on_tangent, 1 / I0) - BODY.kinetic_energy(g)], UNIT_Q)
 
 
-def test_equation_6_second_form_and_its_twin_after_equation_17():
+def test_equation_6_second_form_and_its_counterpart_after_equation_17():
     turning = quat.product(quat.conjugate(Q), q)
     reciprocals = Vector(1 / m for m in FOUR_MOMENTS)
     second = quat.dot(quat.component_product(reciprocals, turning), turning) / 8
@@ -717,7 +717,7 @@ def test_equation_19_is_the_limit_of_point_masses_far_away():
         return -sum(1 / norm(Vector(place) + quat.rotate(quaternion, Vector(corner))) for corner in corners)
 
     with mpmath.workdps(50):
-        exact_symbolic = formulas.twin(
+        exact_symbolic = formulas.copied(
             gradient_of_gravity, map(mpmath.mpf, map(float, gradient_of_gravity.dynamics.numbers))
         )
         shipped_difference, exact_difference = (

@@ -60,9 +60,9 @@ ANGLES, MOMENTA = real("phi theta psi"), real("Phi Theta Psi")
 x, omega, centre = real("x1:4"), real("omega1:4"), real("c1:4")
 I0, weight, mu = sp.symbols("I0 weight mu", positive=True)
 MOMENTS = Vector(sp.symbols("I1:4", positive=True))
-FREE = formulas.twin(pt.System(pt.Body((1, 1, 1))), MOMENTS)
-TOP = formulas.twin(pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))), (*MOMENTS, weight, *centre))
-SATELLITE = formulas.twin(
+FREE = formulas.copied(pt.System(pt.Body((1, 1, 1))), MOMENTS)
+TOP = formulas.copied(pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))), (*MOMENTS, weight, *centre))
+SATELLITE = formulas.copied(
     pt.System(pt.Body((1, 1, 1)), pt.GravityGradient(pt.orbits.FixedPosition(1, position=(1, 0, 0)))),
     (*MOMENTS, *x, mu),
 )

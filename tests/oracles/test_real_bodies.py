@@ -308,8 +308,8 @@ def test_the_attractor_takes_the_momentum_that_the_body_gains(make):
     def at(shift, axis):
         exact = list(map(mpmath.mpf, numbers))
         exact[first + axis] += shift
-        twin = formulas.twin(system, iter(exact))
-        return formulas.potential(twin, TURN.as_quat(scalar_first=True), mpmath.mpf(0))
+        copied = formulas.copied(system, iter(exact))
+        return formulas.potential(copied, TURN.as_quat(scalar_first=True), mpmath.mpf(0))
 
     with mpmath.workdps(40):
         push = [-float((at(step, k) - at(-step, k)) / (2 * step)) for k in range(3)]
@@ -367,8 +367,8 @@ def test_two_free_bodies_keep_their_momentum_and_energy_with_the_torque_of_the_f
     )
     times = np.linspace(0, 4, 9)
     states = solve_ivp(two_bodies, (0, 4), start, t_eval=times, **euler_newton.PRECISION).y.T
-    kept = np.array([momentum_and_energy(state) for state in states])
-    assert np.allclose(kept, kept[0], rtol=0, atol=1e-11 * np.max(np.abs(kept)))
+    conserved = np.array([momentum_and_energy(state) for state in states])
+    assert np.allclose(conserved, conserved[0], rtol=0, atol=1e-11 * np.max(np.abs(conserved)))
     spins = [state[15:].reshape(3, 3) @ mass_points.inertia_of(MASSES, POINTS) @ state[12:15] for state in states]
     assert np.linalg.norm(spins[-1] - spins[0]) > 0.1  # the bodies do exchange momentum
     high = field(16)

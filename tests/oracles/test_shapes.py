@@ -402,7 +402,7 @@ def test_a_cylinder_pulls_along_its_axis_as_its_closed_form(height):
     np.testing.assert_allclose(body.attraction((0, 0, height)), [0, 0, float(pull)], rtol=2e-12, atol=1e-13)
 
 
-def test_a_cylinder_pulls_beside_its_wall_as_brute_force_says():
+def test_a_cylinder_pulls_next_to_its_wall_as_brute_force_says():
     body, point = pt.shapes.Cylinder(0.5, 2.0, mass=1.0), np.array((0.7, 0.1, 0.4))
     nodes, gauss = np.polynomial.legendre.leggauss(80)
     square, height = np.meshgrid((nodes + 1) / 2 * 0.25, nodes, indexing="ij")

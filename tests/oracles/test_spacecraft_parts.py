@@ -186,9 +186,9 @@ def test_a_pendulum_swings_by_newtons_equations(thrust):
 
     angles, swing = np.array([0.4, -0.3]), np.array([-0.5, 0.7])
     (ca, cb), (sa, sb) = np.cos(angles), np.sin(angles)
-    beside = np.cross(down, across)
-    e = ca * cb * down + sa * cb * across + sb * beside
-    speed = swing[0] * cb * (ca * across - sa * down) + swing[1] * (cb * beside - sb * (ca * down + sa * across))
+    sideways = np.cross(down, across)
+    e = ca * cb * down + sa * cb * across + sb * sideways
+    speed = swing[0] * cb * (ca * across - sa * down) + swing[1] * (cb * sideways - sb * (ca * down + sa * across))
     X = pivot + length * e
     times = np.linspace(0, 20, 9)
     y = integrated(rates, [*np.eye(3).ravel(), *OMEGA, *X, *(length * speed + np.cross(OMEGA, X))], times)
@@ -292,7 +292,7 @@ def test_a_rotor_in_a_gimbal_moves_by_eulers_equations(given):
     assert largest(motion.attitude.as_matrix() - y[:, :9].reshape(-1, 3, 3)) < 1e-12
 
 
-def test_wheels_that_brake_a_body_saturate_as_said():
+def test_wheels_that_brake_a_body_saturate_as_stated():
     """I w' = -w x (I w + sum J s a) - sum J s' a and J (s' + a . w') = motor - friction."""
     axes = np.array([(0.6, 0, 0.8), (0, 0.6, -0.8), (0.8, -0.6, 0), (0, 1, 0)])
     J, most, fastest, viscous, dry = (

@@ -164,9 +164,9 @@ def test_matrix_keeps_the_poisson_structure():
     system = pt.System(pt.Body((1.0, 1.3, 1.7)), pt.GravityGradient(kepler()), pt.UniformGravity(0.3, (0.1, 0.2, 0.3)))
     found = pt.analysis.state_transition(system, state(system), np.linspace(1, 20, 20))
     forms = poisson(found.motion.angular_momentum_body)
-    kept = np.swapaxes(found.matrix, -1, -2) @ forms @ found.matrix
+    transported = np.swapaxes(found.matrix, -1, -2) @ forms @ found.matrix
     size = np.max(np.abs(found.matrix), axis=(-1, -2), keepdims=True)
-    assert np.max(np.abs(kept - poisson(G)) / size**2) < 2e-14
+    assert np.max(np.abs(transported - poisson(G)) / size**2) < 2e-14
     damped = pt.analysis.state_transition(everything(), state(everything()), [2.0]).matrix[0]
     assert abs(np.linalg.det(damped) - 1) > 1e-2
 

@@ -131,7 +131,7 @@ def test_sensitivities_are_the_derivatives_by_masses_moments_and_G():
 def test_second_derivatives_are_differences_of_first_ones():
     found = pt.analysis.state_transition(SYSTEM, START, T, order=2).second
     direction, h = np.random.default_rng(3).normal(size=18), 1e-4
-    direction[9:12] *= 0.1  # beside the momentum of the secondary
+    direction[9:12] *= 0.1  # relative to the momentum of the secondary
     columns = {
         k: displacements(integrated(k * h * direction[:, None] + 1j * STEP * np.eye(18)), REFERENCE).imag / STEP
         for k in (-2, -1, 1, 2)

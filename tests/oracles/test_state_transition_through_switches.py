@@ -79,7 +79,7 @@ WEIGHTS = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
 
 
 class Facing(pt.Torque):
-    """A torque that jumps where a body axis passes a level over a plane of space, beside a limited damper."""
+    """A torque that jumps where a body axis passes a level over a plane of space, together with a limited damper."""
 
     size: float
     level: float

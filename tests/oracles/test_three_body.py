@@ -1,4 +1,4 @@
-"""Orbits beside two attractors and attitudes along them, against Newton's and Euler's equations in inertial axes,
+"""Orbits near two attractors and attitudes along them, against Newton's and Euler's equations in inertial axes,
 the periodic orbits that JPL publishes, and the linear theory of the libration points."""
 
 import numpy as np
@@ -186,7 +186,7 @@ def test_orbit_and_attitude_are_those_of_newton_and_euler(together):
     assert np.min(np.linalg.norm(from_primary - SEPARATION * towards, axis=-1)) < 0.9
 
 
-# ---------------------------------------------------------------------- beside the libration points
+# ---------------------------------------------------------------------- near the libration points
 
 
 @pytest.mark.parametrize("name", ["L1", "L2", "L3"])

@@ -350,7 +350,7 @@ def test_difference_of_the_terms_turns_at_the_rate_of_the_spin():
 
     def rest(transverse):
         numbers = (transverse, transverse, C, weight, *c, 0)
-        top = formulas.twin(pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))), numbers)
+        top = formulas.copied(pt.System(pt.Body((1, 1, 1)), pt.UniformGravity(1, (1, 0, 0))), numbers)
         up = 2 * sp.I * (q[0] - sp.I * q[3]) * (q[1] + sp.I * q[2])
         number = ((g[0] + sp.I * g[1]) / transverse) ** 2 - weight / C * (c[0] + sp.I * c[1]) * up
         rates = formulas.rates(top, "lie_poisson", [*q, *g], 0)

@@ -116,7 +116,7 @@ def escape(elements, time):
 def attitude_along(moments, mu, matrix, omega, span, times, *, orbit=None, path=None):
     """Rotation matrices and body rates at the times, by DOP853.
 
-    The path is either an orbit, position and velocity at the start, integrated by Newton's law beside the
+    The path is either an orbit, position and velocity at the start, integrated by Newton's law together with the
     attitude, or a function time -> position.
     """
     moments = np.asarray(moments)

@@ -1,4 +1,4 @@
-"""Every writer writes a file whole or not at all, and leaves no part beside it for ever."""
+"""Every writer writes a file whole or not at all, and leaves no part next to it."""
 
 import os
 import re
@@ -25,16 +25,16 @@ WRITERS: dict[str, Any] = {
     "it.nc": pt.save,
     "it.zarr": pt.save,
     "it.html": pt.view,
-    "it.aem": lambda motion, path, **said: pt.files.write_aem(motion, path, **DATED, **said),
-    "it.apm": lambda motion, path, **said: pt.files.write_apm(BODY, motion.initial, path, **DATED, **said),
-    "it.bc": lambda motion, path, **said: pt.files.write_ck(motion, path, **DATED, **said),
-    "it.a": lambda motion, path, **said: pt.files.write_stk_attitude(
-        motion, path, calendar=DATED["calendar"], reference_frame="ICRF", **said
+    "it.aem": lambda motion, path, **options: pt.files.write_aem(motion, path, **DATED, **options),
+    "it.apm": lambda motion, path, **options: pt.files.write_apm(BODY, motion.initial, path, **DATED, **options),
+    "it.bc": lambda motion, path, **options: pt.files.write_ck(motion, path, **DATED, **options),
+    "it.a": lambda motion, path, **options: pt.files.write_stk_attitude(
+        motion, path, calendar=DATED["calendar"], reference_frame="ICRF", **options
     ),
-    "it.csv": lambda motion, path, **said: pt.files.write_quaternion_csv(
-        motion, path, calendar=DATED["calendar"], **said
+    "it.csv": lambda motion, path, **options: pt.files.write_quaternion_csv(
+        motion, path, calendar=DATED["calendar"], **options
     ),
-    "it.gif": lambda motion, path, **said: pt.animate(motion, path, seconds=0.1, **said),
+    "it.gif": lambda motion, path, **options: pt.animate(motion, path, seconds=0.1, **options),
 }
 """What writes a motion, by the name of a file."""
 
@@ -57,7 +57,7 @@ SAID = {
     "it.bc": r"(the operating system reported: File too large\.|SPICE wrote a part of it without a word\. Is "
     r"the disk full\?)",
 }
-"""What is said of a disk that is full, where it is not what the system says."""
+"""Messages of a full disk that differ from the message of the operating system."""
 
 
 @pytest.mark.parametrize("size", [0, 300, 5000])
@@ -83,10 +83,12 @@ def test_a_disk_that_is_full_is_one_sentence_and_leaves_the_file_that_was_there(
         os._exit(0)
     os.close(writing_end)
     with open(reading, encoding="utf-8") as stream:
-        told = stream.read()
+        written = stream.read()
     os.waitpid(child, 0)
-    said = SAID.get(name, r"the operating system reported: File too large\.")
-    assert re.fullmatch(rf"{re.escape(str(tmp_path))}/it\.\w+ must be a file that can be written, but {said}", told)
+    reason = SAID.get(name, r"the operating system reported: File too large\.")
+    assert re.fullmatch(
+        rf"{re.escape(str(tmp_path))}/it\.\w+ must be a file that can be written, but {reason}", written
+    )
     assert content(path) == before
     assert not list(tmp_path.glob(".*"))
 

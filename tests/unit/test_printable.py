@@ -37,8 +37,8 @@ def test_escapes_count_among_the_characters():
     assert shortened("\x1b" * 51) == ("\\x1b" * 50)[:197] + "..."
 
 
-def test_kept_characters_are_not_escaped():
-    assert printable("a\n\tb", kept="\n") == "a\n\\tb"
+def test_plain_characters_are_not_escaped():
+    assert printable("a\n\tb", unescaped="\n") == "a\n\\tb"
 
 
 def test_classes_and_objects_are_described_by_the_name_of_the_class():

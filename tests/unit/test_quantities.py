@@ -155,7 +155,7 @@ DATED = {
 
 
 @pytest.mark.parametrize("name", DATED)
-def test_dates_without_a_calendar_are_told_how_they_become_numbers(name):
+def test_dates_without_a_calendar_are_refused_with_the_conversion(name):
     calls: dict[str, list[Callable[[object], object]]] = {
         "times": [lambda t: pt.propagate(TOP, START, t), lambda t: pt.free_motion(TOP.body, START, t)],
         "time": [lambda t: TOP.body.state((1, 0, 0, 0), omega_body=(0, 0, 1), time=t), lambda t: pt.events.AtTime(t)],
@@ -170,7 +170,7 @@ def test_dates_without_a_calendar_are_told_how_they_become_numbers(name):
 
 
 @pytest.mark.parametrize("times", [[dt.timedelta(0), dt.timedelta(seconds=2)], np.array([0, 2], "m8[s]")])
-def test_durations_are_told_how_they_become_numbers(times):
+def test_durations_are_refused_with_the_conversion(times):
     hint = r"np.array\(times, 'm8\[us\]'\) / np.timedelta64\(1, 's'\)"
     with pytest.raises(TypeError, match=rf"^times must be real numbers, got .* Durations become numbers: {hint}\.$"):
         pt.propagate(TOP, START, times)

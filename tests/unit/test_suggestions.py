@@ -3,8 +3,6 @@
 import inspect
 import pickle
 import re
-import subprocess
-import sys
 from typing import Any
 
 import pytest
@@ -236,12 +234,3 @@ def test_type_errors_of_constructors_are_not_hidden():
 def test_nearest_name():
     assert nearest("Frame_", ["frames", "other"]) == " Did you mean 'frames'?"
     assert nearest("entirely", ["frames", "other"]) == ""
-
-
-def test_a_function_with_the_name_of_its_module_stays_a_function():
-    program = (
-        "import poinsot, poinsot.analysis.observed_partials\n"
-        "print(callable(poinsot.analysis.observed_partials), callable(poinsot.analysis))"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == "True False\n"

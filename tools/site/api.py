@@ -139,8 +139,8 @@ def object_page(name: str, thing: object) -> str:
     if last in ANNOTATIONS:
         body = f".. py:data:: {name}\n\n{textwrap.indent(ANNOTATIONS[last], '   ')}"
     elif inspect.isclass(thing):
-        kept_apart = f"   :exclude-members: {', '.join(OF_RECORDS)}\n" if issubclass(thing, Parametric) else ""
-        body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: BaseException, tuple\n{kept_apart}"
+        excluded = f"   :exclude-members: {', '.join(OF_RECORDS)}\n" if issubclass(thing, Parametric) else ""
+        body = f".. autoclass:: {name}\n   :members:\n   :inherited-members: BaseException, tuple\n{excluded}"
         body = f"{typeset(thing)}{body}" if issubclass(thing, Force) else body
     else:
         body = f".. autofunction:: {name}\n"

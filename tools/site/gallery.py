@@ -150,7 +150,7 @@ def pages(folder: Path) -> dict[str, str]:
     return {"gallery/index.md": index(), **{f"gallery/{name}.md": page(name, folder / name) for name in names}}
 
 
-def told(name: str) -> tuple[str, str]:
+def described(name: str) -> tuple[str, str]:
     """Return the title and the description of an example."""
     program, scenario = sources(name)
     if program.exists():
@@ -182,7 +182,7 @@ def index() -> str:
     ]
     for group, names in GROUPS.items():
         cards = "\n\n".join(card(name) for name in names.split())
-        listed = "\n".join(f"{told(name)[0]} <{name}>" for name in names.split())
+        listed = "\n".join(f"{described(name)[0]} <{name}>" for name in names.split())
         parts += [f"## {group}", f"::::{{grid}} 2 2 3 3\n:gutter: 3\n\n{cards}\n\n::::"]
         parts += [f"```{{toctree}}\n:hidden:\n\n{listed}\n```"]
     return "\n\n".join(parts) + "\n"
@@ -190,14 +190,14 @@ def index() -> str:
 
 def card(name: str) -> str:
     """Return the card of one example."""
-    title, _ = told(name)
+    title, _ = described(name)
     head = f":::{{grid-item-card}} {title}\n:link: {name}\n:link-type: doc\n:img-top: {name}/thumbnail.jpg"
     return f"{head}\n:img-alt: {title}\n\n{QUESTIONS[name]}\n:::"
 
 
 def page(name: str, folder: Path) -> str:
     """Return the page of one example."""
-    title, text = told(name)
+    title, text = described(name)
     program, scenario = sources(name)
     parts = [f"# {title}", linked(text)]
     parts += [f"![{title}]({name}/{each})" for each in pictures(folder)]

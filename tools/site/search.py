@@ -38,6 +38,6 @@ def text(node: nodes.Node) -> str:
 def write_texts(app: Any, exception: Exception | None) -> None:
     """Write the texts as a script, which the page of the search loads."""
     if exception is None and app.builder.format == "html":
-        texts = {page: kept for page, kept in vars(app.env)[KEPT].items() if page in app.env.found_docs}
+        texts = {page: stored for page, stored in vars(app.env)[KEPT].items() if page in app.env.found_docs}
         path = Path(app.outdir) / "_static" / "texts.js"
         path.write_text(f"const TEXTS = {json.dumps(texts, ensure_ascii=False)};\n", encoding="utf-8")

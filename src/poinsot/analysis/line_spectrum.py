@@ -203,18 +203,15 @@ def lines_of(signal: ArrayLike, times: Times, count: int) -> LineSpectrum:
 
 def _lines(signals: Array, t: Array, count: int) -> LineSpectrum:
     rows = [_decomposed(row, t, count) for row in signals.reshape(-1, t.size)]
-    *lines, residuals = zip(*rows, strict=True)
-    missing, shape = (np.nan, np.nan, np.nan, False), signals.shape[:-1]
-    nu, sizes, errors, resolved = (_padded(each, none, shape) for each, none in zip(lines, missing, strict=True))
-    return LineSpectrum(nu, sizes, errors, resolved, np.reshape(residuals, shape)[()])
+    return _spectrum_of(rows, signals.shape[:-1])
 
 
 def _uneven_lines(
     signals: Array, t: Array, count: int, sigma: ArrayLike | None, highest: AngularVelocity | None
 ) -> LineSpectrum:
     """Return the lines of signals at times in any order with any spacing."""
-    order, shape = np.argsort(t, kind="stable"), signals.shape[:-1]
-    times, run = t[order], float(np.ptp(t))
+    order, run = np.argsort(t, kind="stable"), float(np.ptp(t))
+    times = t[order]
     if run == 0:
         raise ValueError(f"times must differ, got {t.size} times {t[0]}.")
     steps = np.diff(times)
@@ -230,9 +227,7 @@ def _uneven_lines(
         fitted_lines(row, times, None if weights is None else weights[i], limit, count)
         for i, row in enumerate(signals[..., order].reshape(-1, t.size))
     ]
-    longest = max(row.frequencies.size for row in rows)
-    arrays = map(np.stack, zip(*(row.padded(longest) for row in rows), strict=True))
-    return LineSpectrum(*(array.reshape((*shape, *array.shape[1:]))[()] for array in arrays))
+    return _spectrum_of(rows, signals.shape[:-1])
 
 
 def _sigmas(sigma: ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -245,11 +240,20 @@ def _sigmas(sigma: ArrayLike, shape: tuple[int, ...]) -> Array:
         raise ValueError(f"sigma must have the shape of the signal, {shape}, got shape {given.shape}.") from None
 
 
+def _spectrum_of(rows: Sequence[tuple[Any, ...]], shape: tuple[int, ...]) -> LineSpectrum:
+    """Return the spectrum of signals, whose attributes are given for each; absent lines are NaN and not resolved."""
+    each = dict(zip([field.name for field in dataclasses.fields(LineSpectrum)], zip(*rows, strict=True), strict=False))
+    residual = np.reshape(each.pop("residual"), shape)[()]
+    lines = {name: _padded(values, False if name == "resolved" else np.nan, shape) for name, values in each.items()}
+    return LineSpectrum(residual=residual, **lines)
+
+
 def _padded(rows: Sequence[Array], missing: float, shape: tuple[int, ...]) -> Array:
-    """Return rows of different lengths as one array (*shape, longest)."""
-    longest = max(row.size for row in rows)
-    padded = [np.pad(row, (0, longest - row.size), constant_values=missing) for row in rows]
-    return np.reshape(padded, (*shape, longest))
+    """Return rows of different lengths as one array (*shape, longest, ...)."""
+    longest = max(len(row) for row in rows)
+    ends = [(0, 0)] * (rows[0].ndim - 1)
+    padded = [np.pad(row, [(0, longest - len(row)), *ends], constant_values=missing) for row in rows]
+    return np.reshape(padded, (*shape, longest, *rows[0].shape[1:]))
 
 
 def _warn_of_merged(found: LineSpectrum, run: float) -> None:
@@ -705,5 +709,8 @@ def _numbers(signal: ArrayLike) -> Array:
     values = values.astype(complex if values.dtype.kind == "c" else float)
     if not np.all(np.isfinite(values)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
-        raise ValueError(f"signal must be finite, but signal[{', '.join(map(str, where))}] = {values[where]}.")
+        raise ValueError(
+            f"signal must be finite, but signal[{', '.join(map(str, where))}] = {values[where]}. "
+            "Omit absent samples together with their times."
+        )
     return values

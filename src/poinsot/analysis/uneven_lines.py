@@ -63,20 +63,6 @@ class UnevenLines(NamedTuple):
     aliases: Array
     alias_chi2: Array
 
-    def padded(self, lines: int) -> UnevenLines:
-        """Return the lines with rows of absent lines at the end."""
-        more = lines - self.frequencies.size
-        nu, amplitudes, errors, resolved, residual, aliases, chi2 = self
-        nu, amplitudes, errors, resolved = (_with_absent(row, more) for row in (nu, amplitudes, errors, resolved))
-        return UnevenLines(
-            nu, amplitudes, errors, resolved, residual, _with_absent(aliases, more), _with_absent(chi2, more)
-        )
-
-
-def _with_absent(row: Array, more: int) -> Array:
-    ends = [(0, more), *[(0, 0)] * (row.ndim - 1)]
-    return np.pad(row, ends, constant_values=False if row.dtype == bool else np.nan)
-
 
 def grid_size(run: float, highest: float, is_real: bool) -> int:
     """Return the number of frequencies of a spectrum."""

@@ -34,7 +34,8 @@ class Summarized(Immutable):
 
     def __repr__(self) -> str:
         title, lines = self._summary()
-        return printable("\n".join([title, *(f"  {name}: {text}" for name, text in lines.items() if text)]), kept="\n")
+        rows = [title, *(f"  {name}: {text}" for name, text in lines.items() if text)]
+        return printable("\n".join(rows), unescaped="\n")
 
     def _repr_html_(self) -> str:
         title, lines = self._summary()

@@ -94,7 +94,7 @@ def instants(path: str, own: str) -> Answer:
 
     Of a segment of the name `own`, the first and the last instant are left out.
     """
-    with _sentences(f"{shortened(path)} must be a C-kernel whose clock is beside it"):
+    with _sentences(f"{shortened(path)} must be a C-kernel with its clock in the same folder"):
         structure, reference, ticks, title = _segment(path)
         clock = spice.ckmeta(structure, "SCLK")
         inner = ticks[1:-1] if title.strip() == own and len(ticks) > 2 else ticks

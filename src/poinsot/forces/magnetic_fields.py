@@ -380,8 +380,8 @@ class IGRF(_OfSources):
         return self._piece(self.epochs.pieces_around(time), time)
 
     def _piece(self, piece: NDArray[np.int_], time: ArrayLike) -> SecularHarmonics:
-        table, kept = self.epochs, slice(self.degree + 1)
-        (g, h), (g_rate, h_rate) = (array[:, piece, kept, kept] for array in (table.values, table.rates))
+        table, degrees = self.epochs, slice(self.degree + 1)
+        (g, h), (g_rate, h_rate) = (array[:, piece, degrees, degrees] for array in (table.values, table.rates))
         return SecularHarmonics.unchecked(
             orbit=self.orbit.between_knots(time),
             rotation=self.rotation,

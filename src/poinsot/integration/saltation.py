@@ -1,6 +1,6 @@
 """Saltation: jumps of tangent vectors at switches of formulas, to first and second order.
 
-Where a motion crosses h = 0 its velocity changes from f to g. A neighbour, xi beside it, crosses later by the time
+Where a motion crosses h = 0 its velocity changes from f to g. A neighbour at the distance xi crosses later by the time
 
     s = -D_xi h / h',    h' = D_f h + dh/dt,
 

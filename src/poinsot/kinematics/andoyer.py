@@ -15,7 +15,7 @@ from poinsot.errors import member_array, refuse_other_members
 from poinsot.kinematics import euler
 from poinsot.kinematics.state import State, state_with
 from poinsot.printable import described
-from poinsot.quantities import Quantity, Times, said_of
+from poinsot.quantities import Quantity, Times, annotated_with
 
 __all__ = ["Andoyer"]
 
@@ -69,7 +69,7 @@ class Andoyer(Summarized):
         }
 
     def __post_init__(self) -> None:
-        measured = said_of(type(self), Quantity)
+        measured = annotated_with(type(self), Quantity)
         for name in ("l", "g", "h", "L", "G", "H"):
             value = getattr(self, name)
             value = member_array(name, measured[name](name, value) if name in measured else value, ())

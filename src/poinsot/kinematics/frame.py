@@ -78,15 +78,15 @@ class Frame(Immutable):
         """Return the angular velocity of the frame, space axes; shape (..., 3)."""
 
     @property
-    def _told(self) -> dict[str, str]:
+    def _described(self) -> dict[str, str]:
         """Arguments of the axes, as text."""
         return {name: listed(value) for name, value in vars(self).items() if not name.startswith("_")}
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self._told.items())})"
+        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self._described.items())})"
 
     def _repr_html_(self) -> str:
-        return text_table(type(self).__name__, self._told)
+        return text_table(type(self).__name__, self._described)
 
     def attitude(self, time: Times) -> Rotation:
         """Return the scipy rotation frame -> space at given times."""
@@ -192,7 +192,7 @@ class RotatingFrame(Frame):
 
     @property
     @override
-    def _told(self) -> dict[str, str]:
+    def _described(self) -> dict[str, str]:
         own = {"attitude": self._start, "omega_space": self._omega, "epoch": self._epoch}
         return {name: listed(value) for name, value in own.items()}
 

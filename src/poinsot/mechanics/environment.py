@@ -257,7 +257,7 @@ class OrbitBlock(Block):
     def start_in_two_parts(self, time: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
         """Return the variables at a time, high and low part, and the quaternion space -> axes there, both extended.
 
-        The last result is kept: systems on one orbit start at one time as a rule.
+        The last result is stored: systems on one orbit usually start at one time.
         """
         key = time.shape, time.tobytes()
         known = self._starts.get(key)
@@ -318,21 +318,21 @@ class Environment(Immutable):
     def position(self, orbit: Orbit) -> Vector:
         """Return the position of the body relative to the attractor of an orbit, space axes."""
         if (found := self._found(orbit)) is None:
-            return self._beside(orbit).position_at(self.time)
+            return self._broadcast(orbit).position_at(self.time)
         block, own = found
         return self._vector(block.position(orbit, self.time, own), block, own)
 
     def velocity(self, orbit: Orbit) -> Vector:
         """Return the velocity of the body relative to the attractor of an orbit, space axes."""
         if (found := self._found(orbit)) is None:
-            return self._beside(orbit).velocity_at(self.time)
+            return self._broadcast(orbit).velocity_at(self.time)
         block, own = found
         return self._vector(block.velocity(orbit, self.time, own), block, own)
 
     def inverse_distance(self, orbit: Orbit) -> Scalar:
         """Return 1 / r, with the distance r of the body from the attractor of an orbit."""
         if (found := self._found(orbit)) is None:
-            return self._beside(orbit).inverse_distance_at(self.time)
+            return self._broadcast(orbit).inverse_distance_at(self.time)
         block, own = found
         return block.inverse_distance(orbit, self.time, own)
 
@@ -362,7 +362,7 @@ class Environment(Immutable):
         path = orbit.block if self.blocks else None
         return next(((block, own) for block, own in self.blocks if path and same(block, path)), None)
 
-    def _beside(self, orbit: Orbit) -> Orbit:
+    def _broadcast(self, orbit: Orbit) -> Orbit:
         """Return an orbit whose formulas take the time: of members, the times are common to all."""
         return orbit
 
@@ -386,7 +386,7 @@ class EnvironmentOfStates(Environment):
         self._axes = axes
 
     @override
-    def _beside(self, orbit: Orbit) -> Orbit:
+    def _broadcast(self, orbit: Orbit) -> Orbit:
         return orbit.with_axes(self._axes) if orbit.member_axis and self._axes else orbit
 
 

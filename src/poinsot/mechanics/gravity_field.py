@@ -121,8 +121,8 @@ class GravityField(Parametric):
         degree = whole_degree(degree)
         if not 2 <= degree <= self.degree:
             raise ValueError(f"degree must be from 2 to {self.degree}, the degree of the field, got {degree}.")
-        kept = slice(degree + 1)
-        C, S = self.C[..., kept, kept], self.S[..., kept, kept]
+        degrees = slice(degree + 1)
+        C, S = self.C[..., degrees, degrees], self.S[..., degrees, degrees]
         return GravityField(degree, self.mass, self.radius, C, S, self.extent)
 
     @property

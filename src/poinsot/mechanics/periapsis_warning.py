@@ -1,4 +1,4 @@
-"""Orbits that go below the surface of what attracts: they are computed, and it is said."""
+"""Warning of orbits that go below the surface of the attractor. The orbits are computed all the same."""
 
 from __future__ import annotations
 

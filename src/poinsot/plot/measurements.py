@@ -197,7 +197,7 @@ def phase_plane(
     ...     def reading(self, instant):
     ...         return instant.omega_body[0]
     >>> pt.plot.phase_plane(pt.observe(motion, Rate()), (12.5, 7.0), time_unit="s").get_xlabel()
-    'phase of rotation, $P_\\\\psi$ = 12.5 s'
+    'phase of rotation, $P_\\psi$ = 12.5 s'
     """
     found, computed = _listed("readings", readings), [] if model is None else _listed("model", model)
     unit_of_values = _common_unit([*found, *computed])

@@ -21,6 +21,7 @@ from poinsot.plot.labels import BLACK, GREEN, one_body
 from poinsot.plot.panels import Axes, PanelOptions, dress, one_panel, plot
 from poinsot.plot.solid_parts import triangles_of
 from poinsot.plot.time_axis import instant
+from poinsot.printable import quoted
 from poinsot.propagation.propagate import propagated_again
 from poinsot.propagation.readings_along import states_at
 from poinsot.propagation.trajectory import Trajectory
@@ -83,7 +84,7 @@ def sky(
         Motion of one body.
     curve : LightCurve
         Light curve, whose shape, scattering law, Sun and observer are used, with the light time.
-    times : array (n,) or float, optional
+    times : array (n,), optional
         Times of the observations, dates if an orbit has a calendar. Default: eight of the times of the motion.
     north : array (3,), optional
         Direction of north, space axes. Default: the third axis, the pole of equatorial or ecliptic axes.
@@ -104,7 +105,7 @@ def sky(
     """
     one_body(motion)
     some = np.unique(np.linspace(0, motion.times.size - 1, DEFAULT_COUNT).astype(int))
-    at = motion.times[some] if times is None else checked_times(np.atleast_1d(times), motion.system)
+    at = motion.times[some] if times is None else checked_times(times, motion.system)
     views = _views(motion, curve, at, real_array("north", north, (3,)))
     columns = min(len(views), MAX_COLUMNS)
     rows = -(-len(views) // columns)
@@ -158,6 +159,9 @@ def _views(motion: Trajectory, curve: LightCurve, times: Array, north: Array) ->
     seen = curve.time_of_body(times, DerivedUnits(motion.system.units))
     wanted, place = np.unique(seen, return_inverse=True)
     state, environment = states_at(motion, wanted, propagated_again)
+    missed = np.setdiff1d(wanted, np.asarray(environment.time))
+    if missed.size:
+        raise ValueError(f"times must be times that the motion reaches, got {quoted(float(missed[0]))}.")
     seen_at = cast(Instant, motion.system.at(state, environment))
     in_space = seen_at.attitude.to_space
     vectors = {
@@ -177,6 +181,8 @@ def _shape_of(curve: LightCurve) -> Mesh | Ellipsoid | Facets:
     shapes = curve._surfaces.each
     if len(shapes) > 1:
         raise ValueError("curve must be of one body, got a light curve of two bodies. Draw a light curve of each.")
+    if curve.member_axis:
+        raise ValueError(f"curve must be one light curve, got {curve.member_axis[0]} members. Pass one of them.")
     return shapes[0]
 
 

@@ -91,7 +91,7 @@ class RecordedSystem(Immutable):
         self.units, self.of_bodies = self._free.units, self._free.of_bodies
 
     def __repr__(self) -> str:
-        return printable(self._text, kept="\n")
+        return printable(self._text, unescaped="\n")
 
     _member_axes: ClassVar[Mapping[str, int]] = {"body": 0, "parts": 0}
 
@@ -173,7 +173,7 @@ class RecordedEvent(Event):
 
     @override
     def __repr__(self) -> str:
-        return printable(self.text, kept="\n")
+        return printable(self.text, unescaped="\n")
 
     @property
     @override
@@ -209,7 +209,7 @@ class RecordedObservable(Observable):
 
     @override
     def __repr__(self) -> str:
-        return printable(self.text, kept="\n")
+        return printable(self.text, unescaped="\n")
 
     @property
     def components(self) -> tuple[str, ...]:  # type: ignore[override]

@@ -45,10 +45,10 @@ from poinsot.quantities import (
     Real,
     Rule,
     SpaceVector,
+    annotated_with,
     extras_of,
     hints_of,
     quantity_of,
-    said_of,
 )
 from poinsot.records.formula_errors import explain_formulas
 from poinsot.records.members import common_axis, expanded, inherited_formula
@@ -213,8 +213,8 @@ class Parametric(Immutable):
                 object.__setattr__(self, name, kind.checked(name, getattr(self, name)))
             elif not isinstance(kind, tuple):
                 _check_kind(name, getattr(self, name), kind)
-        quantities, axes = said_of(type(self), Quantity), said_of(type(self), Along)
-        numbers_for_all = said_of(type(self), str).keys() & _fields(type(self))[1]
+        quantities, axes = annotated_with(type(self), Quantity), annotated_with(type(self), Along)
+        numbers_for_all = annotated_with(type(self), str).keys() & _fields(type(self))[1]
         for name, kind in _fields_of(self).items():
             if isinstance(kind, tuple):
                 value = getattr(self, name)
@@ -223,7 +223,7 @@ class Parametric(Immutable):
                     value = np.full(kind, real_numbers(name, value))
                 along = axes[name].axes if name in axes else ""
                 object.__setattr__(self, name, member_array(name, value, kind, along))
-        for name, rule in said_of(type(self), Rule).items():
+        for name, rule in annotated_with(type(self), Rule).items():
             rule.check(name, getattr(self, name))
 
     def __repr__(self) -> str:
@@ -232,7 +232,7 @@ class Parametric(Immutable):
 
     def _repr_html_(self) -> str:
         name, fields = self.definition
-        kinds = said_of(type(self), Quantity)
+        kinds = annotated_with(type(self), Quantity)
         angles = {field for field, quantity in kinds.items() if quantity.kind == "angle"}
         return text_table(name, {x: rounded(listed(value)) + " rad" * (x in angles) for x, value in fields.items()})
 

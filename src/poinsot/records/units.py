@@ -8,7 +8,7 @@ from typing import Any
 
 from poinsot.immutable import Immutable
 from poinsot.printable import described, quoted
-from poinsot.quantities import Quantity, plain, said_of
+from poinsot.quantities import Quantity, annotated_with, plain
 from poinsot.records.parameters import Parametric, listed
 
 __all__ = ["PER_TIME", "DerivedUnits", "checked_units", "dated_units", "in_units", "length_of_inertia"]
@@ -65,9 +65,9 @@ def in_units(record: Any, units: DerivedUnits) -> str:
     name, fields = record.definition
     known = {"moments": units.inertia, "mass": units.mass}
     measured = {"angle": "rad", "rate": units.rate, "time": units.time, "duration": units.time}
-    known |= {field: measured[quantity.kind] for field, quantity in said_of(type(record), Quantity).items()}
-    told = (f"{field}={_in_unit(value, known.get(field, '1'), units)}" for field, value in fields.items())
-    return f"{name}({', '.join(told)})"
+    known |= {field: measured[quantity.kind] for field, quantity in annotated_with(type(record), Quantity).items()}
+    texts = (f"{field}={_in_unit(value, known.get(field, '1'), units)}" for field, value in fields.items())
+    return f"{name}({', '.join(texts)})"
 
 
 def _in_unit(value: Any, unit: str, units: DerivedUnits) -> str:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import poinsot
-from poinsot.checked import hint_of, names_beside
+from poinsot.checked import hint_of, namespace_of
 from poinsot.docstrings import parameter_entries
 from poinsot.errors import real_array
 from poinsot.forces.facets import Facets
@@ -266,7 +266,7 @@ def _hints(call: Any) -> dict[str, Any]:
         return {name: hint_of(stated, space) for name, stated in inspect.get_annotations(function).items()}
     owners = {name: (base, hint) for base in call.__mro__[::-1] for name, hint in inspect.get_annotations(base).items()}
     named = inspect.signature(call).parameters
-    hints = {name: hint_of(owners[name][1], names_beside(owners[name][0])) for name in named}
+    hints = {name: hint_of(owners[name][1], namespace_of(owners[name][0])) for name in named}
     return {name: hint.type if isinstance(hint, dataclasses.InitVar) else hint for name, hint in hints.items()}
 
 

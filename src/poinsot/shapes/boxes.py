@@ -21,16 +21,21 @@ class Boxes:
     """Boxes of one epoch each, sorted by strips of their second coordinate and, in a strip, by the first one."""
 
     def __init__(self, rows: Integers, low: Array, high: Array, size: float) -> None:
-        """Sort boxes with corners (n, 3), whose coordinates have sizes up to a size."""
+        """Sort boxes with corners (n, 3). The first two coordinates of other boxes have sizes up to `size`."""
         self._half = 2 * size
         margin = BOX_MARGIN * self._half
         self._low, self._high = low - margin, high + margin
-        self._width = (self._high[:, 0] - self._low[:, 0]).max(initial=0.0) / (2 * self._half)
-        heights = self._high[:, 1] - self._low[:, 1]
-        self._strip = max(2 * heights.mean() if len(low) else 0.0, 2 * self._half / MAX_STRIPS)
-        self._first, box, _, keys, _ = self._in_strips(rows, self._low, self._high)
+        near = (self._low[:, :2] < self._half) & (self._high[:, :2] > -self._half)
+        some = np.flatnonzero(near.all(axis=1))
+        low, high = (np.clip(edge[some], -self._half, self._half) for edge in (self._low, self._high))
+        width, height, _ = (high - low).T
+        self._width = width.max(initial=0.0) / (2 * self._half)
+        self._strip = max(2 * height.mean() if len(some) else 0.0, 2 * self._half / MAX_STRIPS)
+        first, box, _, keys, _ = self._in_strips(rows[some], low, high)
+        self._first = np.zeros(len(rows), dtype=np.int64)
+        self._first[some] = first
         order = np.argsort(keys, kind="stable")
-        self._boxes, self._keys = box[order], keys[order]
+        self._boxes, self._keys = some[box[order]], keys[order]
 
     def overlapping(self, rows: Integers, low: Array, high: Array) -> tuple[Integers, Integers]:
         """Return pairs of one of other boxes and of a box that overlaps it, or is above it along the third axis."""

@@ -54,6 +54,8 @@ class Surface:
     areas : array (f,)
     normals, centers : array (f, 3)
         The normal of a degenerate triangle is zero, so that it is never illuminated.
+    radius : float
+        Largest distance of a vertex of a face from the centre of mass.
     low : float
         Rounding error of heights over a face.
     bases : array (f, 2, 3)
@@ -79,7 +81,8 @@ class Surface:
         self.corners, self.areas = self.vertices[self.faces], mesh.face_areas
         self.normals = np.nan_to_num(mesh.face_normals)
         self.centers = mesh.face_centers - mesh.center_of_mass
-        self.low = HEIGHT_ROUNDING * mesh.circumscribing_radius
+        self.radius = mesh.circumscribing_radius
+        self.low = HEIGHT_ROUNDING * self.radius
         self.bases = bases_of(self.normals)
         self.flat_corners = np.einsum("fij,fkj->kif", self.bases, self.corners - self.centers[:, None])
         self.lines = lines_of(self.flat_corners)
@@ -107,9 +110,7 @@ class Surface:
     def _cuts(self) -> Cuts:
         low, high = self.corners.min(axis=1), self.corners.max(axis=1)
         some, start = np.flatnonzero(self.below), np.zeros(len(self.areas), dtype=np.int64)
-        which, other = Boxes(start, low, high, np.abs(self.corners).max()).overlapping(
-            start[some], low[some], high[some]
-        )
+        which, other = Boxes(start, low, high, self.radius).overlapping(start[some], low[some], high[some])
         face = some[which]
         apart = (self.faces[face][:, :, None] != self.faces[other][:, None, :]).all(axis=(1, 2))
         face, other = face[apart], other[apart]

@@ -93,7 +93,7 @@ class _Covers(NamedTuple):
     Attributes
     ----------
     cells, others, views : array (n,)
-        As of edges.
+        Index of the epoch and face in a list, face that casts the shadow, and index of the direction.
     lines : array (4, 3, n)
         Factors of x, y and 1 in the distances from the three edges, and from the line in which the other face cuts the
         plane. All distances are positive in the shadow.
@@ -115,30 +115,34 @@ class Scene:
         self.surface = surface
         self.vertices, self.faces, self.edges = surface.vertices[None], surface.faces, surface.edges
         self.sides, self.convex = surface.sides, surface.convex
-        fronts = [direction[part] @ surface.normals.T > 0 for direction in directions]
-        exposed = np.logical_and.reduce(fronts)
-        self.facing = exposed.copy()
-        exposed &= surface.below
+        units = [direction[part] for direction in directions]
+        fronts = [unit @ surface.normals.T > 0 for unit in units]
+        self.facing = np.logical_and.reduce(fronts)
+        exposed = self.facing & surface.below
         if neighbour is not None:
-            other, positions, matrices = neighbour.surface, neighbour.positions[part], neighbour.matrices[part]
-            arms = other.vertices @ matrices.transpose(0, 2, 1)
-            own = np.broadcast_to(surface.vertices, (len(arms), *surface.vertices.shape))
-            self.vertices = np.concatenate([own, arms + positions[:, None]], axis=1)
-            self.faces = np.concatenate([surface.faces, other.faces + len(surface.vertices)])
-            self.edges = np.concatenate([surface.edges, other.edges + len(surface.vertices)])
-            self.sides = np.concatenate([surface.sides, other.sides + len(surface.faces)])
-            self.convex = np.concatenate([surface.convex, other.convex])
-            reach = np.linalg.norm(surface.vertices, axis=-1).max() + np.linalg.norm(arms, axis=-1).max(axis=1)
-            for k, direction in enumerate(directions):
-                inner = np.einsum("nij,nj->ni", np.linalg.inv(matrices), direction[part])
-                fronts[k] = np.concatenate([fronts[k], inner @ other.normals.T > 0], axis=1)
-                near = np.linalg.norm(np.cross(positions, direction[part]), axis=1) < reach
-                exposed[near] = self.facing[near]
+            neighbour = Neighbour(neighbour.surface, neighbour.positions[part], neighbour.matrices[part])
+            near = _overlap(surface, neighbour, units)
+            exposed[near] = self.facing[near]
+            if near.any():
+                self._add(neighbour)
+                for k, unit in enumerate(units):
+                    inner = np.einsum("nij,nj->ni", np.linalg.inv(neighbour.matrices), unit)
+                    fronts[k] = np.concatenate([fronts[k], inner @ neighbour.surface.normals.T > 0], axis=1)
         self.exposed = np.nonzero(exposed)
         """Epochs and faces of the faces that other faces may hide."""
-        self.views = [
-            _Projection(self, k, d[part], front) for k, (d, front) in enumerate(zip(directions, fronts, strict=True))
-        ]
+        self.views = [_Projection(self, k, *each) for k, each in enumerate(zip(units, fronts, strict=True))]
+
+    def _add(self, neighbour: Neighbour) -> None:
+        """Add the vertices, faces and edges of a neighbour."""
+        own, other = self.surface, neighbour.surface
+        places = other.vertices @ neighbour.matrices.transpose(0, 2, 1) + neighbour.positions[:, None]
+        self.vertices = np.concatenate(
+            [np.broadcast_to(own.vertices, (len(places), *own.vertices.shape)), places], axis=1
+        )
+        self.faces = np.concatenate([own.faces, other.faces + len(own.vertices)])
+        self.edges = np.concatenate([own.edges, other.edges + len(own.vertices)])
+        self.sides = np.concatenate([own.sides, other.sides + len(own.faces)])
+        self.convex = np.concatenate([own.convex, other.convex])
 
     def take(self, rows: Integers, indices: Integers) -> Array:
         """Return vertices (3, n) for pairs of an epoch and a number."""
@@ -234,7 +238,7 @@ class _Projection:
         return faces, self._sorted(rows, *(edge[rows, faces] for edge in self.boxes))
 
     def _sorted(self, rows: Integers, low: Array, high: Array) -> Boxes:
-        return Boxes(rows, low, high, np.abs(self.places).max())
+        return Boxes(rows, low, high, self.scene.surface.radius)
 
     def hides(self, rows: Integers, faces: Integers) -> Flags:
         """Return True where another face hides the centroid of a face."""
@@ -370,6 +374,13 @@ def ray_hits(directions: Array, corners: Array) -> Flags:
     volumes = np.einsum("nki,ni->nk", turns, directions)
     volumes *= np.sign(np.einsum("ni,ni->n", turns[:, 0], corners[:, 2]))[:, None]
     return np.asarray((volumes >= 0).all(axis=1) & (volumes > 0).any(axis=1))
+
+
+def _overlap(surface: Surface, neighbour: Neighbour, directions: list[Array]) -> Flags:
+    """Return True at epochs at which the discs of spheres around two bodies overlap along any direction."""
+    reach = surface.radius + neighbour.surface.radius * np.linalg.norm(neighbour.matrices, 2, axis=(1, 2))
+    across = [np.linalg.norm(np.cross(neighbour.positions, direction), axis=1) for direction in directions]
+    return np.asarray(np.min(across, axis=0) < reach)
 
 
 def _along(frames: Array, vectors: Array) -> Array:

@@ -90,14 +90,14 @@ class Collection(Immutable):
     @cached_property
     def calendar(self) -> Calendar | None:
         """Calendar of the times; None if no orbit and no rotation model has a calendar."""
-        return next((calendar for calendar in self._said("calendar") if calendar is not None), None)
+        return next((calendar for calendar in self._values_of("calendar") if calendar is not None), None)
 
     @cached_property
     def _dated(self) -> list[Dated]:
         """The orbits, rotation models and fields of its records."""
         return [part for record in self.records for part in within(record) if isinstance(part, Dated)]
 
-    def _said(self, name: str) -> Iterator[Any]:
+    def _values_of(self, name: str) -> Iterator[Any]:
         """Yield an attribute of orbits, rotation models and fields."""
         return (getattr(part, name) for part in self._dated)
 
@@ -126,8 +126,8 @@ class Collection(Immutable):
 
     def refuse_other_axes(self) -> None:
         """Raise a ValueError for orbits and rotation models along different axes, or with different calendars."""
-        frames = frames_of(self._said("reference_frame"))
-        calendars = dict.fromkeys(calendar for calendar in self._said("calendar") if calendar is not None)
+        frames = frames_of(self._values_of("reference_frame"))
+        calendars = dict.fromkeys(calendar for calendar in self._values_of("calendar") if calendar is not None)
         for what, found in (("reference frame", frames), ("calendar", calendars)):
             if len(found) > 1:
                 first, second, *_ = found

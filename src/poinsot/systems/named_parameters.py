@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.mechanics.environment import Orbit
 from poinsot.printable import quoted
-from poinsot.quantities import Quantity, said_of
+from poinsot.quantities import Quantity, annotated_with
 from poinsot.records.parameters import Parametric, of_each
 from poinsot.systems.dynamics import AnyDynamics
 from poinsot.systems.system import System
@@ -120,7 +120,7 @@ def binary_size(system: System, name: str) -> Any:
     Times and angles are counted from anywhere; so may be numbers below one, such as eccentricities.
     """
     record, field, index = _found(system, _full_name(system, name))
-    if field in said_of(type(record), Quantity):
+    if field in annotated_with(type(record), Quantity):
         return 0
     place: Any = (..., *index)
     return np.maximum(np.frexp(np.abs(getattr(record, field)[place]))[1], 0)

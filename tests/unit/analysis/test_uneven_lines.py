@@ -119,9 +119,9 @@ def test_aliases_of_one_night_a_day_are_listed_with_what_excludes_them(rng):
     times = nights(rng, 8, 25)
     signal = sum_of(times, [1.7], [0.3]) + 0.02 * rng.normal(size=200)
     found = pt.analysis.frequencies(signal, times, 1, highest=TURN * 6)
-    beside = np.sort(found.aliases[0][np.isfinite(found.aliases[0])]) / TURN
-    assert np.min(np.abs(beside - 0.7)) < 0.01
-    assert np.min(np.abs(beside - 2.7)) < 0.01
+    alias_rates = np.sort(found.aliases[0][np.isfinite(found.aliases[0])]) / TURN
+    assert np.min(np.abs(alias_rates - 0.7)) < 0.01
+    assert np.min(np.abs(alias_rates - 2.7)) < 0.01
     assert np.all(np.nan_to_num(found.alias_chi2[0], nan=np.inf) > 100)
     assert "aliases not excluded" not in repr(found)
 
@@ -213,7 +213,11 @@ TIMES = np.arange(100.0) ** 1.01
         ),
         ({"times": np.ones(100)}, ValueError, "times must differ, got 100 times 1.0."),
         ({"times": [*TIMES[:-1], np.nan]}, ValueError, "times must be finite, got times[99] = nan."),
-        ({"signal": [*SIGNAL[:-1], np.nan]}, ValueError, "signal must be finite, but signal[99] = nan."),
+        (
+            {"signal": [*SIGNAL[:-1], np.nan]},
+            ValueError,
+            "signal must be finite, but signal[99] = nan. Omit absent samples together with their times.",
+        ),
         (
             {"signal": SIGNAL[:20], "times": TIMES[:20]},
             ValueError,

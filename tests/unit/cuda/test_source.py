@@ -65,7 +65,7 @@ def test_nan_is_in_no_relation_to_anything(relation):
 
 
 @pytest.mark.parametrize("number", [np.inf, -np.inf, 5e-324, -0.0, 0.1, 1.7976931348623157e308])
-def test_every_number_is_kept(number):
+def test_every_number_is_preserved(number):
     assert called(lambda x: (x * 0.0).is_("eq", 0.0).choose(x.like(number), 7.0), 1.0).hex() == float(number).hex()
 
 

@@ -42,7 +42,7 @@ def test_there_and_back_without_a_date_on_the_command_line(result, tmp_path, suf
     assert np.max(again.angle_to(back)) < slack
 
 
-def test_the_zero_that_is_said_counts_the_times(result, tmp_path):
+def test_the_zero_that_is_stated_counts_the_times(result, tmp_path):
     pytest.importorskip("astropy")
     aem, undated = convert(result, tmp_path / "m.aem", frame="ICRF"), tmp_path / "undated.toml"
     undated.write_text(SCENARIO.partition("\n")[2] + 'units.time = "s"\n')
@@ -61,9 +61,9 @@ def test_the_zero_that_is_said_counts_the_times(result, tmp_path):
 def test_what_a_conversion_has_no_use_for_is_refused(result, tmp_path):
     with pytest.raises(ValueError, match=r"^scenario must go with attitudes that become a result, got other"):
         convert(result, tmp_path / "m.csv", scenario=tmp_path / "it.toml")
-    for said in ({"zero": "2026-11-21 UTC"}, {"frame": "ICRF"}):
-        with pytest.raises(ValueError, match=rf"^{next(iter(said))} must go with attitudes, got two results\.$"):
-            convert(result, tmp_path / "m.zarr", **said)
+    for given in ({"zero": "2026-11-21 UTC"}, {"frame": "ICRF"}):
+        with pytest.raises(ValueError, match=rf"^{next(iter(given))} must go with attitudes, got two results\.$"):
+            convert(result, tmp_path / "m.zarr", **given)
 
 
 def test_what_is_missing(result, tmp_path):

@@ -192,7 +192,7 @@ def why_not(motion):
 
 
 def assert_same(a, b):
-    """The datasets of two motions are the same to the bit, with all that is said of them."""
+    """The datasets of two motions are the same to the bit, with all their attributes."""
     a, b = a.dataset, b.dataset
     assert set(a.variables) == set(b.variables)
     assert a.attrs == b.attrs
@@ -312,11 +312,11 @@ def test_parts_of_others_are_named_and_not_run(many, suffix, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "said",
+    "message",
     ["[]", "{", '{"gimbal": {}}', '{"gimbal": {"variables": {"angle": -1}, "momenta": []}}'],
 )
-def test_parts_that_a_dataset_does_not_say_are_refused(motions, said):
-    data = motions["parts of members"].dataset.assign_attrs(parts=said)
+def test_parts_that_a_dataset_does_not_say_are_refused(motions, message):
+    data = motions["parts of members"].dataset.assign_attrs(parts=message)
     with pytest.raises(ValueError, match="the dataset must have parts by name with their variables, got"):
         pt.load(data)
 
@@ -383,7 +383,7 @@ def test_orbits_are_where_they_were_integrated(motions, tmp_path):
         assert np.array_equal(np.array(own), np.array(other))
 
 
-def test_scenario_is_kept_with_its_comments_and_its_seed(tmp_path):
+def test_scenario_is_preserved_with_its_comments_and_its_seed(tmp_path):
     text = """
     # a comment
     title = "spread"
@@ -527,7 +527,7 @@ WRONG_PAIRS: dict[str, Any] = {
         position=("time", data["time"].values)
     ),
     "must have the attribute units_length, got none": lambda data: data.drop_attrs(deep=False).assign_attrs(
-        {name: said for name, said in data.attrs.items() if name != "units_length"}
+        {name: message for name, message in data.attrs.items() if name != "units_length"}
     ),
     "must have the variable quaternion, got none": lambda data: data.assign_attrs(
         state_variables="quaternion angular_momentum_body position momentum"
@@ -559,7 +559,7 @@ def test_tables_of_attitudes_are_not_run(tmp_path, motions):
 
 
 def test_files_of_earlier_versions_that_name_extended_precision_open(motions, tmp_path):
-    """Version 0.1 and 0.2 had 64 bits and another kernel beside double precision."""
+    """Version 0.1 and 0.2 had 64 bits and another kernel in addition to double precision."""
     motion = copy.copy(motions["in orbit"])
     earlier = {"heyoka": "7.13.1", "poinsot": "0.2.0"}
     run = dataclasses.replace(motion.run, precision="extended", kernel="heyoka", versions=earlier, tolerance=1.1e-19)
@@ -630,9 +630,9 @@ def test_files_say_units_frames_and_versions(motions, tmp_path):
         assert data["omega_body"].attrs["units"] == "rad s-1"
         assert data["principal_axes"].attrs["frame"] == "body"
         assert "_FillValue" not in data["quaternion"].encoding
-        said = repr(data.attrs) + repr({name: array.attrs for name, array in data.variables.items()})
-    assert str(tmp_path) not in said
-    assert "wall_time" not in said
+        message = repr(data.attrs) + repr({name: array.attrs for name, array in data.variables.items()})
+    assert str(tmp_path) not in message
+    assert "wall_time" not in message
 
 
 @pytest.mark.parametrize(
@@ -671,7 +671,7 @@ def test_pandas_through_xarray(motions):
 # ------------------------------------------------------------------ sentences
 
 
-def test_nothing_is_replaced_without_being_told(motions, tmp_path):
+def test_nothing_is_replaced_without_a_message(motions, tmp_path):
     for name in ("it.nc", "it.zarr"):
         path = pt.save(motions["in orbit"], tmp_path / name)
         with pytest.raises(FileExistsError, match=rf"{name} already exists; overwrite=True"):
@@ -803,10 +803,10 @@ OBEYED = "\x1b[31m\x1b]0;owned\x07\x9b2J\r\x08\u202e"
 def test_no_text_of_a_file_moves_a_terminal(motions, name):
     """Whatever its attributes say, a motion shows itself, its system and its events in printable letters."""
     data = motions[name].dataset
-    events = [{"name": f"a{OBEYED}", "said": f"a{OBEYED}", "terminal": False}]
-    said = {key: f"{value}{OBEYED}" for key, value in data.attrs.items() if isinstance(value, str)}
+    events = [{"name": f"a{OBEYED}", "message": f"a{OBEYED}", "terminal": False}]
+    message = {key: f"{value}{OBEYED}" for key, value in data.attrs.items() if isinstance(value, str)}
     texts = []
-    for key, value in (said | {"system": "", "events": json.dumps(events), "not_rerunnable": OBEYED}).items():
+    for key, value in (message | {"system": "", "events": json.dumps(events), "not_rerunnable": OBEYED}).items():
         try:
             motion = pt.load(data.assign_attrs({key: value}))
         except ValueError as error:

@@ -123,8 +123,8 @@ def test_quantities(text, kind, unit, value):
 
 @given(st.text(max_size=30), st.sampled_from(["angle", "rate", "time"]), st.sampled_from([None, "s", "d"]))
 def test_any_text_is_a_quantity_or_refused(text, kind, unit):
-    said = refusal(lambda: quantity(text, kind, unit))
-    assert said is None or said.startswith("must be ")
+    message = refusal(lambda: quantity(text, kind, unit))
+    assert message is None or message.startswith("must be ")
 
 
 def rotation(text, angles):
@@ -283,7 +283,7 @@ def test_every_form_of_a_body():
         assert np.array_equal(found.inertia, body.inertia)
 
 
-def test_attractors_beside_each_other_share_their_path():
+def test_attractors_next_to_each_other_share_their_path():
     text = """
 [orbits.path]
 type = "ThreeBodyPath"
@@ -633,8 +633,8 @@ def test_changed_scenarios_are_read_or_refused_in_a_sentence(data):
             lines.insert(data.draw(st.integers(0, len(lines) - 1)), lines.pop(i))
         elif len(lines) > 1:
             lines.pop(i)
-    said = refusal(lambda: parsed_scenario("\n".join(lines), "it.toml"))
-    assert said is None or (said.startswith("it.toml") and "\n" not in said)
+    message = refusal(lambda: parsed_scenario("\n".join(lines), "it.toml"))
+    assert message is None or (message.startswith("it.toml") and "\n" not in message)
 
 
 @settings(max_examples=100, deadline=None)
@@ -720,7 +720,7 @@ def test_a_canonical_pair_goes_with_the_variables_of_all_parts(pair, g):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ("reaction_wheel = [1, 2]", r"line 7: state.own.reaction_wheel must have shape \(1,\)"),
         ("wheel = [1]", r"line 6: own must name parts with variables, reaction_wheel, kane_damper, got 'wheel'"),
@@ -728,8 +728,8 @@ def test_a_canonical_pair_goes_with_the_variables_of_all_parts(pair, g):
         ("reaction_wheel = [nan]", r"line 7: state.own.reaction_wheel must"),
     ],
 )
-def test_wrong_variables_of_parts_are_told_with_their_place(wrong, said):
-    with pytest.raises(ValueError, match=said):
+def test_wrong_variables_of_parts_are_reported_with_their_place(wrong, message):
+    with pytest.raises(ValueError, match=message):
         scenario(WHEELED, ("reaction_wheel = [2.005]", wrong))
 
 

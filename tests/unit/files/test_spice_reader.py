@@ -66,16 +66,16 @@ def attitudes(path):
 def outcome(read, path):
     """What a reader does with a file: True if it reads it, False if it says a sentence in time; processes stay."""
     before, began = reader_process._clean["poinsot.files.spice_reader"].process.pid, time.process_time()
-    said = " must "
+    message = " must "
     try:
         read(path)
     except ValueError as error:
-        said = str(error)
-    assert " must " in said
-    assert "\n" not in said
+        message = str(error)
+    assert " must " in message
+    assert "\n" not in message
     assert time.process_time() - began < 1
     assert reader_process._clean["poinsot.files.spice_reader"].process.pid == before
-    return said == " must "
+    return message == " must "
 
 
 def tried(good, folder, count, seed):
@@ -124,7 +124,7 @@ def either(request, monkeypatch):
 
 
 @pytest.mark.usefixtures("either")
-def test_a_reader_that_dies_is_told_and_another_one_starts():
+def test_a_reader_that_dies_is_reported_and_another_one_starts():
     process = reader_process.ReaderProcess("poinsot.files.spice_reader", "it must be whole, got ")
     os.kill(process._process.pid, signal.SIGSEGV)
     with pytest.raises(ValueError, match=r"^it must be whole, got its reader leaves the memory that it has\.$"):

@@ -91,7 +91,7 @@ def test_a_result_brings_the_table_back(tmp_path):
         ([0.0, 1.0], [1.0], r"densities must have shape \(2,\), got shape \(1,\)\."),
     ],
 )
-def test_bad_tables_are_told(times, densities, sentence):
+def test_bad_tables_are_reported(times, densities, sentence):
     with pytest.raises(ValueError, match=sentence):
         TabulatedAtmosphere.from_table(times, densities)
 
@@ -126,7 +126,7 @@ def test_the_model_is_asked_where_and_when_the_body_is(monkeypatch):
     assert np.allclose(air.omega_space, (0, 0, 7.2921159e-5), rtol=1e-9, atol=0)
 
 
-def test_what_the_model_needs_is_told(monkeypatch):
+def test_what_the_model_needs_is_reported(monkeypatch):
     with pytest.raises(ValueError, match="calendar must be given for an orbit without a calendar, got none"):
         TabulatedAtmosphere.from_msis(ORBIT, TIMES)
     pytest.importorskip("astropy")

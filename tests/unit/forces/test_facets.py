@@ -234,12 +234,12 @@ GOOD = {"areas": [1.0, 2.0], "normals": [(1, 0, 0), (0, 1, 0)], "positions": [(0
         ({"closed": True}, r"normals must close: .* got a vector of length 2\.24\. Is a facet inside out"),
     ],
 )
-def test_bad_facets_are_told(wrong, sentence):
+def test_bad_facets_are_reported(wrong, sentence):
     with pytest.raises(ValueError, match=sentence):
         Facets(**{**GOOD, **wrong})
 
 
-def test_a_facet_inside_out_and_a_whole_surface_inside_out_are_told():
+def test_a_facet_inside_out_and_a_whole_surface_inside_out_are_reported():
     box = Facets.from_box((1, 2, 3))
     one = box.normals * np.where(np.arange(6) == 2, -1, 1)[:, None]
     two = box.normals * np.where(np.arange(6) < 2, -1, 1)[:, None]  # opposite ones, whose sum stays zero
@@ -254,7 +254,7 @@ def test_a_facet_inside_out_and_a_whole_surface_inside_out_are_told():
     assert Facets(box.areas, np.array([box.normals] * 2), box.positions, closed=True).closed
 
 
-def test_a_sun_in_other_units_is_told():
+def test_a_sun_in_other_units_is_reported():
     plate = Facets([1.0], [(1, 0, 0)], [(0, 1, 0)])
     kilometres = pt.orbits.FixedPosition(1.0, position=(-1.496e8, 0, 0))
     with pytest.raises(ValueError, match=r"sun_radius must be less than the distance of the Sun, got 6.957e\+08 and"):

@@ -21,8 +21,8 @@ def torque(body, force, time=0.0):
     """The derived torque at TURN along the body axes, by SymPy."""
     symbols = sympy.symbols("q0:4", real=True)
     system = pt.System(body, force)
-    twin = formulas.twin(system, (sympy.Float(float(x), 30) for x in system.dynamics.numbers))
-    components = formulas.torque(twin, symbols, (0, 0, 0), time)
+    copied = formulas.copied(system, (sympy.Float(float(x), 30) for x in system.dynamics.numbers))
+    components = formulas.torque(copied, symbols, (0, 0, 0), time)
     values = dict(zip(symbols, TURN.as_quat(scalar_first=True), strict=True))
     return np.array([float(sympy.sympify(x).subs(values)) for x in components])
 
@@ -131,7 +131,7 @@ def test_energy_of_an_oblate_attractor_is_that_of_its_second_derivatives():
     W = -mu / distance * (1 - j2 * (radius / distance) ** 2 * (3 * s**2 - 1) / 2)
     expected = -(sympy.hessian(W, list(x)) * sympy.diag(*moments)).trace() / 2
     system = pt.System(BODY, pt.GravityGradient(POINT), oblate())
-    system = formulas.twin(system, iter((*moments, mu, *x, mu, *x, j2, radius, *k)))
+    system = formulas.copied(system, iter((*moments, mu, *x, mu, *x, j2, radius, *k)))
     shipped = sympy.nsimplify(formulas.potential(system, functions.Vector((1, 0, 0, 0)), 0), rational=True)
     f, height = j2 * radius**2 / r**2, x.dot(k) / r
     no_attitude = -mu / (2 * r**3) * sum(moments) * (1 + f * (3 - 15 * height**2) / 2)
@@ -264,7 +264,7 @@ INTEGRALS = {
     "turning together": ([circle(1.5, 2.0), circle(3.0, 16.0, true_anomaly=0.8)], ["jacobi_energy"]),
     "turning at other rates": ([circle(1.5, 2.0), circle(3.0, 15.0)], []),
     "one at rest over the orbit": ([circle(1.5, 2.0), at_rest(1.7 * CIRCLE.normal)], ["jacobi_energy"]),
-    "one at rest beside it": ([circle(1.5, 2.0), at_rest((1.0, 2, 2))], []),
+    "one at rest next to it": ([circle(1.5, 2.0), at_rest((1.0, 2, 2))], []),
     "one at rest, one on a circle": ([at_rest((1.0, 2, 2)), circle(1.5, 2.0)], []),
 }
 

@@ -32,9 +32,9 @@ def test_numbers_orbits_and_members_are_those_of_both():
     problem: Any = Problem(system, [crossing((4,)), pt.events.Apsis(ORBIT)])
     assert len(problem.numbers) == len(system.dynamics.numbers) + 7 + len(ORBIT.numbers)
     assert (system.members, problem.members) == ((), (4,))
-    twin = problem.with_numbers(iter(range(100, 200)))
-    assert list(twin.dynamics.body.moments) == [100, 101, 102]
-    assert (twin.dynamics.forces[0].coefficient, twin.events[0].angle) == (103, 110)
+    copied = problem.with_numbers(iter(range(100, 200)))
+    assert list(copied.dynamics.body.moments) == [100, 101, 102]
+    assert (copied.dynamics.forces[0].coefficient, copied.events[0].angle) == (103, 110)
     assert (problem.system, problem.events[1].orbit) == (system, ORBIT)
 
 

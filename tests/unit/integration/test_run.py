@@ -88,10 +88,10 @@ def test_what_a_run_left_in_the_memory_of_a_kernel_is_not_in_the_next_one(times,
     """Also where it stopped, was rescaled or had other times; and its rows stay as they were."""
     starts = [START, BODY.state((0.5, 0.5, 0.5, 0.5), omega_body=(-3.0, 0.1, 2.0)), START]
     first, second, third = (pt.propagate(TOP, start, times) for start in starts)
-    kept = rows(first).copy()
+    before = rows(first).copy()
     pt.propagate(TOP, starts[1], times[:1])
-    assert np.array_equal(rows(first), kept)
-    assert np.array_equal(rows(third), kept)
+    assert np.array_equal(rows(first), before)
+    assert np.array_equal(rows(third), before)
     monkeypatch.setattr(Worker, "queue", lambda run, *given: Queue(run._kernel, *given))
     assert np.array_equal(rows(pt.propagate(TOP, starts[1], times)), rows(second))
     assert second.run.steps == pt.propagate(TOP, starts[1], times).run.steps
@@ -195,7 +195,7 @@ def test_an_interrupt_keeps_members_that_are_finished(pressed):
 
 
 @pytest.mark.usefixtures("few_steps")
-def test_an_interrupt_waits_for_no_events_of_members_that_are_not_kept(pressed, monkeypatch):
+def test_an_interrupt_waits_for_no_events_of_members_that_are_not_stored(pressed, monkeypatch):
     monkeypatch.setattr(run, "MAX_SLAB_OF_EVENTS", equations.LANES)
     take, taken = EventLog.take, []
 
@@ -338,7 +338,7 @@ def test_any_number_of_events_is_recorded(count, members):
 
 
 @pytest.mark.parametrize("count", [63, 64, 128])
-def test_events_beside_the_singular_angle(count):
+def test_events_next_to_the_singular_angle(count):
     """The singular angle of Euler angles is one event more, in the next integer if there are as many events as bits."""
     body = pt.Body((1.25, 1.0, 0.75))
     start = body.state((0.5**0.5, 0.5**0.5, 0, 0), omega_body=(-1.0, 0, 0))

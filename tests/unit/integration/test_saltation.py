@@ -41,7 +41,7 @@ FORMULAS = {
     "corner that is not seen": (lambda i, p: fn.where(fn.less(height(i), p), 2 * height(i), height(i) + p), 1, 1),
     "sign": (lambda i, p: fn.sign(height(i) - p), 2, 2),
     "jump": (lambda i, p: fn.where(fn.less(height(i), p), 1.0, -1.0), 1, 1),
-    "jump beside a corner": (lambda i, p: fn.maximum(0.0, height(i)) + fn.where(height(i) > 0.1, p, 0.0), 1, 2),
+    "jump next to a corner": (lambda i, p: fn.maximum(0.0, height(i)) + fn.where(height(i) > 0.1, p, 0.0), 1, 2),
     "time": (lambda i, p: fn.where(fn.less(i.time, 0.5), p, 0.0), 0, 0),
     "time that a number says": (lambda i, p: fn.where(fn.less(i.time, p), 1.0, 0.0), 1, 1),
 }

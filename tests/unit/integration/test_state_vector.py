@@ -70,7 +70,7 @@ def test_a_state_comes_back_from_its_variables(name, chart):
 
 
 @each
-def test_a_state_takes_the_place_of_another_beside_the_orbits(name):
+def test_a_state_takes_the_place_of_another_next_to_the_orbits(name):
     variables, state = variables_of(name, "lie_poisson")
     if variables.of_one:
         row = variables.from_state(state)

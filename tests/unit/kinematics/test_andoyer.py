@@ -97,7 +97,7 @@ def test_g_is_the_angle_between_the_two_lines_of_nodes(rng):
 
 
 def loss(angle):
-    """How many roundings the sine of an angle costs that is kept as its cosine."""
+    """Roundings of the sine of an angle that is stored as its cosine."""
     return 1 / max(abs(np.sin(angle)), np.sqrt(EPS))
 
 
@@ -228,9 +228,9 @@ def test_free_motion_obeys_hamiltons_equations(rng, moments):
     rates = np.einsum("k,kni->ni", np.array([-1, 9, -45, 45, -9, 1]) / (60 * step), neighbours)
     variables = pt.Andoyer.from_state(motion(middle))
     assert np.max(np.abs(rates - hamiltonian_rates(variables, moments))) < 1e-9
-    # What is kept, is kept to rounding.
-    kept = values(variables)[:, [2, 4, 5]]
-    assert np.max(np.abs(kept - values(pt.Andoyer.from_state(start))[[2, 4, 5]])) < 2e-14
+    # Conserved variables are conserved to rounding.
+    conserved = values(variables)[:, [2, 4, 5]]
+    assert np.max(np.abs(conserved - values(pt.Andoyer.from_state(start))[[2, 4, 5]])) < 2e-14
 
 
 # ---------------------------------------------------------------------- bad input

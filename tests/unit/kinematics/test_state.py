@@ -56,7 +56,7 @@ def test_zero_momenta_are_tangent():
     assert pt.State((1, 0, 0, 0), (0, 0, 0, 0)).angular_momentum_body.tolist() == [0, 0, 0]
 
 
-def test_small_defects_are_kept_as_they_are():
+def test_small_defects_are_preserved_as_they_are():
     state = pt.State((1 + 9e-10, 0, 0, 0), (9e-10, 1, 0, 0))
     assert state.quaternion[0] == 1 + 9e-10
     assert state.conjugate_momenta[0] == 9e-10

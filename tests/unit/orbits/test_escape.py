@@ -291,7 +291,7 @@ def test_a_flyby_conserves_the_energy_once_it_is_over():
 
 
 def test_a_distant_epoch_does_not_hide_the_passage():
-    """Formulas are tried near the periapsis: elsewhere the pull vanishes beside anything else."""
+    """Formulas are tried near the periapsis: elsewhere the attraction is negligible."""
     orbit = EscapeOrbit(
         MU,
         periapsis_distance=Q,

@@ -200,15 +200,15 @@ def conic_from_vectors(e, q, **others):
 
 @pytest.mark.parametrize("way", [conic, conic_from_elements, conic_from_vectors])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_periapsis_below_the_surface_is_told_with_its_depth(way, shape):
+def test_a_periapsis_below_the_surface_is_reported_with_its_depth(way, shape):
     e, q = SHAPES[shape], PERIGEES[shape]
-    with pytest.warns(UserWarning, match="surface") as told:
+    with pytest.warns(UserWarning, match="surface") as warned:
         orbit = way(e, q, radius=R_EARTH)
     name, distance = type(orbit).__name__, f"(distance {q:g}, radius 6378.137)"
-    assert [str(warning.message) for warning in told] == [
+    assert [str(warning.message) for warning in warned] == [
         f"{name}: the periapsis is {DEPTHS[shape]} below the surface {distance}; {AS_A_POINT}"
     ]
-    assert told[0].filename == __file__
+    assert warned[0].filename == __file__
     assert orbit.radius == R_EARTH
 
 
@@ -221,12 +221,12 @@ def test_no_word_above_the_surface_or_of_a_point(way, shape):
     assert conic(SHAPES[shape], 6400.0, radius=6400.0).periapsis_distance == 6400.0
 
 
-def test_of_an_ensemble_the_lowest_member_is_told():
-    with pytest.warns(UserWarning, match="lowest") as told:
+def test_of_an_ensemble_the_lowest_member_is_reported():
+    with pytest.warns(UserWarning, match="lowest") as warned:
         pt.KeplerOrbit(MU, semimajor_axis=[7000, 6500, 9000, 6000], eccentricity=[0.2, 0.25, 0.1, 0.0], radius=6378.137)
-    with pytest.warns(UserWarning, match="lowest") as told_of_radii:
+    with pytest.warns(UserWarning, match="lowest") as warned_of_radii:
         EscapeOrbit(MU, periapsis_distance=5.0, eccentricity=1.5, radius=[4.0, 5.5, 5.25])
-    assert [str(warning.message) for warning in (*told, *told_of_radii)] == [
+    assert [str(warning.message) for warning in (*warned, *warned_of_radii)] == [
         "KeplerOrbit: the periapsis of 3 of 4 members is below the surface, the lowest, member 1, 1503.137 below it "
         f"(distance 4875, radius 6378.137); {AS_A_POINT}",
         "EscapeOrbit: the periapsis of 2 of 3 members is below the surface, the lowest, member 1, 0.5 below it "
@@ -234,10 +234,10 @@ def test_of_an_ensemble_the_lowest_member_is_told():
     ]
 
 
-def test_a_surface_is_told_once_and_moves_nothing():
-    with pytest.warns(UserWarning, match="KeplerOrbit") as told:
+def test_a_surface_is_reported_once_and_moves_nothing():
+    with pytest.warns(UserWarning, match="KeplerOrbit") as warned:
         orbit = pt.KeplerOrbit(**ELEMENTS, radius=1.9)
-    assert len(told) == 1
+    assert len(warned) == 1
     moving = PrecessingOrbit.from_mean_motion(orbit, mean_motion=0.4, node_rate=0.01)
     assert (moving.radius, moving.periapsis_distance) == (1.9, 1.8)
     body = pt.Body((1, 1.2, 1.5))
@@ -263,10 +263,10 @@ def test_an_oblate_attractor_tells_what_its_orbit_did_not():
         known,
         EscapeOrbit(1, periapsis_distance=1.8, eccentricity=1.5),
     ):
-        with pytest.warns(UserWarning, match="equatorial") as told:
+        with pytest.warns(UserWarning, match="equatorial") as warned:
             pt.forces.Oblateness(orbit, **flat)
-        assert [str(warning.message) for warning in told] == [sentence]
-        assert told[0].filename == __file__
+        assert [str(warning.message) for warning in warned] == [sentence]
+        assert warned[0].filename == __file__
     for still in (
         pt.orbits.FixedPosition(1.0, position=(0, 0, 0.8)),
         pt.orbits.RotatingPosition(1.0, position=(0.8, 0, 0), rate=0.3),

@@ -1,4 +1,4 @@
-"""Points beside two attractors: forces in balance, and the librations of a body held there."""
+"""Points near two attractors: forces in balance, and the librations of a body held there."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The path beside two attractors: its numbers, its views, and how a kernel integrates it along once."""
+"""The path near two attractors: its numbers, its views, and how a kernel integrates it along once."""
 
 import dataclasses
 import pickle
@@ -108,7 +108,7 @@ def test_path_leads_back(after):
     assert np.max(np.abs(end - start)) < 2e-13
 
 
-def test_long_doubles_are_kept():
+def test_long_doubles_are_preserved():
     exact = PATH.with_numbers(map(np.longdouble, PATH.numbers)).from_primary
     found = stacked(exact.position_at(np.longdouble(TIMES[5])))
     assert found.dtype == np.longdouble
@@ -148,7 +148,7 @@ FALL = 0.03
 
 
 def falling(name, mu=0.01):
-    """A path from rest beside an attractor, and times just before and after the fall, the tide left out."""
+    """A path from rest near an attractor, and times just before and after the fall, the tide left out."""
     mass, x = {"primary": (1 - mu, -mu), "secondary": (mu, 1 - mu)}[name]
     path = pt.orbits.ThreeBodyPath(1 - mu, mu, separation=1.0, position=(x + FALL, 0, 0), velocity=(0, -FALL, 0))
     return path, np.pi * np.sqrt(FALL**3 / (8 * mass)) * np.array([0.99, 1.01])

@@ -1045,9 +1045,9 @@ def test_words_do_not_cover_one_another(browser, tmp_path):
         left, right, top, bottom = np.transpose(visit(WORDS, [time, turn]))
         assert left.size >= 6  # of 8, of which those without a place near their arrows are hidden
         first, second = np.triu_indices(left.size, 1)
-        beside = (left[first] >= right[second]) | (left[second] >= right[first])
+        separate = (left[first] >= right[second]) | (left[second] >= right[first])
         above = (top[first] >= bottom[second] - 1) | (top[second] >= bottom[first] - 1)
-        assert np.all(beside | above)
+        assert np.all(separate | above)
         assert np.all((left >= frame["x"] - 1) & (right <= frame["x"] + frame["width"] + 1))
     assert visit.messages == []
     visit.page.close()

@@ -180,6 +180,22 @@ def test_north_along_the_line_of_sight_is_refused():
             pt.plot.sky(motion_of(), curve(), north=north)
 
 
+def test_times_that_the_motion_does_not_reach_are_refused():
+    system = pt.System(BODY, units=UNITS)
+    start = BODY.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.4))
+    stopped = pt.propagate(system, start, np.arange(10.0), events=[pt.events.SpinFlip((1, 0, 0), terminal=True)])
+    assert stopped.times.size < 10
+    with pytest.raises(ValueError, match=r"^times must be times that the motion reaches, got 9\.0\.$"):
+        pt.plot.sky(stopped, curve(), [0.0, 9.0])
+    with pytest.raises(ValueError, match=r"^times must have shape \(n,\), got the number 3\.0\. Write \[3\.0\]\.$"):
+        pt.plot.sky(motion_of(), curve(), 3.0)
+
+
+def test_light_curves_of_members_are_refused():
+    with pytest.raises(ValueError, match=r"^curve must be one light curve, got 2 members\. Pass one of them\.$"):
+        pt.plot.sky(motion_of(), curve(stretch=np.ones((2, 3))))
+
+
 def test_a_light_curve_of_two_bodies_is_refused():
     with pytest.raises(ValueError, match=r"^curve must be of one body, got a light curve of two bodies\. Draw"):
         pt.plot.sky(motion_of(), curve(shape=(BALL, BALL)))

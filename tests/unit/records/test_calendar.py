@@ -196,12 +196,12 @@ def test_bad_calendars(arguments, sentence):
 
 @given(st.text() | st.from_regex(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(\.\d+)? (UTC|TDB|TAI|GPS)", fullmatch=True))
 def test_any_text_is_a_date_or_a_sentence(text):
-    said = "epoch must be finite"
+    message = "epoch must be finite"
     try:
         assert np.isfinite(J2000.time(text))
     except ValueError as error:
-        said = str(error)
-    assert said.startswith("epoch must ")
+        message = str(error)
+    assert message.startswith("epoch must ")
 
 
 def test_far_dates_come_without_a_warning():
@@ -234,8 +234,8 @@ def test_numbers_need_no_astropy_and_dates_say_how_to_get_it():
         "try: calendar.time('2026-01-02Z')\n"
         "except ImportError as error: print(error)"
     )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert said == "astropy must be installed for dates, got none. `pip install 'poinsot[sky]'` brings it.\n"
+    message = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert message == "astropy must be installed for dates, got none. `pip install 'poinsot[sky]'` brings it.\n"
 
 
 def itself():

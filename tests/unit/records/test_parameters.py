@@ -66,9 +66,9 @@ def test_numbers_and_records_are_those_of_each_in_order():
     assert list(map(float, ALL.numbers)) == [float(x) for one in (*ALL.charges, FAR) for x in one.numbers]
     assert tuple(ALL.records) == (*ALL.charges, FAR)
     others = np.arange(len(ALL.numbers), dtype=float)
-    twin = ALL.with_numbers(others)
-    assert [float(x) for x in twin.numbers] == others.tolist()
-    assert twin.structure == ALL.structure
+    copied = ALL.with_numbers(others)
+    assert [float(x) for x in copied.numbers] == others.tolist()
+    assert copied.structure == ALL.structure
     assert AttractionOfCharges(ALL.charges[:1], [FAR]).structure != ALL.structure
 
 
@@ -113,7 +113,7 @@ def test_knots_are_those_of_each():
         ([pt.KeplerOrbit], r"orbits\[0\] must be an Orbit, got the class KeplerOrbit"),
     ],
 )
-def test_what_is_no_list_of_records_is_told(given, sentence):
+def test_what_is_no_list_of_records_is_reported(given, sentence):
     with pytest.raises(TypeError, match=sentence):
         AttractionOfCharges((), given)
 
@@ -220,8 +220,8 @@ def test_a_field_may_have_records_of_several_classes():
     assert [*on_orbit.records] == [NEAR]
     assert len(on_orbit.numbers) == len(NEAR.numbers) + 1
     assert [name for name, _ in on_charge.number_names()][-2:] == ["target.strength", "gain"]
-    twin = on_charge.with_numbers(2 * x for x in on_charge.numbers)
-    assert (float(twin.target.strength), float(twin.gain), twin.shape) == (0.6, 6.0, BALL)
+    copied = on_charge.with_numbers(2 * x for x in on_charge.numbers)
+    assert (float(copied.target.strength), float(copied.gain), copied.shape) == (0.6, 6.0, BALL)
     assert on_orbit.structure != on_charge.structure
     assert Aimed(NEAR, BALL, 5.0).structure == on_orbit.structure
 

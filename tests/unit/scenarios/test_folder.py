@@ -77,7 +77,7 @@ def read(folder, body=BODY, rest=""):
     return pt.files.read_scenario(path)
 
 
-def assert_kept(scenario, folder, tmp_path):
+def assert_same_after_saving(scenario, folder, tmp_path):
     """The result comes back and runs again to the bit where the files are gone."""
     motion = scenario.propagate(progress=False)
     path = pt.save(motion, tmp_path / "result.nc")
@@ -132,14 +132,14 @@ def test_every_shape(folder, tmp_path, text, shape):
     scenario = read(folder, f'[body]\ntype = "Body.from_shape"\n[body.shape]\n{text}')
     np.testing.assert_allclose(scenario.system.body.inertia, pt.Body.from_shape(shape).inertia, rtol=4e-15, atol=1e-14)
     assert type(scenario.system.body.shape) is type(shape)
-    back = assert_kept(scenario, folder, tmp_path)
-    kept = back.system.body.shape
-    assert type(kept) is type(shape)
-    np.testing.assert_allclose(kept.center_of_mass, shape.center_of_mass, rtol=0, atol=1e-15)
-    assert kept.mass == pytest.approx(shape.mass, rel=1e-15, abs=0)
+    back = assert_same_after_saving(scenario, folder, tmp_path)
+    stored = back.system.body.shape
+    assert type(stored) is type(shape)
+    np.testing.assert_allclose(stored.center_of_mass, shape.center_of_mass, rtol=0, atol=1e-15)
+    assert stored.mass == pytest.approx(shape.mass, rel=1e-15, abs=0)
 
 
-def test_shapes_of_python_are_kept_to_the_bit(tmp_path):
+def test_shapes_of_python_are_preserved_to_the_bit(tmp_path):
     turned = {"attitude": (0.1, 0.5, 0.5, 0.7), "position": (0.3, -0.2, 5)}
     unit = turned | {"attitude": np.array(turned["attitude"]) / np.linalg.norm(turned["attitude"])}
     parts = [
@@ -156,15 +156,15 @@ def test_shapes_of_python_are_kept_to_the_bit(tmp_path):
     motion = pt.propagate(pt.System(body), start, [0.0, 1.0])
     back = pt.load(pt.save(motion, tmp_path / "it.nc"))
     *solids, points = back.system.body.shape.parts
-    for own, kept in zip(turned_parts, solids, strict=True):
-        assert own.mass == kept.mass
-        assert np.array_equal(own.center_of_mass, kept.center_of_mass)
-        assert np.array_equal(own.inertia, kept.inertia)
+    for own, stored in zip(turned_parts, solids, strict=True):
+        assert own.mass == stored.mass
+        assert np.array_equal(own.center_of_mass, stored.center_of_mass)
+        assert np.array_equal(own.inertia, stored.inertia)
     assert points.positions.tolist() == [[1, 0, 0], [0, 1 / 3, 0]]
     assert np.array_equal(repetition(back, "it").propagate(progress=False).quaternion, motion.quaternion)
 
 
-def test_shapes_are_kept_where_forces_are_not(tmp_path):
+def test_shapes_are_preserved_where_forces_are_not(tmp_path):
     grid = np.mgrid[-1:1:9j, -1:1:9j, -1:1:9j].reshape(3, -1).T
     body = pt.Body.from_shape(pt.shapes.Mascons(np.arange(1.0, len(grid) + 1), grid * (1, 2, 3)))
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 0.2, 0.3))
@@ -194,7 +194,7 @@ def test_mesh(folder, tmp_path):
     scenario = read(folder, MESH.format(path="below/t.obj"))
     wanted = pt.Body.from_shape(pt.files.read_mesh(folder / "below" / "t.obj", mass=7))
     assert np.array_equal(scenario.system.body.inertia, wanted.inertia)
-    back = assert_kept(scenario, folder, tmp_path)
+    back = assert_same_after_saving(scenario, folder, tmp_path)
     assert np.array_equal(back.system.body.shape.vertices, wanted.shape.vertices)
     assert np.array_equal(back.system.body.shape.faces, wanted.shape.faces)
 
@@ -207,7 +207,7 @@ def test_field(folder, tmp_path):
     scenario = read(folder, moments + "mass = 10, radius = 1.5}", force + orbit)
     (gravity,) = scenario.system.forces
     assert gravity.field.C[2].tolist() == [-0.02, 0, 0.01]
-    assert_kept(scenario, folder, tmp_path)
+    assert_same_after_saving(scenario, folder, tmp_path)
 
 
 def test_orbit_message(folder, tmp_path):
@@ -215,7 +215,7 @@ def test_orbit_message(folder, tmp_path):
     rest = GRADIENT + 'type = "read_oem"\npath = "o.oem"\n'
     scenario = read(folder, rest=rest)
     assert scenario.system.calendar == pt.Calendar("2026-11-21T00:00:00", "TDB")
-    back = assert_kept(scenario, folder, tmp_path)
+    back = assert_same_after_saving(scenario, folder, tmp_path)
     assert back.system.calendar == scenario.system.calendar
     assert pt.files.write_aem(back, tmp_path / "it.aem").exists()
 
@@ -234,7 +234,7 @@ def test_kernels(folder, tmp_path):
     np.testing.assert_allclose(
         scenario.system.forces[0].orbit.position_at(30.0), orbit.position_at(30.0), rtol=0, atol=1e-9
     )
-    assert_kept(scenario, folder, tmp_path)
+    assert_same_after_saving(scenario, folder, tmp_path)
     (folder / "below").mkdir(exist_ok=True)
     (folder / "index.tm").write_text("KPL/MK\n\\begindata\nkernels_to_load = ('/etc/passwd')\n\\begintext\n")
     with pytest.raises(ValueError, match=r"in orbits\.it, .*index\.tm must be a kernel that loads no others"):
@@ -318,7 +318,7 @@ def test_pipes_are_no_files(folder):
         read(folder, MESH.format(path="pipe.obj"))
 
 
-def test_wrong_files_are_told_with_their_key(folder):
+def test_wrong_files_are_reported_with_their_key(folder):
     (folder / "t.obj").write_text("v 0 0\n")
     with pytest.raises(ValueError, match=r"line 5: in body\.shape, .*t\.obj: the file must (be OBJ|have faces)"):
         read(folder, MESH.format(path="t.obj"))
@@ -339,8 +339,8 @@ def test_results_say_what_their_times_mean(folder, tmp_path):
     """By the calendar of a scenario without dated orbits; the times themselves stay numbers, to the bit."""
     pytest.importorskip("astropy")
     path = folder / "it.toml"
-    said = 'calendar = {zero = "2026-11-21", scale = "UTC", unit = "h"}\n'
-    path.write_text(SCENARIO.format(body=BODY, rest="").replace('units.time = "s"\n', said))
+    line = 'calendar = {zero = "2026-11-21", scale = "UTC", unit = "h"}\n'
+    path.write_text(SCENARIO.format(body=BODY, rest="").replace('units.time = "s"\n', line))
     motion = pt.files.read_scenario(path).propagate(progress=False)
     back = pt.load(pt.save(motion, tmp_path / "it.nc"))
     assert_same(motion, back)
@@ -361,7 +361,7 @@ def test_results_say_what_their_times_mean(folder, tmp_path):
         pt.files.write_aem(back, tmp_path / "b.aem", reference_frame="ICRF", calendar=CALENDAR)
 
 
-def test_dates_and_axes_are_kept_where_forces_are_not(tmp_path):
+def test_dates_and_axes_are_preserved_where_forces_are_not(tmp_path):
     pytest.importorskip("astropy")
     orbit = pt.KeplerOrbit(398600.4418, semimajor_axis=7000.0, eccentricity=0.05, inclination=0.3, node=0.1)
     labels = {"reference_frame": "ICRF", "origin": "EARTH", "calendar": CALENDAR}

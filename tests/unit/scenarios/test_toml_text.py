@@ -126,8 +126,8 @@ def test_any_text_ends_in_tables_or_a_sentence(text):
     try:
         parsed_toml(text, "it")
     except ValueError as error:
-        said = str(error)
+        message = str(error)
     else:
         lines_of(text)
         return
-    assert re.match(r"it(, line \d+:.*)? must ", said, re.DOTALL)
+    assert re.match(r"it(, line \d+:.*)? must ", message, re.DOTALL)

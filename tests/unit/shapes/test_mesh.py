@@ -179,7 +179,7 @@ def nested(*parts):
 
 
 WRONG = {
-    "beside": (nested((BOX, 1), (SMALL.moved((2, 0, 0)), -1)), 6.125),
+    "adjacent": (nested((BOX, 1), (SMALL.moved((2, 0, 0)), -1)), 6.125),
     "touching": (nested((BOX, 1), (SMALL.moved((0.75, 0, 0)), -1)), 6.125),
     "an overlapping lobe": (nested((BOX, 1), (SMALL.moved((0.6, 0, 0)), -1)), 6.125),
     "the larger of two": (nested((SMALL.moved((2, 0, 0)), 1), (BOX, -1)), 6.125),
@@ -207,10 +207,10 @@ def test_the_sentence_names_a_face_of_the_surface_that_is_wound_inwards():
         ValueError,
         match="but the surface of face 12 is wound inwards and lies in no other surface",
     ):
-        pt.shapes.Mesh(*WRONG["beside"][0], mass=1.0)
+        pt.shapes.Mesh(*WRONG["adjacent"][0], mass=1.0)
 
 
-def test_a_flat_surface_beside_a_body_has_no_side():
+def test_a_flat_surface_next_to_a_body_has_no_side():
     sheet = np.array([(3, 0.1, 0.2), (4, 0.3, 0.7), (3.3, 1.1, 0.9)])
     faces = np.vstack([BOX.faces, [(8, 9, 10), (8, 10, 9)]])
     assert pt.shapes.Mesh(np.vstack([BOX.vertices, sheet]), faces, mass=1.0).volume == pytest.approx(

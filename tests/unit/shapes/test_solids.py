@@ -62,7 +62,7 @@ def test_spheres_of_different_mass_pull_as_their_centres():
     np.testing.assert_allclose(pair.field(6, 3.0).normalized, centres.field(6, 3.0).normalized, rtol=0, atol=1e-16)
 
 
-def test_a_cylinder_near_its_surface_is_refused_and_one_beside_it_is_not():
+def test_a_cylinder_near_its_surface_is_refused_and_one_next_to_it_is_not():
     cylinder = pt.shapes.Cylinder(1.0, 2.0, mass=1.0)
     with pytest.raises(ValueError, match="points must not lie on the surface of a cylinder, but one lies 1 from"):
         cylinder.potential((1.0, 0, 0.3))

@@ -1,4 +1,4 @@
-"""Ensembles in chunks: the same numbers bit for bit, whatever the chunks, kept or reduced."""
+"""Ensembles in chunks: the same numbers bit for bit, whatever the chunks, stored or reduced."""
 
 import contextlib
 import copy
@@ -138,8 +138,8 @@ def test_a_member_that_fails_is_in_the_store(tmp_path):
 
 def test_variables_are_chosen(tmp_path):
     system, whole = pt.System(BODY), run(pt.System(BODY))
-    kept = {"quaternion": {"dtype": "float32"}, "omega_body": {"every": np.int64(5)}}
-    data = run(system, out=tmp_path / "some.zarr", chunk=4, variables=kept)
+    selected = {"quaternion": {"dtype": "float32"}, "omega_body": {"every": np.int64(5)}}
+    data = run(system, out=tmp_path / "some.zarr", chunk=4, variables=selected)
     loaded = pt.load(tmp_path / "some.zarr")
     for found in (
         data,
@@ -174,7 +174,7 @@ SPARSE = {
 
 
 @pytest.mark.parametrize("name", SPARSE)
-def test_what_is_kept_at_some_times_is_saved_and_loaded(name, tmp_path):
+def test_what_is_stored_at_some_times_is_saved_and_loaded(name, tmp_path):
     whole = run(pt.System(BODY)).isel(time=slice(None, None, 4))
     sparse = run(pt.System(BODY), out=tmp_path / "it.zarr", chunk=10, variables=SPARSE[name])
     if "kinetic_energy" not in SPARSE[name]:
@@ -332,7 +332,7 @@ def test_what_chunks_do_not_share_lies_along_chunks(stored, tmp_path):
 
 
 def in_words(data, names):
-    """What a reduction may give names in words: dimensions, members, and coordinates beside them."""
+    """What a reduction may give names in words: dimensions, members, and coordinates along them."""
     last = data[["omega_body"]].isel(time=-1, drop=True)
     words = [f"m{int(member)}" for member in data.member]
     named = {
@@ -341,12 +341,12 @@ def in_words(data, names):
         "label": ("member", words[::-1]),
         "numbered": ("axis", ["07", "8", "9"]),
     }
-    beside = {
+    extra = {
         "height": ("member", np.sqrt(data.member.values)),
         "of": "all",
         "place": (("member", "axis"), [["a", "b", ""]] * len(words)),
     }
-    return last.assign_coords({name: value for name, value in (named | beside).items() if name in names})
+    return last.assign_coords({name: value for name, value in (named | extra).items() if name in names})
 
 
 NAMED = [(), ("axis",), ("member", "label"), ("numbered", "of"), ("label", "place", "height", "axis")]
@@ -580,21 +580,21 @@ def test_an_interrupt_lets_the_chunk_that_is_written_end(tmp_path, monkeypatch):
 
 
 def test_progress_is_over_all_chunks(tmp_path, monkeypatch):
-    told = []
+    reported = []
 
     @contextlib.contextmanager
     def bar(what, total, wanted):
         assert (what, total, wanted) == ("members", COUNT, True)
-        yield lambda more: told.append(more)
+        yield lambda more: reported.append(more)
 
     monkeypatch.setattr(chunk_run, "bar", bar)
     pt.propagate(pt.System(BODY), STARTS, TIMES, progress=True, out=tmp_path / "it.zarr", chunk=5)
-    assert sum(told) == COUNT
+    assert sum(reported) == COUNT
     shutil.rmtree(tmp_path / "it.zarr" / "chunks" / "000002")
-    told.clear()
+    reported.clear()
     pt.propagate(pt.System(BODY), STARTS, TIMES, progress=True, out=tmp_path / "it.zarr", chunk=5)
-    assert told[0] == COUNT - 5
-    assert sum(told) == COUNT
+    assert reported[0] == COUNT - 5
+    assert sum(reported) == COUNT
 
 
 def test_a_scenario_gives_datasets_where_it_keeps_no_motion(tmp_path):
@@ -606,7 +606,7 @@ def test_a_scenario_gives_datasets_where_it_keeps_no_motion(tmp_path):
     )
     scenario = pt.files.read_scenario(path)
     whole = scenario.propagate(progress=False)
-    kept = scenario.propagate(progress=False, out=tmp_path / "kept.zarr", variables=["omega_body"])
-    assert np.array_equal(kept.omega_body, whole.omega_body)
+    selected = scenario.propagate(progress=False, out=tmp_path / "stored.zarr", variables=["omega_body"])
+    assert np.array_equal(selected.omega_body, whole.omega_body)
     means: Any = scenario.propagate(progress=False, chunk=2, reduce=lambda data: data.omega_body.mean("member"))
     assert means.sizes["chunk"] == 3

@@ -182,8 +182,8 @@ def test_a_full_disk_is_one_sentence_and_nothing_is_lost(tmp_path):
         shutil.rmtree(out / "chunks" / f"{number:06}")
     expected = contents_of_run(tmp_path)
     sizes = [path.stat().st_size for path in out.rglob("c.*") if path.parent.parent == out]
-    told = forked.run(PROBLEM + FULL, out, max(sizes) - 1).stdout
-    assert told == (
+    output = forked.run(PROBLEM + FULL, out, max(sizes) - 1).stdout
+    assert output == (
         f"out must be a store that can be written, got {out}: File too large. "
         "2 of 4 chunks are whole; the same call goes on.\n"
     )
@@ -191,8 +191,8 @@ def test_a_full_disk_is_one_sentence_and_nothing_is_lost(tmp_path):
     assert not list(out.rglob("*.part"))
     run(out, events=())
     assert contents(out) == expected
-    told = forked.run(PROBLEM + FULL, tmp_path / "new.zarr", 1000).stdout
-    assert told.startswith(f"out must be a store that can be written, got {tmp_path / 'new.zarr'}: File too large.")
+    output = forked.run(PROBLEM + FULL, tmp_path / "new.zarr", 1000).stdout
+    assert output.startswith(f"out must be a store that can be written, got {tmp_path / 'new.zarr'}: File too large.")
     assert not (tmp_path / "new.zarr").exists()
 
 

@@ -20,7 +20,7 @@ BODY = pt.Body((1.25, 1.0, 0.75))
 @pytest.mark.parametrize("force", FORCES, ids=lambda force: type(force).__name__)
 def test_copies_have_the_same_and_other_numbers_another(force):
     found = fingerprint(force)
-    force.structure, force.numbers  # noqa: B018 - what is computed and kept is no definition
+    force.structure, force.numbers  # noqa: B018 - a computed and stored value is no definition
     assert found == fingerprint(force)
     assert found == fingerprint(pickle.loads(pickle.dumps(force)))
     for changed in others(force):
@@ -68,7 +68,7 @@ values = [
     functools.partial(law, 3.0), {"x": [1, 2.5, None, "y", np.float32(2)]}, frozenset("hello"), law,
     np.arange(6).reshape(2, 3), orbit,
 ]
-told = [fingerprint(value) for value in values]
+digests = [fingerprint(value) for value in values]
 """
 
 
@@ -76,8 +76,8 @@ def test_another_process_finds_the_same():
     """Whatever the seed of hashes of texts is there."""
     here: dict = {"__name__": "mine"}
     exec(compile(OWN, "<string>", "exec"), here)
-    there = forked.run(OWN + "print(*told)").stdout.split()
-    assert here["told"] == there
+    there = forked.run(OWN + "print(*digests)").stdout.split()
+    assert here["digests"] == there
     assert len({*there}) == len(there)
 
 

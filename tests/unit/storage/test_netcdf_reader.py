@@ -56,13 +56,13 @@ def edit_array(store, name, **change):
 def edit(store, change):
     """Change what a store says of its arrays and itself, and its digest so that it is right."""
     path = store / "zarr.json"
-    told = json.loads(path.read_text())
-    arrays = told["consolidated_metadata"]["metadata"]
-    attributes = {key: value for key, value in told["attributes"].items() if key != "digest"}
+    record = json.loads(path.read_text())
+    arrays = record["consolidated_metadata"]["metadata"]
+    attributes = {key: value for key, value in record["attributes"].items() if key != "digest"}
     change(arrays, attributes)
     digest = hashlib.sha256(json.dumps([arrays, attributes], sort_keys=True).encode()).hexdigest()
-    told["attributes"] = {**attributes, "digest": digest}
-    path.write_text(json.dumps(told))
+    record["attributes"] = {**attributes, "digest": digest}
+    path.write_text(json.dumps(record))
 
 
 def grid(*shape):

@@ -138,10 +138,10 @@ def test_a_killed_driver_leaves_a_store_that_goes_on(cluster, client, serial, tm
         driver.wait(timeout=WAIT)
     assert driver.returncode == -signal.SIGKILL
     assert 2 <= done[0] < COUNT // CHUNK
-    kept = {path: path.stat().st_mtime_ns for path in out.glob("chunks/*/zarr.json")}
+    written = {path: path.stat().st_mtime_ns for path in out.glob("chunks/*/zarr.json")}
     found = pt.propagate(TOP, START, TIMES, out=out, chunk=CHUNK, client=client, reduce=slow)
     assert np.array_equal(found.quaternion, serial.quaternion[:, [0, -1]])
-    assert all(path.stat().st_mtime_ns == before for path, before in kept.items())
+    assert all(path.stat().st_mtime_ns == before for path, before in written.items())
 
 
 def test_an_interrupt_leaves_a_store_that_goes_on(client, serial, tmp_path):
@@ -202,7 +202,7 @@ def test_a_large_task_gives_no_warning(client, serial):
     assert np.array_equal(found.quaternion, serial.quaternion)
 
 
-def test_what_cannot_travel_is_said(client, tmp_path):
+def test_what_cannot_travel_is_reported(client, tmp_path):
     lock = threading.Lock()
 
     class Locked(pt.Torque):
@@ -216,7 +216,7 @@ def test_what_cannot_travel_is_said(client, tmp_path):
         pt.propagate(pt.System(BODY, Locked()), START, TIMES, out=tmp_path / "a.zarr", client=client)
 
 
-def test_no_workers_and_no_client_are_said(tmp_path):
+def test_no_workers_and_no_client_are_reported(tmp_path):
     with (
         distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=":0") as empty,
         distributed.Client(empty) as client,

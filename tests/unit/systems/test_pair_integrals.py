@@ -1,4 +1,4 @@
-"""What is said to be conserved by the motion of two bodies."""
+"""Integrals of the motion of two bodies."""
 
 import numpy as np
 import pytest

@@ -145,24 +145,24 @@ def test_numbers_are_in_the_order_of_declaration(body):
 
 def test_with_numbers_puts_each_scalar_in_its_place(body):
     system = pt.System(body, pt.UniformGravity(0.5, (1, 2, 3)), pt.forces.LinearDamping(0.1))
-    twin: Any = system.dynamics.with_numbers(iter(range(100, 108)))
-    assert list(twin.body.moments) == [100, 101, 102]
-    assert twin.forces[0].weight == 103
-    assert list(twin.forces[0].center_of_mass) == [104, 105, 106]
-    assert twin.forces[1].coefficient == 107
+    copied: Any = system.dynamics.with_numbers(iter(range(100, 108)))
+    assert list(copied.body.moments) == [100, 101, 102]
+    assert copied.forces[0].weight == 103
+    assert list(copied.forces[0].center_of_mass) == [104, 105, 106]
+    assert copied.forces[1].coefficient == 107
 
 
 def test_with_its_own_numbers_a_system_is_the_same(satellite, start):
-    twin = formulas.twin(satellite, satellite.dynamics.numbers)
+    copied = formulas.copied(satellite, satellite.dynamics.numbers)
     q = functions.Vector(start.quaternion)
-    assert formulas.potential(twin, q, 0.7) == pytest.approx(
+    assert formulas.potential(copied, q, 0.7) == pytest.approx(
         satellite.potential_energy(pt.State(start.quaternion, start.conjugate_momenta, 0.7)), rel=1e-14, abs=0
     )
 
 
 def test_with_numbers_fills_tables_row_by_row(body):
-    twin: Any = pt.System(body, Table(np.zeros((3, 3)))).dynamics.with_numbers(itertools.count())
-    assert twin.forces[0].coefficients.tolist() == [[3, 4, 5], [6, 7, 8], [9, 10, 11]]
+    copied: Any = pt.System(body, Table(np.zeros((3, 3)))).dynamics.with_numbers(itertools.count())
+    assert copied.forces[0].coefficients.tolist() == [[3, 4, 5], [6, 7, 8], [9, 10, 11]]
 
 
 def test_parameters_keep_a_copy():

@@ -14,7 +14,7 @@ EPS = np.finfo(float).eps
 LENGTHS = np.array([0.5, 0.25, 1.0, 0.125])
 
 
-def kept(size, orders, sign=1.0):
+def stored(size, orders, sign=1.0):
     """Return steps one after another, with coefficients that fall as those of a Taylor series do."""
     rng = np.random.default_rng(size)
     fields = [("start", "f8", (2,)), ("length", "f8"), ("per_unit", "f8"), ("coefficients", "f8", (orders, size))]
@@ -42,7 +42,7 @@ def expected(steps, times):
 @pytest.mark.parametrize(("sign", "cut"), [(1.0, 0), (-1.0, 1), (1.0, 3), (-1.0, 4)])
 @pytest.mark.parametrize(("size", "orders"), [(1, 3), (7, 19), (8, 19), (17, 24)])
 def test_polynomials_at_times_in_any_order(size, orders, sign, cut):
-    steps = kept(size, orders, sign)
+    steps = stored(size, orders, sign)
     blocks = [steps[:cut], steps[cut:]]
     times = sign * np.random.default_rng(1).uniform(0.0, LENGTHS.sum(), 300)
     values, sizes = expected(steps, times)
@@ -55,7 +55,7 @@ def test_polynomials_at_times_in_any_order(size, orders, sign, cut):
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_polynomials_at_ends_of_steps_are_those_of_the_side(sign):
-    steps = kept(7, 19, sign)
+    steps = stored(7, 19, sign)
     steps["start"][:, 1] = 0.0
     starts, order = steps["start"][1:, 0], np.array([2, 0, 1, 1])  # a later one first
     given = StoredSteps([steps[:2], steps[2:]])

@@ -128,7 +128,7 @@ def test_a_branch_in_the_attitude():
     assert np.max(np.abs(angle - start * expected)) < 2e-13
 
 
-def test_energy_is_kept_across_the_corner_of_a_potential():
+def test_energy_is_conserved_across_the_corner_of_a_potential():
     system = pt.System(BODY, Ridge(0.7))
     motion = pt.propagate(
         system, BODY.state((0.5, 0.5, -0.5, 0.5), omega_body=(0.3, 0.2, 0.1)), np.linspace(0, 100, 201)

@@ -307,12 +307,12 @@ def test_a_finished_graph_holds_nothing():
     gc.disable()
     try:
         array = np.ones(3)
-        kept, graph = weakref.ref(array), Graph()
+        alive, graph = weakref.ref(array), Graph()
         variable = graph.variable(array)
         (found,) = graph.finished(gradient(variable * variable, [variable]))
         assert np.array_equal(found, 2 * array)
         del array, variable, graph
-        assert kept() is None
+        assert alive() is None
     finally:
         gc.enable()
 
@@ -320,7 +320,7 @@ def test_a_finished_graph_holds_nothing():
 # ---------------------------------------------------------------------- arrays and vectors
 
 
-def test_nodes_beside_arrays_and_vectors():
+def test_nodes_together_with_arrays_and_vectors():
     graph, (x, y), _ = traced(smooth)
     array, vector = np.array([1.0, 2.0]), functions.Vector((1.0, 2.0, 3.0))
     outputs = [array * x, x / array, array - y, np.float64(2) ** x, (x * vector)[2], functions.dot(vector, (x, y, x))]

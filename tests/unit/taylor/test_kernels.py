@@ -592,9 +592,9 @@ def test_momenta_are_rescaled_where_they_leave_their_band(lanes, layout):
     states = np.array([[0.8, 0.0, 0.5], [0.05, 0.0, 0.5], [0.8, 0.0, 0.5]])
     rows, tasks, run = integrated(code, states, times, parameters=parameters)
     np.testing.assert_array_equal(tasks["status"], Status.DONE)
-    if code.lanes == 1:  # kept steps are in the scale of the start
-        (kept,) = run.steps
-        first = kept[kept["task"] == 0]
+    if code.lanes == 1:  # stored steps are in the scale of the start
+        (stored,) = run.steps
+        first = stored[stored["task"] == 0]
         m = 0.8 * np.exp(-first["start"][:, :1])
         np.testing.assert_allclose(first["coefficients"][:, :2, 0], m * [1, -1], rtol=100 * EPS)
     for row, (k, f, g), (m1, _, x) in zip(rows, parameters, states, strict=True):
@@ -642,7 +642,7 @@ def test_momenta_that_shrink_lose_what_is_along_their_quaternions(lanes):
     np.testing.assert_allclose(found, [Q - shares[:, None] * q, Q], rtol=0, atol=1e-12)  # as the decays above
 
 
-def test_kept_steps_are_the_polynomials_of_the_run():
+def test_stored_steps_are_the_polynomials_of_the_run():
     code, start, end = compiled(DECOMPOSITIONS["top"], ORDER, 1, "single"), starts("top"), 400.0
     rows, tasks, run = integrated(code, start, [-5.0, end])
     steps = np.concatenate(run.steps)

@@ -162,7 +162,7 @@ PATH = (2, 1, 3)
 and cos. A velocity takes two products more."""
 
 TURN = 9
-"""Products that turn a vector of space to body axes, beside those of the matrix."""
+"""Products that turn a vector of space to body axes, in addition to the products of the matrix."""
 
 WHOLE = KINEMATICS + MATRIX + OF_MATRIX
 IN_AXES_OF_THE_ORBIT = KINEMATICS + ROW + OF_ROW + 1
@@ -225,7 +225,7 @@ MORE = {
     "MagneticMoment MagneticHarmonics": 3,
     "MagneticMoment SecularHarmonics": 4,
 }
-"""Products that a program has beside those."""
+"""Further products of a program."""
 
 
 @pytest.mark.parametrize("force", FORCES, ids=label)
@@ -292,7 +292,7 @@ def factors_by_counting(monomials):
 @pytest.mark.parametrize(("count", "factors", "length"), [(5, 3, 4), (20, 4, 6), (40, 12, 5), (60, 30, 4)])
 def test_products_have_the_factors_that_most_of_them_have(count, factors, length):
     """As few as where all pairs are counted anew for each, which is not the least: either may be luckier."""
-    kept, counted = 0, 0
+    counted_ways, counted = 0, 0
     for seed in range(20):
         random = np.random.default_rng(seed)
         lengths = random.integers(2, length + 1, count)
@@ -302,5 +302,5 @@ def test_products_have_the_factors_that_most_of_them_have(count, factors, length
         for product, pair in ways.items():
             assert tuple(sorted(sum(pair, ()))) == product
             assert all(len(part) == 1 or part in ways for part in pair)
-        kept, counted = kept + len(ways), counted + len(factors_by_counting(monomials))
-    assert abs(kept - counted) <= 0.02 * counted
+        counted_ways, counted = counted_ways + len(ways), counted + len(factors_by_counting(monomials))
+    assert abs(counted_ways - counted) <= 0.02 * counted

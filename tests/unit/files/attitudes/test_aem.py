@@ -391,7 +391,7 @@ def test_bad_files(read, text, sentence):
         read(text)
 
 
-def test_norms_of_few_digits_are_kept_as_a_number(read):
+def test_norms_of_few_digits_are_preserved_as_a_number(read):
     numbers = np.round(columns("QUATERNION"), 4)
     table = read(opening() + metadata("QUATERNION") + rows(numbers))
     assert 1e-6 < table.norm_error < 1e-4

@@ -220,7 +220,7 @@ def test_rates_at_some_times_only_are_an_error(kernels, monkeypatch):
     assert pt.files.spice_attitude("SC_BODY_1", [5.5, 6.0], two, calendar=CALENDAR).omega_body is None
 
 
-def test_what_is_missing_is_said(kernels):
+def test_what_is_missing_is_reported(kernels):
     kernels[2].unlink()
     with pytest.raises(
         FileNotFoundError, match=r"m\.bc must have the kernels of its clock and its frame .* no m\.tf\."
@@ -239,14 +239,14 @@ def test_blocks_of_times_give_the_same_as_all_together(kernels, monkeypatch):
     assert len(TIMES) > 2 * ck.TIMES_PER_CALL
 
 
-def test_blocks_of_times_are_told(kernels, monkeypatch):
-    told = []
+def test_blocks_of_times_are_reported(kernels, monkeypatch):
+    warned = []
 
     def noted(what, total, wanted):
-        told.append((what, total, wanted))
-        return contextlib.nullcontext(told.append)
+        warned.append((what, total, wanted))
+        return contextlib.nullcontext(warned.append)
 
     monkeypatch.setattr(ck, "TIMES_PER_CALL", 3)
     monkeypatch.setattr(ck, "bar", noted)
     pt.files.spice_attitude("SC_BODY_1", TIMES[:8], kernels, calendar=CALENDAR, progress=True)
-    assert told == [("times", 8, True), 3, 3, 2]
+    assert warned == [("times", 8, True), 3, 3, 2]

@@ -63,12 +63,12 @@ WHOLE = OPENING + metadata() + lines() + COVARIANCE
 
 
 def as_xml(**fields):
-    said = {
+    message = {
         key: value
         for key, _, value in (line.partition(" = ") for line in metadata(**fields).splitlines())
         if value and key != "COMMENT"
     }
-    inner = "".join(f"<{key}>{value}</{key}>" for key, value in said.items())
+    inner = "".join(f"<{key}>{value}</{key}>" for key, value in message.items())
     names = ("X", "Y", "Z", "X_DOT", "Y_DOT", "Z_DOT")
     rows = "".join(
         f"<stateVector><EPOCH>{date}</EPOCH>"
@@ -346,10 +346,10 @@ def test_any_change_is_a_result_or_a_sentence(tmp_path_factory, data):
         text = base[:at] + noise + base[at + gone :]
     path = tmp_path_factory.mktemp("oem") / "a.oem"
     path.write_bytes(text.encode(errors="surrogatepass"))
-    said = "nothing, but a result"
+    message = "nothing, but a result"
     try:
         orbit = pt.files.read_oem(path, mu=1.0)
         assert np.all(np.isfinite(np.stack(orbit.position_at(np.array(orbit.span)))))
     except (ValueError, UserWarning) as problem:
-        said = str(problem)
-    assert re.search(", (but|got) ", said)
+        message = str(problem)
+    assert re.search(", (but|got) ", message)

@@ -152,15 +152,15 @@ def test_every_set_of_the_verification_against_sgp4(lines, first, last):
     assert np.max(np.linalg.norm(place(orbit, times) - places, axis=-1)) < orbit.error < 1.1e-4
     assert orbit.velocity_jump < 0.02
     apart = np.linalg.norm(np.stack(orbit.velocity_at(times), axis=-1) - speeds, axis=-1)
-    said = [str(warning.message) for warning in caught]
+    message_text = [str(warning.message) for warning in caught]
     if number in JUMPS:
         time, size = JUMPS[number]
         knot = orbit.knots[np.argmin(abs(orbit.knots - time))]
         _, (before, after), _ = directly(satellite, knot + np.array([-1e-6, 1e-6]))
         assert np.linalg.norm(after - before) == pytest.approx(size, rel=1e-4, abs=0)
         assert orbit.position_jump == pytest.approx(size, rel=1e-5, abs=0)
-        assert len(said) == 1
-        assert f"got a jump of {size:.6g} at t = {knot:.10g} (20" in said[0]
+        assert len(message_text) == 1
+        assert f"got a jump of {size:.6g} at t = {knot:.10g} (20" in message_text[0]
     else:
         assert orbit.position_jump < orbit.error
     if np.max(apart) > 0.01:
@@ -168,11 +168,11 @@ def test_every_set_of_the_verification_against_sgp4(lines, first, last):
             r"the velocity of SGP4 must be within 0\.01 km/s of the derivative of its position, got (\S+) km/s at t = "
             r"\S+\. velocity_at returns the derivative\."
         )
-        (found,) = (re.fullmatch(sentence, one) for one in said)
+        (found,) = (re.fullmatch(sentence, one) for one in message_text)
         assert float(found[1]) == pytest.approx(np.max(apart), rel=0.01, abs=0)
         assert number in ("23333", "22312", "29141", "33333")
     elif number not in JUMPS:
-        assert said == []
+        assert message_text == []
     smooth = times[2:-2][abs(times[2:-2] - JUMPS.get(number, (np.inf,))[0]) > 2.0]
     ahead = {k: directly(satellite, smooth + k)[1] for k in (-2, -1, 1, 2)}
     derivative = (8 * (ahead[1] - ahead[-1]) - (ahead[2] - ahead[-2])) / 12
@@ -516,9 +516,9 @@ def test_any_message_is_a_result_or_a_sentence(noise, written, data):
 
 
 def outcome(read, text):
-    said = "nothing, but a result"
+    message_text = "nothing, but a result"
     try:
         assert np.all(np.isfinite(place(read(text, 0, 600), 300.0)))
     except (ValueError, UserWarning) as problem:
-        said = str(problem)
-    assert re.search(", (but|got) ", said)
+        message_text = str(problem)
+    assert re.search(", (but|got) ", message_text)
