@@ -13,7 +13,7 @@ from poinsot.checked import checked
 from poinsot.display.progress import Progress
 from poinsot.errors import PropagationError
 from poinsot.integration import equations
-from poinsot.integration.formulations import Formulation
+from poinsot.integration.formulations import FORMULATIONS, Formulation
 from poinsot.integration.problem import Problem
 from poinsot.integration.report import Report
 from poinsot.integration.settings import RunSettings, checked_tolerance
@@ -204,14 +204,15 @@ def propagated_again(motion: Trajectory, times: Array, threads: int | None = Non
             "times must be among the times of a motion without formulas, such as a motion from a file, got others. "
             "Propagate the system, or choose some of motion.times."
         )
+    integrated = run.formulation in FORMULATIONS
     try:
         return propagate(
             system,
             motion.initial,
             times,
             events=events,
-            formulation=run.formulation or None,
-            tolerance=run.tolerance or None,
+            formulation=run.formulation if integrated else None,
+            tolerance=run.tolerance if integrated else None,
             precision=run.precision,
             threads=threads,
             progress=False,

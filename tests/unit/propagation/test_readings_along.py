@@ -215,6 +215,46 @@ def test_two_bodies():
     assert np.array_equal(motion.column("secondary_rate"), motion.secondary.omega_body)
 
 
+class Late(Rate):
+    """Angular velocity 0.3 units of time before the reading."""
+
+    def time_of_body(self, time, units):  # noqa: ARG002
+        return time - 0.3
+
+
+def test_noise_of_sampled_laws_stays_that_of_the_member(tmp_path):
+    sensors = pt.control.NoisySensors(rate_noise=1e-2, seed=7.0)
+    law = pt.control.Sampled(pt.control.RateDamping(2.0, limit=1.0), period=0.1, sensors=sensors)
+    system = pt.System(pt.Body((10, 12, 8)), law)
+    start = system.state((1, 0, 0, 0), omega_body=np.random.default_rng(0).normal(size=(5, 3)))
+    times = np.linspace(0.5, 2.5, 5)
+    motion = pt.propagate(system, start, times, observables=[Late()])
+    expected = pt.propagate(system, start, times - 0.3).omega_body
+    stored = pt.propagate(system, start, times, observables=[Late()], out=tmp_path / "m.zarr", chunk=2)
+    assert np.array_equal(motion.column("late"), expected)
+    assert np.array_equal(stored.column("late"), expected)
+    assert np.array_equal(pt.observe(motion.member(3), Late()).values, expected[3])
+
+
+@pytest.mark.parametrize("options", [{"formulation": "canonical"}, {"precision": "quadruple"}, {"tolerance": 1e-10}])
+def test_another_propagation_has_the_options_of_the_motion(options):
+    motion = pt.propagate(SYSTEM, START, TIMES, **options)
+    expected = pt.propagate(SYSTEM, START, [0.3, 0.9], **options).omega_body
+    assert np.array_equal(pt.observe(motion, Rate(), times=[0.3, 0.9]).values, expected)
+
+
+@pytest.mark.parametrize("start", [START, STATES], ids=["one body", "members"])
+def test_motions_in_closed_form_between_their_times(start):
+    motion = pt.free_motion(BODY, start, TIMES)
+    expected = pt.propagate(SYSTEM, start, [0.3, 0.9]).omega_body
+    assert np.allclose(pt.observe(motion, Rate(), times=[0.3, 0.9]).values, expected, rtol=0, atol=1e-13)
+
+
+def test_descending_times():
+    forwards, backwards = (pt.propagate(SYSTEM, STATES, t, observables=[Late()]) for t in (TIMES, TIMES[::-1]))
+    assert np.allclose(backwards.column("late")[:, ::-1], forwards.column("late"), rtol=0, atol=1e-14)
+
+
 def test_wrong_observables():
     with pytest.raises(TypeError, match="observables"):
         pt.propagate(SYSTEM, START, TIMES, observables=[3.0])
