@@ -401,6 +401,15 @@ def field():
     return pt.shapes.Ellipsoid((3, 2, 1), mass=2.0).field(2)
 
 
+ELLIPSOID = pt.shapes.Ellipsoid((9.0, 6.0, 5.0), density=1.0)
+FAR = pt.orbits.FixedPosition(1.0, position=(1.5e8, 0, 0))
+LIGHT = pt.observables.LightCurve(ELLIPSOID, pt.observables.Lambert(0.2), FAR, FAR, kind="magnitude", light_time=False)
+DAYS = pt.Calendar("2012-10-10T00:00:00", "TDB", "d")
+NIGHT = pt.observables.Readings(
+    LIGHT, [0.0, 0.1, 0.2], [12.0, 12.5, 12.2], 0.01, calendar=DAYS, attributes={"units": "mag"}
+)
+
+
 def files(folder):
     """Write a file of each kind into a folder and return its path."""
     at = {"motion": motion(), "calendar": CALENDAR, "reference_frame": "ICRF"}
@@ -423,6 +432,7 @@ def files(folder):
         "field": text(folder / "g.tab", FIELD),
         "gyro": text(folder / "gyro.csv", GYRO),
         "curves": text(folder / "lc.txt", CURVES),
+        "readings": pt.files.write_readings(NIGHT, folder / "m.readings.nc", overwrite=True),
         "spin": text(folder / "spin.txt", SPIN),
         "alcdef": text(folder / "alcdef.txt", ALCDEF),
         "spk": kernel(folder / "m.bsp"),
@@ -946,6 +956,23 @@ def public_calls(folder):
             pt.propagate,
             {**here, **run, "events": [pt.events.SpinFlip((1, 0, 0))], "dense": True, "precision": "double"},
         ),
+        "read_alcdef": (pt.files.read_alcdef, {"path": at["alcdef"], "observable": LIGHT, "calendar": DAYS}),
+        "read_damit": (
+            pt.files.read_damit,
+            {
+                **{"path": at["curves"], "shape": ELLIPSOID, "law": LIGHT.law, "calendar": DAYS, "scale": "TDB"},
+                **{"sigma": 0.1, "au": 1.5e8},
+            },
+        ),
+        "read_damit_spin": (pt.files.read_damit_spin, {"path": at["spin"], "calendar": DAYS}),
+        "read_readings": (pt.files.read_readings, {"path": at["readings"]}),
+        "read_readings_csv": (
+            pt.files.read_readings_csv,
+            {
+                **{"path": at["gyro"], "observable": pt.observables.Gyro(), "columns": ["t_s", "wx", "wy", "wz"]},
+                **{"sigma": 0.1, "calendar": DAYS},
+            },
+        ),
         "read_aem": (pt.files.read_aem, {"path": at["aem"], "segment": 0, "calendar": CALENDAR}),
         "read_ck": (pt.files.read_ck, {"path": at["ck"][0], "calendar": CALENDAR}),
         "read_apm": (pt.files.read_apm, {"path": at["apm"], "calendar": CALENDAR}),
@@ -996,6 +1023,42 @@ def public_calls(folder):
         "view": (
             pt.view,
             {"motion": motion(), "path": folder / "out.html", "others": motion(), **seen, "overwrite": True},
+        ),
+        "write_alcdef": (
+            pt.files.write_alcdef,
+            {
+                **{"readings": [NIGHT], "path": folder / "out.txt", "metadata": {"OBJECTNAME": "Eros"}},
+                "overwrite": True,
+            },
+        ),
+        "write_damit": (
+            pt.files.write_damit,
+            {
+                "readings": pt.files.read_damit(at["curves"], ELLIPSOID, LIGHT.law),
+                "path": folder / "out.txt",
+                "overwrite": True,
+            },
+        ),
+        "write_damit_shape": (
+            pt.files.write_damit_shape,
+            {
+                "mesh": pt.shapes.Mesh.from_box((1, 2, 3), mass=1.0),
+                "path": folder / "out.txt",
+                "unit": 1.0,
+                "overwrite": True,
+            },
+        ),
+        "write_damit_spin": (
+            pt.files.write_damit_spin,
+            {"spin": pt.files.read_damit_spin(at["spin"]), "path": folder / "out.txt", "overwrite": True},
+        ),
+        "write_readings": (
+            pt.files.write_readings,
+            {"readings": [NIGHT], "path": folder / "out.readings.nc", "overwrite": True},
+        ),
+        "write_readings_csv": (
+            pt.files.write_readings_csv,
+            {"readings": NIGHT, "path": folder / "out.csv", "overwrite": True},
         ),
         "write_aem": (
             pt.files.write_aem,

@@ -33,6 +33,7 @@ __all__ = [
     "refuse_nonpositive",
     "refuse_other_length",
     "refuse_other_members",
+    "refuse_others_than_shares",
     "refuse_outside",
     "refuse_zero",
     "scalar",
@@ -195,6 +196,13 @@ def refuse_outside(low: float, high: float, limits: str, name: str, value: Any, 
     wrong = numbers[(numbers < low) | (numbers > high)]
     if wrong.size:
         raise ValueError(f"{name} must be {limits}, got {wrong[0]:.10g}. {hint}".rstrip())
+
+
+def refuse_others_than_shares(name: str, value: Any, hint: str = "") -> None:
+    """Raise a ValueError that shows a number outside of [0, 1]."""
+    refuse_negative(name, value, hint)
+    if np.any(np.asarray(value) > 1):
+        raise ValueError(f"{name} must be at most 1, got {np.max(value)}. {hint}".rstrip())
 
 
 def warn_of_negative(name: str, value: Any, hint: str = "") -> None:

@@ -33,8 +33,8 @@ FIRST_DAMPING = 1e-3
 MAX_DAMPING = 1e16
 """Damping at which no step decreases the cost."""
 
-MAX_FAILURES = 4
-"""Steps in succession after which a motion could not be computed, before a start ends."""
+MAX_FAILURES, FAILURE_GROWTH = 8, 100.0
+"""Steps in succession to points without a motion before a start ends, and the growth of the damping at each."""
 
 SMALL_DECREMENT, COST_ROUNDING = 1e-5, 1e-9
 """Decrement in standard deviations below which the rounding of the cost decides no step, and this rounding."""
@@ -177,6 +177,7 @@ def minimised(
             found.iterations += running
             failures = np.where(running & ~np.isfinite(cost), failures + 1, 0)
             damping, growth = _damped(damping, growth, gain, better)
+            damping = np.where(np.isfinite(cost), damping, damping * FAILURE_GROWTH)
             found.converged |= better & near & ((decrement <= tolerance) | (decrement > 0.5 * last))
             last = decrement
             running &= ~found.converged & (failures < MAX_FAILURES) & (damping < MAX_DAMPING)

@@ -302,7 +302,7 @@ class Unknowns:
         for i, chart in enumerate(self.charts):
             full = np.concatenate([np.zeros((starts, 3)), points.others[:, i]], axis=1)
             if chart.by_omega:
-                full[:, 3:6] = self._omega(points, points.numbers, i)
+                full[:, 3:6] = self._omega(points, i)
             columns.append(full[:, chart.columns])
         return np.concatenate([*columns, points.numbers, points.scales], axis=1)
 
@@ -332,10 +332,16 @@ class Unknowns:
         time = float(self.states[arc].time)
         return system.state(quaternion, angular_momentum_body=others[..., :3], time=time, **own)
 
-    def _omega(self, points: Points, numbers: Array, arc: int) -> Array:
-        system, _ = self.problem_at(_squeezed(numbers), arc)
-        state = self.state_at(system, _squeezed(points.quaternions[:, arc]), _squeezed(points.others[:, arc]), arc)
-        return np.asarray(system.omega_body(state)).reshape(-1, 3)
+    def _omega(self, points: Points, arc: int) -> Array:
+        """Return the angular velocities of starts, (starts, 3); NaN for invalid numbers."""
+        found = np.full((len(points.numbers), 3), np.nan)
+        valid = [i for i, row in enumerate(points.numbers) if self.are_valid(row)]
+        if valid:
+            some = points.at(valid)
+            q, others = _squeezed(some.quaternions[:, arc]), _squeezed(some.others[:, arc])
+            system, _ = self.problem_at(_squeezed(some.numbers), arc)
+            found[valid] = system.omega_body(self.state_at(system, q, others, arc))
+        return found
 
     def _with_omega(self, points: Points, numbers: Array, arc: int, steps: Array) -> Array:
         """Return momenta and variables of parts after steps of the angular velocity and of valid numbers."""
@@ -343,7 +349,7 @@ class Unknowns:
         valid = [i for i, row in enumerate(numbers) if self.are_valid(row)]
         if valid:
             some = points.at(valid)
-            q, omega = _squeezed(some.quaternions[:, arc]), self._omega(some, some.numbers, arc) + steps[valid, :3]
+            q, omega = _squeezed(some.quaternions[:, arc]), self._omega(some, arc) + steps[valid, :3]
             system, _ = self.problem_at(_squeezed(numbers[valid]), arc)
             own: Any = self.state_at(system, q, _squeezed(others[valid]), arc).own
             state = system.state(q, omega_body=_squeezed(omega), **own)

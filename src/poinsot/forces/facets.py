@@ -9,7 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from poinsot import functions
 from poinsot.checked import checked
-from poinsot.errors import array_of, real_array, refuse_negative, refuse_nonpositive, refuse_other_length
+from poinsot.errors import (
+    array_of,
+    real_array,
+    refuse_negative,
+    refuse_nonpositive,
+    refuse_other_length,
+    refuse_others_than_shares,
+)
 from poinsot.functions import Vector
 from poinsot.quantities import OR_NUMBER, Along, Rule
 from poinsot.records.members import of_scalars
@@ -28,14 +35,8 @@ SHARE_TOLERANCE = 1e-9
 """Largest excess over 1 of a sum of shares."""
 
 
-def _refuse_others_than_shares(name: str, value: Any, hint: str) -> None:
-    refuse_negative(name, value, hint)
-    if np.any(np.asarray(value) > 1):
-        raise ValueError(f"{name} must be at most 1, got {np.max(value)}. {hint}".rstrip())
-
-
 Numbers = Annotated[Any, ("count",), Rule(refuse_negative)]
-Shares = Annotated[Any, ("count",), OR_NUMBER, Rule(_refuse_others_than_shares, "It is a share of what arrives.")]
+Shares = Annotated[Any, ("count",), OR_NUMBER, Rule(refuse_others_than_shares, "It is a share of what arrives.")]
 EachOrAll = Annotated[ArrayLike, OR_NUMBER]
 
 

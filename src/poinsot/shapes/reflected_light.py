@@ -22,7 +22,6 @@ from poinsot.taylor.compiled_sums import CompiledSums
 from poinsot.taylor.graph import Graph, Number, Primitive
 
 __all__ = [
-    "BLOCK",
     "MIN_COMPILED",
     "FacetBlock",
     "LightOfPlates",

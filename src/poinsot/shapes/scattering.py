@@ -6,19 +6,21 @@ Sun illuminates and the observer views perpendicularly. With the bidirectional r
 
 from __future__ import annotations
 
+import math
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import level_of_user, refuse_negative
+from poinsot.errors import level_of_user, refuse_others_than_shares, refuse_outside
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable, cached_property
 from poinsot.quantities import Real, Rule
+from poinsot.records.members import of_scalars
 from poinsot.records.parameters import NotNegative, Parametric, Positive
 from poinsot.subclasses import is_own
 
@@ -76,6 +78,11 @@ class Reflection(Immutable):
     def __init__(self, mu0: Scalar, mu: Scalar, phase: Scalar) -> None:
         self.mu0, self.mu, self.phase = mu0, mu, phase
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the angles: (members, ...) for members."""
+        return np.broadcast_shapes(*(getattr(x, "shape", ()) for x in (self.mu0, self.mu, self.phase)))
+
     @cached_property
     def cos_phase(self) -> Scalar:
         """Cosine of the phase angle."""
@@ -97,32 +104,15 @@ class Reflection(Immutable):
         return 2.0 * (self.mu0 * self.mu) - self.cos_phase
 
 
-def _refuse_others_than_shares(name: str, value: Any, hint: str) -> None:
-    refuse_negative(name, value, hint)
-    if np.any(np.asarray(value) > 1):
-        raise ValueError(f"{name} must be at most 1, got {np.max(value)}. {hint}".rstrip())
+Share = Annotated[Real, Rule(refuse_others_than_shares, "It is a share of the light.")]
 
 
-Share = Annotated[Real, Rule(_refuse_others_than_shares, "It is a share of the light.")]
+def _below(low: float, high: float, limits: str) -> partial[None]:
+    """Return a check of numbers above or at a lower limit and below an upper limit, which a text describes."""
+    return partial(refuse_outside, low, math.nextafter(high, low), limits)
 
 
-def _refuse_asymmetry(name: str, value: Any, hint: str) -> None:
-    if np.any(np.abs(np.asarray(value)) >= 1):
-        raise ValueError(f"{name} must be between -1 and 1, got {np.ravel(value)[np.argmax(np.abs(value))]}. {hint}")
-
-
-def _refuse_from(limit: float, written: str) -> Callable[[str, Any, str], None]:
-    """Return a check that refuses negative numbers, and numbers from a limit on."""
-
-    def refuse(name: str, value: Any, hint: str) -> None:
-        refuse_negative(name, value, hint)
-        if np.any(np.asarray(value) >= limit):
-            raise ValueError(f"{name} must be below {written}, got {np.max(value)}. {hint}".rstrip())
-
-    return refuse
-
-
-Asymmetry = Annotated[Real, Rule(_refuse_asymmetry, "At -1 and 1 all light goes one way.")]
+Asymmetry = Annotated[Real, Rule(_below(math.nextafter(-1, 1), 1, "between -1 and 1"), "All light goes one way at 1.")]
 
 
 class ScatteringLaw(Parametric, ABC):
@@ -148,6 +138,7 @@ class ScatteringLaw(Parametric, ABC):
         if not is_own(type(self)) and (fault := fault_of(self)):
             warnings.warn(fault, stacklevel=level_of_user())
 
+    @of_scalars
     @abstractmethod
     def brightness(self, light: Reflection) -> Any:
         """Return the brightness S of a unit area; a scalar of the kind of the angles."""
@@ -215,6 +206,7 @@ class PhaseFunction(Parametric, ABC):
     0.02
     """
 
+    @of_scalars
     @abstractmethod
     def value(self, light: Reflection) -> Any:
         """Return p at the phase angle of a reflection."""
@@ -289,6 +281,7 @@ class LommelSeeliger(ScatteringLaw):
     def brightness(self, light: Reflection) -> Scalar:
         return self.factor(light) * lommel_seeliger(light)
 
+    @of_scalars
     def factor(self, light: Reflection) -> Scalar:
         """Return the factor that depends on the phase angle alone, albedo p / 4."""
         factor: Scalar = 0.25 * self.albedo * self.phase.value(light)
@@ -428,7 +421,9 @@ class Hapke(ScatteringLaw):
     b0: NotNegative
     h: Positive
     g: Asymmetry
-    roughness: Annotated[Real, Rule(_refuse_from(0.5 * np.pi, "pi/2"), "It is the mean slope in radians.")] = 0.0
+    roughness: Annotated[
+        Real, Rule(_below(0, 0.5 * math.pi, "from 0 to below pi/2"), "It is the mean slope in radians.")
+    ] = 0.0
 
     @override
     def brightness(self, light: Reflection) -> Scalar:
@@ -559,7 +554,7 @@ class CookTorrance(ScatteringLaw):
     diffuse: Share
     specular: Share
     m: Positive
-    f0: Annotated[Real, Rule(_refuse_from(1.0, "1"), "The refractive index is infinite at 1.")]
+    f0: Annotated[Real, Rule(_below(0, 1, "from 0 to below 1"), "The refractive index is infinite at 1.")]
 
     @override
     def brightness(self, light: Reflection) -> Scalar:

@@ -344,6 +344,18 @@ def test_wrong_arguments_have_one_message(free, options, message):
         fit(system, state, [data], free, **options)
 
 
+def test_steps_to_moments_that_no_body_has_are_shortened():
+    system = pt.System(pt.Body((1.0, 1.6, 2.1)))
+    motion = pt.propagate(system, system.state((1, 0, 0, 0), omega_body=(0.1, 3.0, 0.2)), np.linspace(0.01, 1, 100))
+    data = pt.observe(motion, Gyro(noise=0.01)).simulated(seed=1)
+    thin = pt.System(pt.Body((1.0, 1.6, 0.61)))
+    start = thin.state((1, 0, 0, 0), omega_body=(0.1, 3.0, 0.2))
+    prior = Prior("moments[1]", 1.6, sigma=0.01)
+    found = fit(thin, start, [data], ["omega_body", "moments[1]", "moments[2]"], priors=[prior])
+    assert found.converged
+    assert abs(found.values["body.moments[2]"] - 2.1) < 5 * found.sigmas["body.moments[2]"]
+
+
 def test_wrong_data_have_one_message():
     system, state, data = gyro_problem()
     cases = [

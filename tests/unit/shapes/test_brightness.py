@@ -1,9 +1,12 @@
 """Brightness of bodies: kinds of arguments, derivatives, closed forms."""
 
+import warnings
+
 import numpy as np
 import pytest
 
 import poinsot as pt
+from poinsot import functions as f
 from poinsot.observables import (
     Hapke,
     HenyeyGreenstein,
@@ -71,6 +74,56 @@ def plain(mesh, law, sun, observer, stretch=(1, 1, 1)):
         if mu0 > 0 and mu > 0:
             total += area * law.brightness(pt.observables.Reflection(mu0, mu, phase))
     return total
+
+
+FORMULAS = {
+    "powers": lambda light: light.mu0**3 + light.mu**0.5 + (light.mu0 + light.mu) ** -1.5,
+    "elementary functions": lambda light: (
+        f.sin(light.mu0) * f.cos(light.mu)
+        + f.tan(0.3 * light.mu)
+        + f.tanh(light.mu0)
+        + f.exp(-light.mu) * f.log(light.mu0)
+    ),
+    "inverse functions": lambda light: (
+        f.asin(0.9 * light.mu0) + f.acos(0.9 * light.mu) * f.atan(light.mu0) + f.atan2(light.mu, light.mu0)
+    ),
+    "branches": lambda light: (
+        f.where(f.less(light.mu0, light.mu), light.mu0, 0.5) + f.abs(light.mu - 0.4) + f.clip(light.mu0, 0.2, 0.6)
+    ),
+    "tables": lambda light: f.interp(light.mu0, (0.0, 0.4, 1.0), (0.0, 0.3, 0.2)) + f.rint(4 * light.mu),
+    "quotients": lambda light: (
+        (light.mu0 / (light.mu0 + light.mu) - light.phase / (light.mu0 + light.mu)) / (1 + light.phase) - light.mu
+    ),
+    "half angles": lambda light: light.half * light.half_view + light.mirror,
+    "negative": lambda light: -light.mu0 - (-light.mu) * light.cos_phase,
+    "one cosine": lambda light: light.mu0,
+    "phase": lambda light: 2 + light.phase,
+    "constant": lambda light: 0.7,  # noqa: ARG005
+}
+"""Formulas of laws, most of which are not physical."""
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_any_formula_is_a_law(name):
+    kind = type("Written", (ScatteringLaw,), {"brightness": lambda _, light: FORMULAS[name](light)})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        law = kind()
+    expected = plain(BOX, law, SUN, OBSERVER)
+    assert brightness_of(BOX, law, SUN, OBSERVER) == pytest.approx(expected, rel=1e-13, abs=0)
+    epochs = reflected_light.MIN_COMPILED // len(BOX.faces) + 1
+    long = brightness_of(BOX, law, np.repeat(SUN, epochs).reshape(3, -1), OBSERVER)
+    np.testing.assert_allclose(long, expected, rtol=1e-13, atol=0)
+    graph = Graph()
+    symbols = [graph.symbol(f"x{k}") for k in range(6)]
+    total = brightness_of(BOX, law, symbols[:3], symbols[3:])
+    slopes = [tangents([total], {x: 1.0})[0] for x in symbols]
+    place = np.array([*SUN, *OBSERVER])
+    found = graph.evaluated(slopes, dict(zip(symbols, place, strict=True)))
+    for k in range(6):
+        change = 1e-6 * np.eye(6)[k]
+        high, low = (plain(BOX, law, *np.split(place + sign * change, 2)) for sign in (1, -1))
+        assert found[k] == pytest.approx((high - low) / 2e-6, rel=1e-7, abs=1e-8 * abs(expected))
 
 
 @pytest.mark.parametrize("law", [*LAWS, Coated(0.4, 0.2)], ids=lambda law: type(law).__name__)

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,12 +15,12 @@ from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.errors import level_of_user
 from poinsot.files.observations.julian_rows import JulianRows, calendar_before, iso_text
-from poinsot.files.observations.readings_csv import present_values
+from poinsot.files.observations.readings_csv import present_values, several
 from poinsot.files.rows import number
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
-from poinsot.printable import quoted, shortened
+from poinsot.printable import described, quoted, shortened
 from poinsot.records.calendar import Calendar, julian_dates
 
 __all__ = ["blocks_in", "read_alcdef", "write_alcdef"]
@@ -232,7 +232,7 @@ def _add_datum(rows: JulianRows, value: str, place: str) -> None:
 
 @checked
 def write_alcdef(
-    readings: Sequence[Readings],
+    readings: Readings | Sequence[Readings],
     path: str | Path,
     *,
     metadata: Mapping[str, str] = NO_METADATA,
@@ -245,7 +245,7 @@ def write_alcdef(
 
     Parameters
     ----------
-    readings : sequence of Readings
+    readings : Readings or sequence of Readings
         Magnitudes with a calendar; one block for each.
     path : str or Path
         Name of the file.
@@ -275,9 +275,10 @@ def write_alcdef(
     >>> path.read_text().splitlines()[0]
     'STARTMETADATA'
     """
-    if not len(readings):
-        raise ValueError("readings must not be empty, got none.")
-    lines = [line for each in readings for line in _block_of(each, metadata)]
+    for entry in metadata.items():
+        if not all(isinstance(word, str) for word in entry):
+            raise TypeError(f"metadata must be texts by text, got {' and '.join(map(described, entry))}.")
+    lines = [line for each in several(readings) for line in _block_of(each, metadata)]
     return write_text(path, "\n".join(lines) + "\n", overwrite)
 
 
@@ -293,7 +294,7 @@ def _block_of(readings: Readings, metadata: Mapping[str, str]) -> Iterator[str]:
     known = _defaults(readings, dates) | own | dict(metadata) | {"DELIMITER": "PIPE"}
     yield START
     for key, value in known.items():
-        for each in str(value).split("\n") if key == "COMMENT" else (str(value),):
+        for each in value.split("\n") if key == "COMMENT" else (value,):
             if not KEY.fullmatch(key) or not each.isprintable() or len(f"{key}={each}") > MAX_CHARACTERS:
                 raise ValueError(
                     f"metadata must be keys of capital letters and values of one line of at most {MAX_CHARACTERS} "
@@ -308,7 +309,7 @@ def _block_of(readings: Readings, metadata: Mapping[str, str]) -> Iterator[str]:
     yield END_OF_DATA
 
 
-def _defaults(readings: Readings, dates: Sequence[str]) -> dict[str, Any]:
+def _defaults(readings: Readings, dates: Sequence[str]) -> dict[str, str]:
     """Return the metadata that the standard requires, of an unnamed object."""
     middle = iso_text(Decimal(dates[len(dates) // 2]))
     corrected = getattr(readings.observable, "light_time", True) is False

@@ -13,7 +13,7 @@ from poinsot.atomic_write import write_text
 from poinsot.checked import checked
 from poinsot.errors import real_array, refuse_nonpositive
 from poinsot.files.observations.julian_rows import JulianRows, calendar_before
-from poinsot.files.observations.readings_csv import present_values
+from poinsot.files.observations.readings_csv import present_values, several
 from poinsot.files.untrusted import read_text
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, Orbit
 from poinsot.observables.light_curve import LightCurve, Outline
@@ -223,7 +223,7 @@ def _smooth_pieces(times: Array, positions: Array) -> Array:
 
 
 @checked
-def write_damit(readings: Sequence[Readings], path: str | Path, *, overwrite: bool = False) -> Path:
+def write_damit(readings: Readings | Sequence[Readings], path: str | Path, *, overwrite: bool = False) -> Path:
     """Write light curves with their geometry in the format of DAMIT.
 
     Julian dates are TDB, corrected for light time, with the digits that restore the times. Fluxes are reduced to unit
@@ -232,7 +232,7 @@ def write_damit(readings: Sequence[Readings], path: str | Path, *, overwrite: bo
 
     Parameters
     ----------
-    readings : sequence of Readings
+    readings : Readings or sequence of Readings
         Readings of a `LightCurve` of the kind "flux" or "relative", with a calendar.
     path : str or Path
         Name of the file.
@@ -258,11 +258,9 @@ def write_damit(readings: Sequence[Readings], path: str | Path, *, overwrite: bo
     >>> bool(np.all(pt.files.read_damit(path, ball, law)[0].times == curves[0].times))
     True
     """
-    if not len(readings):
-        raise ValueError("readings must not be empty, got none.")
-    return write_text(
-        path, "\n".join([str(len(readings)), *(line for each in readings for line in _written(each))]) + "\n", overwrite
-    )
+    curves = several(readings)
+    lines = [str(len(curves)), *(line for each in curves for line in _written(each))]
+    return write_text(path, "\n".join(lines) + "\n", overwrite)
 
 
 def _written(readings: Readings) -> Iterator[str]:

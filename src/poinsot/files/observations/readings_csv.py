@@ -214,6 +214,14 @@ def write_readings_csv(readings: Readings, path: str | Path, *, overwrite: bool 
     return write_text(path, "\n".join(lines) + "\n", overwrite)
 
 
+def several(readings: Readings | Sequence[Readings]) -> list[Readings]:
+    """Return one or several readings as a list, which must not be empty."""
+    found = [readings] if isinstance(readings, Readings) else list(readings)
+    if not found:
+        raise ValueError("readings must not be empty, got none.")
+    return found
+
+
 def values_of_one_body(readings: Readings) -> Array:
     """Return the values of readings; refuse a plan and an ensemble."""
     if readings.values is None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from poinsot.checked import checked
 from poinsot.files.netcdf import READINGS, read_dataset, write_dataset
+from poinsot.files.observations.readings_csv import several
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import described, message_of, quoted, shortened
@@ -67,24 +68,22 @@ def write_readings(readings: Readings | Sequence[Readings], path: str | Path, *,
     import xarray
 
     path = _checked_path(path)
-    several = [readings] if isinstance(readings, Readings) else list(readings)
-    _check_names([each.name for each in several])
+    found = several(readings)
+    _check_names([each.name for each in found])
     variables: dict[str, Any] = {}
-    for i, each in enumerate(several):
+    for i, each in enumerate(found):
         for end, array in zip(ARRAYS, (each.times, each.values, each.sigma), strict=True):
             if array is not None:
                 own = f"{READINGS}_{i}_{end}"
                 variables[own] = _variable(own, array, each.name)
-    attributes, arrays = _text_of(several)
+    attributes, arrays = _text_of(found)
     variables |= {name: _variable(name, array, "named in a text") for name, array in arrays.items()}
-    attributes[READINGS] = json.dumps([_description(each) for each in several])
+    attributes[READINGS] = json.dumps([_description(each) for each in found])
     write_dataset(xarray.Dataset(variables, attrs=attributes), path, overwrite)
     return path
 
 
 def _check_names(names: Sequence[str]) -> None:
-    if not names:
-        raise ValueError("readings must not be empty, got none.")
     for i, name in enumerate(names):
         if name in names[:i]:
             raise ValueError(f"readings must have different names, got {quoted(name)} twice. Give name=...")

@@ -179,7 +179,7 @@ def test_fluxes_are_written_at_unit_distances_and_without_light_time(tmp_path):
     sun, earth = (pt.orbits.FixedPosition(1.0, position=(-d * AU, 0, 0)) for d in (2.0, 1.5))
     curve = LightCurve(SHAPE, LAW, sun, earth)
     made = Readings(curve, [0.0, 100.0], [1e-20, 2e-20], calendar=pt.Calendar("2000-01-01T12:00:00", "TDB"))
-    lines = pt.files.write_damit([made], tmp_path / "lc.txt").read_text().splitlines()
+    lines = pt.files.write_damit(made, tmp_path / "lc.txt").read_text().splitlines()
     assert lines[:2] == ["1", "2 1"]
     day, value, *place = map(float, lines[3].split())
     assert 86400 * (day - 2451545) == pytest.approx(100 - 1.5 * 499.004784, rel=0, abs=5e-5)  # 4e-10 d of a Julian date
