@@ -247,6 +247,21 @@ def test_two_bodies_shadow_and_hide_each_other():
     assert 5 < np.sum(lost > 1e-3) < 36
 
 
+def test_members_of_two_bodies_have_mutual_shadows():
+    system, state = near_pair()
+    positions = state.position + np.array([(0, 0, 0), (0.1, 0.2, -0.3), (-0.2, 0.1, 0.1)])
+    starts = pt.PairState(positions, state.momentum, state.primary, state.secondary)
+    motion, stretch = (
+        pt.propagate(system, starts, np.linspace(0.0, 20.0, 9)),
+        np.array([[1.0, 1, 1], [1.1, 1, 0.9], [1, 1, 1]]),
+    )
+    found = pt.observe(motion, eclipsing(stretch=stretch)).values
+    assert found.shape == (3, 9)
+    for k in range(3):
+        alone = pt.observe(motion.member(k), eclipsing(stretch=stretch[k])).values
+        np.testing.assert_allclose(found[k], alone, rtol=1e-12, atol=1e-15)
+
+
 def test_derivatives_of_mutual_shadows():
     system, state = near_pair()
     seen, times = eclipsing(), np.array([5.0, 11.0, 17.0, 20.0])
