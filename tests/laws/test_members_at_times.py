@@ -25,6 +25,7 @@ from kinds.events import EVENTS
 from kinds.forces import ELLIPSE, FORCES
 from kinds.mutual_gravity import FORCES as MUTUAL
 from kinds.mutual_gravity import PAIR
+from kinds.observables import OBSERVABLES
 from kinds.orbits import ORBITS
 from kinds.pair_events import EVENTS as PAIR_EVENTS
 from kinds.parts import PARTS
@@ -122,7 +123,9 @@ class World:
 
     def __init__(self, body, forces, who, times):
         self.who, self.times = who, times
-        self.body, self.forces = varied(body, who), tuple(varied(force, who) for force in forces)
+        self.body, every = varied(body, who), [varied(force, who) for force in forces]
+        self.forces = tuple(force for force in every if not isinstance(force, pt.Observable))
+        self.observables = tuple(one for one in every if isinstance(one, pt.Observable))
         bare = pt.System(body)
         self.system = pt.System._of(
             bare.dynamics.with_records((self.body, *self.forces)), bare.units
@@ -130,7 +133,7 @@ class World:
 
     @property
     def records(self):
-        every = list(chain.from_iterable(map(records_within, (self.body, *self.forces))))
+        every = list(chain.from_iterable(map(records_within, (self.body, *self.forces, *self.observables))))
         return [*every, *(body.kinetics() for body in every if isinstance(body, pt.Body))]
 
     @property
@@ -166,7 +169,10 @@ class World:
         name, kind = parameter.name, parameter.annotation
         if name in ("instant", "time"):
             return getattr(self, name)
-        if name in ("orbit", "sun"):
+        if name == "light":
+            mu0, mu, phase = (self.rows(seed=seed) for seed in range(3))
+            return pt.observables.Reflection(mu0, mu, phase)
+        if name in ("orbit", "sun", "target"):
             return next(x for x in self.records if isinstance(x, pt.Orbit))
         if kind == "int":
             return 2
@@ -223,6 +229,8 @@ BOOKKEEPING = {
     **dict.fromkeys(("between_knots", "knots", "pieces", "piece"), "the tables, which all members share"),
     **dict.fromkeys(("check", "check_start", "refuse_inertia", "refuse_moved_orbit"), "a check without a result"),
     **dict.fromkeys(("on", "joined"), "another record of the same numbers"),
+    **dict.fromkeys(("unit", "check_values", "check_times"), "a name, or a check without a result"),
+    **dict.fromkeys(("time_of_body", "difference", "disturbed"), "arrays of readings, tested with every observable"),
     "act": "an action on the state of one member",
     "own": "the variables of an instant, which are arrays of its own",
 }
@@ -312,6 +320,7 @@ SINGLE = {
     "nutation": (BODY, pt.forces.MagneticMoment((1, 0, 0), pt.forces.TiltedDipole(ELLIPSE, MOON, 1.0, 0.2, 0.3, 0.9))),
     "air of a table": (BODY, pt.forces.AtmosphericDrag(ELLIPSE, AIR, FACETS)),
     **{f"event {name}": (BODY, event) for name, (event, _) in EVENTS.items()},
+    **{f"observable {name}": (BODY, observable) for name, observable in OBSERVABLES.items()},
 }
 LOADS = (pt.forces.TidalFriction("primary", 0.3, 1.4, 0.2), pt.forces.LibrationDamping("secondary", 2e-3))
 LOADED = (
@@ -362,6 +371,14 @@ def instances():
 INNER = {
     **dict.fromkeys(("Block", "Dated", "Force", "Part", "_On"), "a base without a formula"),
     **dict.fromkeys(("CompositeBody", "_Piece", "RelativeOrbit"), "made inside formulas, of scalars that broadcast"),
+    **dict.fromkeys(
+        ["AshikhminShirley", "CookTorrance", "Hapke", "LambertLommelSeeliger", "LunarLambert", "Minnaert", "Phong"],
+        "a formula of three angles, as that of Lambert",
+    ),
+    "IsotropicPhase": "the constant 1",
+    "AngularVelocity": "an observable of a fit, without numbers",
+    "ObservableOn": "an observable of one of two bodies, tested with the observable",
+    "RecordedObservable": "an observable of a file, without a formula",
     "IGRF": "SecularHarmonics between two dates, with the tables of the standard",
     "Impact": "an action on states of single members; its value is that of AtTime",
     "RecordedEvent": "an event of a file, without a formula",

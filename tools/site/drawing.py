@@ -17,6 +17,7 @@ from matplotlib.ticker import LogLocator
 from numpy.typing import NDArray
 
 import poinsot as pt
+from poinsot.observables import LightCurve
 
 __all__ = ["DRAWINGS", "PANELS", "thumbnail", "write_thumbnail"]
 
@@ -310,8 +311,12 @@ def run_program(path: Path) -> Figure:
 
 def play(path: Path, page: Path) -> Any:
     """Write the page that plays a scenario, of an ensemble its first member, and return the motion."""
-    motion = pt.files.read_scenario(path).propagate(progress=False)
-    pt.view(motion.member(0) if motion.is_ensemble else motion, page, overwrite=True)
+    scenario = pt.files.read_scenario(path)
+    motion = scenario.propagate(progress=False)
+    curves = [plan.observable for plan in scenario.plans if isinstance(plan.observable, LightCurve)]
+    sun, observer = (curves[0].sun, curves[0].observer) if curves else (None, None)
+    one = motion.member(0) if motion.is_ensemble else motion
+    pt.view(one, page, sun=sun, observer=observer, overwrite=True)
     return motion
 
 

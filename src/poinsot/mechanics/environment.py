@@ -114,8 +114,9 @@ class Orbit(Dated, ABC):
         """Return the inverse 1 / r of the distance from the attractor."""
         return 1 / functions.norm(self.position_at(time))
 
-    def hidden_at(self, time: Scalar) -> Mapping[str, Scalar]:  # noqa: ARG002
+    def hidden_at(self, time: Scalar) -> Mapping[str, Scalar]:
         """Return, by reason, True at times of reception at which an observer at the attractor does not see the body."""
+        scalar("time", time)
         return {}
 
     @property

@@ -20,6 +20,7 @@ from poinsot.errors import level_of_user, refuse_others_than_shares, refuse_outs
 from poinsot.functions import Scalar
 from poinsot.immutable import Immutable, cached_property
 from poinsot.quantities import Real, Rule
+from poinsot.records.members import of_scalars
 from poinsot.records.parameters import NotNegative, Parametric, Positive
 from poinsot.subclasses import is_own
 
@@ -77,6 +78,11 @@ class Reflection(Immutable):
     def __init__(self, mu0: Scalar, mu: Scalar, phase: Scalar) -> None:
         self.mu0, self.mu, self.phase = mu0, mu, phase
 
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the angles: (members, ...) for members."""
+        return np.broadcast_shapes(*(getattr(x, "shape", ()) for x in (self.mu0, self.mu, self.phase)))
+
     @cached_property
     def cos_phase(self) -> Scalar:
         """Cosine of the phase angle."""
@@ -132,6 +138,7 @@ class ScatteringLaw(Parametric, ABC):
         if not is_own(type(self)) and (fault := fault_of(self)):
             warnings.warn(fault, stacklevel=level_of_user())
 
+    @of_scalars
     @abstractmethod
     def brightness(self, light: Reflection) -> Any:
         """Return the brightness S of a unit area; a scalar of the kind of the angles."""
@@ -199,6 +206,7 @@ class PhaseFunction(Parametric, ABC):
     0.02
     """
 
+    @of_scalars
     @abstractmethod
     def value(self, light: Reflection) -> Any:
         """Return p at the phase angle of a reflection."""
@@ -273,6 +281,7 @@ class LommelSeeliger(ScatteringLaw):
     def brightness(self, light: Reflection) -> Scalar:
         return self.factor(light) * lommel_seeliger(light)
 
+    @of_scalars
     def factor(self, light: Reflection) -> Scalar:
         """Return the factor that depends on the phase angle alone, albedo p / 4."""
         factor: Scalar = 0.25 * self.albedo * self.phase.value(light)
