@@ -490,8 +490,8 @@ def _derivatives(
     numbers = graph.finished([*outputs, *(x for column in columns for x in column)])
     table = np.stack([np.broadcast_to(np.asarray(x, dtype=float), shape) for x in numbers], axis=-1)
     table = np.swapaxes(table.reshape(*shape, 1 + len(columns), len(outputs)), -1, -2)
-    twin = observable.with_numbers(expanded(x, len(shape)) for x in observable.numbers)
-    absent = absent_readings(twin, system.at(state, motion.environment), table[..., 0])
+    expanded_observable = observable.with_numbers(expanded(x, len(shape)) for x in observable.numbers)
+    absent = absent_readings(expanded_observable, system.at(state, motion.environment), table[..., 0])
     table[np.logical_or.reduce([*absent.values(), np.zeros(shape, dtype=bool)])] = np.nan
     table = table if observable.components else table[..., 0, :]
     k = len(coordinates)
@@ -519,8 +519,8 @@ def _turning(graph: Graph, state: State) -> TurningBody:
 
 def _velocity(system: System, state: AnyState, motion: Trajectory) -> list[Scalar]:
     """Return the velocity of a motion as a tangent vector, all coordinates."""
-    twin = system.dynamics.broadcast_to(state.shape)
-    turnings, blocks = twin.changes(twin.at(state, motion.environment))
+    expanded_observable = system.dynamics.broadcast_to(state.shape)
+    turnings, blocks = expanded_observable.changes(expanded_observable.at(state, motion.environment))
     rigid = [x for each in turnings for x in (*each.omega, *each.momentum_rate)]
     return [*rigid, *(x for name in state.own for x in blocks[name])]
 

@@ -145,13 +145,13 @@ def _evaluated(motion: Trajectory, observable: Observable, state: AnyState, envi
         state = state_of(changed(state.phase, lambda rows: rows[None]), state.time)
     instant: Any = motion.system.at(state, environment)
     shape = np.broadcast_shapes(observable.member_axis + (1,) * bool(observable.member_axis), instant.shape)
-    twin = observable.with_numbers(expanded(number, len(shape)) for number in observable.numbers)
+    expanded_observable = observable.with_numbers(expanded(number, len(shape)) for number in observable.numbers)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        reading = twin.reading(instant)
+        reading = expanded_observable.reading(instant)
     scalars = list(reading) if observable.components else [reading]
     columns = [np.array(np.broadcast_to(np.asarray(x, dtype=float), shape)) for x in scalars]
     values = np.stack(columns, axis=-1)
-    absent = absent_readings(twin, instant, values)
+    absent = absent_readings(expanded_observable, instant, values)
     values[np.logical_or.reduce([*absent.values(), np.zeros(shape, dtype=bool)])] = np.nan
     return _Values(values if observable.components else values[..., 0], absent)
 
