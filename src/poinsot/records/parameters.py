@@ -111,6 +111,11 @@ class Table(Structural):
     """The times at which one polynomial follows another, ascending, with the ends of the span."""
 
     @property
+    def end_margin(self) -> float:
+        """Time beyond the ends of the span within which the first and the last polynomial hold."""
+        return 0.0
+
+    @property
     def span(self) -> tuple[float, float]:
         """The first and the last time of the table."""
         return float(self.knots[0]), float(self.knots[-1])
@@ -123,7 +128,7 @@ class Table(Structural):
     def pieces_at(self, time: NDArray[np.float64]) -> NDArray[np.int_]:
         """Return the numbers of the polynomials at times, or raise a ValueError for a time outside of the table."""
         first, last = self.span
-        outside = time[(time < first) | (time > last)]
+        outside = time[(time < first - self.end_margin) | (time > last + self.end_margin)]
         if outside.size:
             raise ValueError(
                 f"time must lie within the span of the {self.title}, [{quoted(first)}, {quoted(last)}], got "

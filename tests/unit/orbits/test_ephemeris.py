@@ -495,3 +495,15 @@ def test_a_function_that_takes_no_arrays_is_named():
     message = r"position must be a function of times, shape \(n,\), but on such an array it raised a TypeError: "
     with pytest.raises(TypeError, match=f"^{message}"):
         pt.orbits.Ephemeris.from_function(2.0, position=int, start=0.0, stop=3.0)
+
+
+def test_positions_are_known_a_light_time_before_the_first_time():
+    table = pt.orbits.planet_orbit("earth", "sun", 0.0, 4e6)
+    longer = pt.orbits.planet_orbit("earth", "sun", -1e6, 5e6)
+    light_time = 499.0  # of an astronomical unit, in seconds
+    for time in (-light_time, 4e6 + light_time):
+        found, expected = (np.array(orbit.position_at(time)) for orbit in (table, longer))
+        np.testing.assert_allclose(found, expected, rtol=0, atol=3e-12 * np.linalg.norm(expected))
+    for outside in (-501.0, 4e6 + 501.0):
+        with pytest.raises(ValueError, match=r"time must lie within the span of the ephemeris, \[0\.0, 4000000\.0\]"):
+            table.position_at(outside)
