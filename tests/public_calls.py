@@ -472,6 +472,9 @@ omega_body = [0.1, 0.2, 0.3]
 [times]
 stop = 2.0
 count = 5
+[[observe]]
+type = "Gyro"
+noise = 0.1
 """
 FIELD = (
     " 1.0E+00, 4.9E+03, 1.0E-04,     2,     2,     1, 0.0, 0.0\r\n"
@@ -771,6 +774,7 @@ def public_calls(folder):
             pt.orbits.RotatingPosition,
             {"position": (1.0, 0, 0), "mu": 1.0, "rate": 0.1, "epoch": 0.0},
         ),
+        "Scenario.observe": (pt.files.read_scenario(at["toml"]).observe, {"motion": motion(), "noise": 3}),
         "Scenario.propagate": (pt.files.read_scenario(at["toml"]).propagate, {"threads": 1, "progress": False}),
         "Ellipsoid.mesh": (pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).mesh, {"faces": 20}),
         "GroundStation": (
@@ -984,6 +988,10 @@ def public_calls(folder):
                 **{"path": at["curves"], "shape": ELLIPSOID, "law": LIGHT.law, "calendar": DAYS, "scale": "TDB"},
                 **{"sigma": 0.1, "au": 1.5e8},
             },
+        ),
+        "DamitSpin": (
+            pt.files.DamitSpin,
+            {"longitude": 0.3, "latitude": 0.2, "period": 5.0, "epoch": 1.0, "angle": 0.1, "calendar": DAYS},
         ),
         "read_damit_spin": (pt.files.read_damit_spin, {"path": at["spin"], "calendar": DAYS}),
         "read_readings": (pt.files.read_readings, {"path": at["readings"]}),
