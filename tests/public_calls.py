@@ -607,7 +607,6 @@ def public_calls(folder):
         "Cylinder": (pt.shapes.Cylinder, {"radius": 1.0, "height": 2.0, **mass_of}),
         "Ellipsoid": (pt.shapes.Ellipsoid, {"semiaxes": (3.0, 2, 1), **mass_of}),
         "Ellipsoid of density": (pt.shapes.Ellipsoid, {"semiaxes": (3.0, 2, 1), "density": 2.0}),
-        "Ellipsoid.mesh": (ELLIPSOID.mesh, {"faces": 80}),
         "EllipsoidGravity": (pt.forces.EllipsoidGravity, {"orbit": ELLIPSE, "mass": 1.0, "semiaxes": (0.3, 0.2, 0.1)}),
         "Ephemeris.from_function": (
             pt.orbits.Ephemeris.from_function,
