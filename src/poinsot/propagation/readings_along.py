@@ -130,7 +130,7 @@ def _read(motion: Trajectory, observable: Observable, seen: Array, again: Propag
 
 
 def states_at(motion: Trajectory, times: Array, again: Propagation) -> tuple[AnyState, Environment]:
-    """Return the states at those of ascending times that the motion reaches, with the environment at these times."""
+    """Return the states at the ascending times that the motion reaches, with the environment at these times."""
     if motion._dense is not None and motion._dense[1] <= times[0] and times[-1] <= motion._dense[2]:
         return motion(times), Environment(times)
     among = np.isin(motion.times, times)
