@@ -204,8 +204,6 @@ def _warn(observable: Observable, parts: list[_Values]) -> None:
 
 def with_readings(motion: Trajectory, observables: Mapping[str, Observable], again: Propagation) -> Trajectory:
     """Return a motion whose columns contain the readings of observables, by name."""
-    if not observables:
-        return motion
     values = {name: values_along(motion, each, motion.times, again) for name, each in observables.items()}
     return motion.with_observables(observables, values)
 
