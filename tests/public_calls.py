@@ -90,6 +90,8 @@ INTERNAL = {
     *("from_msis",),  # its package is not among those of the tests
     *("turned", "update", "in_body", "rate_in_body", "moment", "angles_at", "axes_at", "to_planet"),
     *("first", "falls_on", "limits"),
+    *("reading", "unit", "check_values", "check_times", "time_of_body", "difference", "disturbed"),  # of observables
+    *("covers", "hidden_at", "support", "with_observables"),
 }
 """Methods that formulas and the package call, and not a user."""
 
@@ -101,7 +103,7 @@ NOT_CALLED = {
     "LineIdentification",
     *("LineSpectrum", "LyapunovSpectrum", "PeriodicMotion", "PropagationError", "PropagationInterrupted"),
     *("Scenario", "SecularEvolution", "Section", "StateTransition", "Trajectory", "YorpCoefficients"),
-    "RunEstimate",
+    *("RunEstimate", "Observable", "ObservedPartials"),
     *("Librations", "Load", "OsculatingElements", "PairEquilibrium", "PairInstant", "PairLoad", "Revolutions"),
 }
 """Base classes, what formulas see, and results, which the package makes."""
@@ -350,6 +352,11 @@ def field_calls():
 
 
 @functools.cache
+def ground_station():
+    rotation = pt.orbits.RotationModel(0.1, 1.2, 0.3, rate=0.5)
+    return pt.orbits.GroundStation(ELLIPSE, rotation, latitude=0.3, longitude=0.2, equatorial_radius=0.5)
+
+
 def along_orbit():
     start = SATELLITE.body.state((0.5, -0.5, -0.5, 0.5), omega_body=(0.1, 0.2, 0), frame=CIRCLE.frame)
     return pt.propagate(SATELLITE, start, TIMES)
@@ -465,6 +472,9 @@ omega_body = [0.1, 0.2, 0.3]
 [times]
 stop = 2.0
 count = 5
+[[observe]]
+type = "Gyro"
+noise = 0.1
 """
 FIELD = (
     " 1.0E+00, 4.9E+03, 1.0E-04,     2,     2,     1, 0.0, 0.0\r\n"
@@ -763,7 +773,21 @@ def public_calls(folder):
             pt.orbits.RotatingPosition,
             {"position": (1.0, 0, 0), "mu": 1.0, "rate": 0.1, "epoch": 0.0},
         ),
+        "Scenario.observe": (pt.files.read_scenario(at["toml"]).observe, {"motion": motion(), "noise": 3}),
         "Scenario.propagate": (pt.files.read_scenario(at["toml"]).propagate, {"threads": 1, "progress": False}),
+        "Ellipsoid.mesh": (pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).mesh, {"faces": 20}),
+        "GroundStation": (
+            pt.orbits.GroundStation,
+            {
+                **{"orbit": ELLIPSE, "rotation": pt.orbits.RotationModel(0.1, 1.2, 0.3, rate=0.5)},
+                **{"latitude": 0.3, "longitude": 0.2, "height": 0.01, "minimum_elevation": 0.1},
+                **{"equatorial_radius": 0.5, "flattening": 0.01},
+            },
+        ),
+        **{
+            f"GroundStation.{name}": (getattr(ground_station(), name), {"time": 0.3})
+            for name in ("position_at", "velocity_at", "elevation_at")
+        },
         "Shape.attraction": (pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).attraction, {"points": (5.0, 0, 0)}),
         "Shape.field": (pt.shapes.Ellipsoid((3, 2, 1), mass=1.0).field, {"degree": 2, "radius": 4.0}),
         "Shape.moved": (
@@ -964,6 +988,10 @@ def public_calls(folder):
                 **{"sigma": 0.1, "au": 1.5e8},
             },
         ),
+        "DamitSpin": (
+            pt.files.DamitSpin,
+            {"longitude": 0.3, "latitude": 0.2, "period": 5.0, "epoch": 1.0, "angle": 0.1, "calendar": DAYS},
+        ),
         "read_damit_spin": (pt.files.read_damit_spin, {"path": at["spin"], "calendar": DAYS}),
         "read_readings": (pt.files.read_readings, {"path": at["readings"]}),
         "read_readings_csv": (
@@ -1008,6 +1036,11 @@ def public_calls(folder):
         "spin_orbit_section": (
             pt.analysis.spin_orbit_section,
             {"system": SATELLITE, "angle": 0.1, "rate": 1.0, "revolutions": 1},
+        ),
+        "observe": (functools.partial(pt.observe, motion(), pt.observables.Gyro()), {"times": TIMES}),
+        "observed_partials": (
+            pt.analysis.observed_partials,
+            {**here, **run, "observables": pt.observables.Gyro(), "parameters": ("weight",)},
         ),
         "state_transition": (pt.analysis.state_transition, {**here, **run, "parameters": ("weight",), "order": 1}),
         "tle_orbit": (pt.files.tle_orbit, {"lines": VANGUARD, **dates, "reference_frame": "TEME"}),

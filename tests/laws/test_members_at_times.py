@@ -438,7 +438,7 @@ READ = {
 UNREAD = {
     **dict.fromkeys(("member", "isel", "variables", "variable_names", "column"), "a choice of rows"),
     **dict.fromkeys(("events", "summary", "calendar", "reference_frame", "has_dense_output"), "text, or no array"),
-    **dict.fromkeys(("is_ensemble", "phase", "of_bodies"), "the arrays of the other attributes"),
+    **dict.fromkeys(("is_ensemble", "phase", "of_bodies", "with_observables"), "the arrays of the other attributes"),
 }
 
 

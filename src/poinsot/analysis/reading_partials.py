@@ -1,8 +1,8 @@
 """Readings of observables with exact partial derivatives with respect to the initial state and to parameters.
 
-The formula of an observable is evaluated once on the nodes of a graph. Its tangents are C, the derivatives with respect
-to the tangent coordinates xi of the state at the time of the reading, and D, the explicit derivatives with respect to
-parameters at fixed q, g and variables of parts. With the state-transition matrix Phi and the sensitivity S,
+The formula of an observable is evaluated once on the nodes of a graph. Its gradient gives C, the derivatives with
+respect to the tangent coordinates xi of the state at the time of the reading, and D, the explicit derivatives with
+respect to parameters at fixed q, g and variables of parts. With the state-transition matrix Phi and the sensitivity S,
 
     d reading / d xi(t0) = C Phi,    d reading / d p = C S + D + (d reading / d te) d te / d p.
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast, overload
 
 import numpy as np
 from typing_extensions import override
@@ -37,12 +37,12 @@ from poinsot.propagation.readings_along import absent_readings, hidden_readings,
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array, Times
 from poinsot.records.members import expanded, members_of
-from poinsot.records.parameters import Parametric
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.dynamics import AnyDynamics, scalars
 from poinsot.systems.named_parameters import (
     Own,
     names_of_numbers,
+    names_of_system,
     refuse_integrated,
     refuse_name_of_number,
 )
@@ -122,6 +122,36 @@ class ObservedPartials(Summarized):
         }
         names = {"coordinate": list(self.coordinates), "parameter_name": list(self.parameters)}
         return data.assign(found).assign_coords(names)
+
+
+@overload
+def observed_partials(
+    system: System,
+    state: AnyState,
+    observables: Observable | Readings,
+    times: Times | None = ...,
+    parameters: Sequence[str] = ...,
+    *,
+    formulation: str | None = ...,
+    tolerance: float | None = ...,
+    threads: int | None = ...,
+    progress: bool | None = ...,
+) -> ObservedPartials: ...
+
+
+@overload
+def observed_partials(
+    system: System,
+    state: AnyState,
+    observables: Sequence[Observable | Readings],
+    times: Times | None = ...,
+    parameters: Sequence[str] = ...,
+    *,
+    formulation: str | None = ...,
+    tolerance: float | None = ...,
+    threads: int | None = ...,
+    progress: bool | None = ...,
+) -> tuple[ObservedPartials, ...]: ...
 
 
 @checked
@@ -274,13 +304,11 @@ class NumberNames:
     """Names of the numbers of a system and of observables; a shared number has the name that comes first."""
 
     def __init__(self, system: System, observables: Sequence[Observable]) -> None:
-        records: list[tuple[str, Parametric]] = [("body", system.body)]
-        records += [(f"forces[{i}]", force) for i, force in enumerate(system.forces)]
         self._system, self._observables = system, observables
         self._owned: dict[Own, str] = {}
         self._in_system: dict[str, list[int]] = {}
         self._in_observables: dict[str, list[tuple[int, int]]] = {}
-        for place, (name, own) in enumerate(names_of_numbers(records)):
+        for place, (name, own) in enumerate(names_of_system(system.dynamics)):
             self._in_system.setdefault(self._owned.setdefault(own, name), []).append(place)
         for number, (start, observable) in enumerate(_by_name(observables)):
             for place, (name, own) in enumerate(names_of_numbers([(start, observable)])):
@@ -519,8 +547,8 @@ def _turning(graph: Graph, state: State) -> TurningBody:
 
 def _velocity(system: System, state: AnyState, motion: Trajectory) -> list[Scalar]:
     """Return the velocity of a motion as a tangent vector, all coordinates."""
-    expanded_observable = system.dynamics.broadcast_to(state.shape)
-    turnings, blocks = expanded_observable.changes(expanded_observable.at(state, motion.environment))
+    dynamics = system.dynamics.broadcast_to(state.shape)
+    turnings, blocks = dynamics.changes(dynamics.at(state, motion.environment))
     rigid = [x for each in turnings for x in (*each.omega, *each.momentum_rate)]
     return [*rigid, *(x for name in state.own for x in blocks[name])]
 

@@ -165,7 +165,7 @@ class LightCurve(Observable):
     >>> start = body.state((1, 0, 0, 0), omega_body=(0, 0, 1e-4))
     >>> motion = pt.propagate(pt.System(body), start, [0.0, 3600.0])
     >>> pt.observe(motion, curve).values.round(3)
-    array([14.559, 14.559])
+    array([14.824, 14.824])
     """
 
     shape: Annotated[Outline | Sequence[Outline], Surfaces]

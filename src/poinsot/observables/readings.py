@@ -211,7 +211,7 @@ class Readings(Summarized):
     def simulated(self, seed: int) -> Readings:
         """Return the readings with noise: normally distributed errors with the standard deviation `sigma`.
 
-        The errors depend on the seed, the member and the index of the time alone, as those of `NoisySensors` do.
+        The errors depend on the seed, the member and the index of the time alone, like the noise of `NoisySensors`.
 
         Parameters
         ----------

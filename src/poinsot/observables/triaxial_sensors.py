@@ -118,8 +118,8 @@ class Magnetometer(TriaxialSensor):
     >>> body = pt.Body((1.25, 1.0, 0.75))
     >>> motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(1, 0, 0)), [0.0, np.pi / 2])
     >>> (1e9 * pt.observe(motion, pt.observables.Magnetometer(field)).values).round()  # nT
-    array([[    0.,     0., 23914.],
-           [    0., 23914.,     0.]])
+    array([[   -0.,     0., 23916.],
+           [   -0., 23916.,     0.]])
     """
 
     field: MagneticField

@@ -81,7 +81,7 @@ def momentum_sphere(
     _draw_states(solid, moments, marked)
     if path is not None:
         solid.curve(n, GREEN, 2.2, "motion")
-        solid.mark(n[-1], GREEN, f"at {instant(path, -1, time_unit)}")
+        solid.mark(n[-1], GREEN, f"at {instant(path, path.times[-1], time_unit)}")
     _draw_axes(panel, moments, eye)
     panel.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
     panel.set_box_aspect((1, 1, 1), zoom=1.2)

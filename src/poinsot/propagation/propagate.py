@@ -142,7 +142,8 @@ def propagate(
         report.check("propagation", float(t[-1]), motion)
     if not members and (report.stops or report.interrupted):
         report.check_one(float(t[-1]), motion)
-    return with_readings(motion, instruments, partial(propagated_again, threads=cores))
+    again = partial(propagated_again, threads=cores)
+    return with_readings(motion, instruments, again) if instruments else motion
 
 
 def _of_members(state: Bodies, members: tuple[int, ...], dense: bool) -> Bodies:
@@ -170,9 +171,10 @@ def _propagated_in_chunks(
 ) -> Trajectory:
     """Return the motions of an ensemble that is integrated in chunks of members."""
     whole = integrator.motion_without_rows(state, times, plan.provenance)
+    integrate = partial(integrator.motion_of_members, state, times)
     if observables:
         whole = whole.with_observables(observables, readings_without_rows(whole, observables))
-    integrate = partial(_observed_members, integrator, state, times, observables)
+        integrate = partial(_observed_members, integrator, state, times, observables)
     ensemble = ensemble_of_motions(
         whole, integrator.variables, integrator.problem.events, integrator.settings, integrate
     )

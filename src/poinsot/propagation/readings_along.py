@@ -130,7 +130,7 @@ def _read(motion: Trajectory, observable: Observable, seen: Array, again: Propag
 
 
 def states_at(motion: Trajectory, times: Array, again: Propagation) -> tuple[AnyState, Environment]:
-    """Return the states at those of ascending times that the motion reaches, with the environment at these times."""
+    """Return the states at the ascending times that the motion reaches, with the environment at these times."""
     if motion._dense is not None and motion._dense[1] <= times[0] and times[-1] <= motion._dense[2]:
         return motion(times), Environment(times)
     among = np.isin(motion.times, times)
@@ -204,8 +204,6 @@ def _warn(observable: Observable, parts: list[_Values]) -> None:
 
 def with_readings(motion: Trajectory, observables: Mapping[str, Observable], again: Propagation) -> Trajectory:
     """Return a motion whose columns contain the readings of observables, by name."""
-    if not observables:
-        return motion
     values = {name: values_along(motion, each, motion.times, again) for name, each in observables.items()}
     return motion.with_observables(observables, values)
 

@@ -226,7 +226,7 @@ def ensemble_of_motions(
         Returns the motion of some members and the report of their run.
     """
     system, state, times, run, table = whole.system, whole.initial, whole.times, whole.run, whole._reader.table
-    phase, fixed = whole._rows.phase, whole.variables(())
+    phase, observables, fixed = whole._rows.phase, whole._rows.observables, whole.variables(())
     names = state_variables(system, phase)
     described = with_texts(fixed, system, run, whole.provenance)
     method = {"method": str(run.method), "formulation": run.formulation, "precision": run.precision}
@@ -238,8 +238,8 @@ def ensemble_of_motions(
         "events": events,
         "settings": (variables.formulation.name, settings.tolerance, settings.device),
     }
-    if whole.observables:
-        problem["observables"] = tuple(whole.observables.items())
+    if observables:
+        problem["observables"] = tuple(observables.items())
     needed = {Requirement.ORBITS}
     if "not_rerunnable" in described.attrs:  # states do not define energies again
         needed |= {Requirement.FORCES, *([Requirement.PARTS] if system.parts else [])}
@@ -249,7 +249,7 @@ def ensemble_of_motions(
         last=float(times[-1]),
         problem=digests(problem),
         variables=_described(table, whole),
-        stored=(*names, *required, *whole.observables),
+        stored=(*names, *required, *observables),
         member_bytes=8 * times.size * (variables.size + sum(variables.sizes.values())),
         fixed=described.assign_attrs(
             {**method, "tolerance": run.tolerance, "order": 0, "steps": 0, **event_attributes(events)}
@@ -287,8 +287,8 @@ def _opened(whole: Trajectory, events: Sequence[Event], store: EnsembleStore) ->
     if phase is None:
         return store.dataset()
     arrays, times = arrays_in(store), np.array(store.arrays[times_in(store)], dtype=float)
-    columns = {name: arrays[name] for name in (ORBIT_VARIABLES, *whole.observables) if name in arrays}
-    observables = {name: each for name, each in whole.observables.items() if name in columns}
+    columns = {name: arrays[name] for name in (ORBIT_VARIABLES, *whole._rows.observables) if name in arrays}
+    observables = {name: each for name, each in whole._rows.observables.items() if name in columns}
     found = stored_events(events, whole.system, whole._rows.phase, functools.partial(event_tables, store))
     rows = MotionRows(phase, columns, found, store.summary, store, observables)
     run, failures = run_in(store, whole.run), failures_in(store)

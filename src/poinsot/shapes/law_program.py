@@ -29,7 +29,7 @@ ARITHMETIC = {"symbol", "add", "neg", "mul", "div", "sqrt", "less", "where"}
 
 
 class Wanted(NamedTuple):
-    """Sums that are wanted besides the brightness.
+    """Sums that are wanted in addition to the brightness.
 
     Attributes
     ----------

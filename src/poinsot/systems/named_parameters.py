@@ -22,6 +22,7 @@ __all__ = [
     "binary_size",
     "named_numbers",
     "names_of_numbers",
+    "names_of_system",
     "number_of",
     "refuse_integrated",
     "refuse_name_of_number",
@@ -37,9 +38,9 @@ def named_numbers(system: System) -> dict[str, tuple[int, ...]]:
 
     They are counted between two knots, and the numbers of tables have no names.
     """
-    count = {name: i for i, (name, _) in enumerate(_names(system.dynamics.between_knots()))}
+    count = {name: i for i, (name, _) in enumerate(names_of_system(system.dynamics.between_knots()))}
     groups: dict[tuple[int, str], list[str]] = {}
-    for name, own in _names(system.dynamics):
+    for name, own in names_of_system(system.dynamics):
         groups.setdefault(own, []).append(name)
     return {names[0]: tuple(count[name] for name in names) for names in groups.values() if names[0] in count}
 
@@ -48,7 +49,8 @@ Own = tuple[int, str]
 """Identity of a number: the record that has it, and its name there."""
 
 
-def _names(system: AnyDynamics) -> list[tuple[str, Own]]:
+def names_of_system(system: AnyDynamics) -> list[tuple[str, Own]]:
+    """Return the name and the identity of each number of the body and the forces."""
     forces = [(f"forces[{i}]", force) for i, force in enumerate(system.forces)]
     return names_of_numbers([("body", system.body), *forces])
 
@@ -70,7 +72,7 @@ def resolve(system: System, name: str) -> tuple[int, ...]:
     full = [each for each in known if each == name or each.endswith(f".{name}")]
     if len(full) != 1:
         refuse_name_of_number(name, full, known, "the system")
-    refuse_integrated(system.orbits, dict(_names(system.dynamics))[full[0]], name)
+    refuse_integrated(system.orbits, dict(names_of_system(system.dynamics))[full[0]], name)
     return known[full[0]]
 
 

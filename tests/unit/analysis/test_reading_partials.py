@@ -261,10 +261,11 @@ def test_members_of_states_numbers_and_observables():
     body = pt.Body(moments)
     system = pt.System(body)
     start = body.state((1, 0, 0, 0), omega_body=np.array([[0.1, 1.0, 0.2], [0.3, 0.2, 0.9]]))
-    gyro, sight = Gyro(np.array([[0.1, 0, 0], [0, 0.2, 0]])), Sight(KEPLER, np.array([1.5, 2.0]))
+    gains = np.array([1.5, 2.0])
+    gyro, sight = Gyro(np.array([[0.1, 0, 0], [0, 0.2, 0]])), Sight(KEPLER, gains)
     many = observed_partials(system, start, [gyro, sight], TIMES, ["moments[1]", "gain"])
     for i in (0, 1):
-        alone = [Gyro(gyro.bias[i]), Sight(KEPLER, sight.gain[i])]
+        alone = [Gyro(gyro.bias[i]), Sight(KEPLER, gains[i])]
         one_body = pt.Body(moments[i])
         state = one_body.state((1, 0, 0, 0), omega_body=[(0.1, 1.0, 0.2), (0.3, 0.2, 0.9)][i])
         ones = observed_partials(pt.System(one_body), state, alone, TIMES, ["moments[1]", "gain"])

@@ -2,6 +2,7 @@
 
 import pickle
 import tracemalloc
+from typing import Any
 
 import numpy as np
 import pytest
@@ -93,18 +94,21 @@ def test_selections_keep_readings():
 
 
 def test_observables_of_members():
-    many = [Rate(np.linspace(0, 1, 21).reshape(7, 3)), Sight(ORBIT, np.linspace(1, 2, 7), delayed=True)]
+    gains = np.linspace(1, 2, 7)
+    many = [Rate(np.linspace(0, 1, 21).reshape(7, 3)), Sight(ORBIT, gains, delayed=True)]
     motion = pt.propagate(SYSTEM, STATES, TIMES, observables=many)
     for name, read in zip(("rate", "sight"), pt.observe(motion, *many), strict=True):
         assert np.array_equal(motion.column(name), read.values)
-    assert motion.member(2).observables["sight"].gain == many[1].gain[2]
+    one = motion.member(2).observables["sight"]
+    assert isinstance(one, Sight)
+    assert one.gain == gains[2]
     with pytest.raises(ValueError, match="observables must have the same numbers for one body, got members"):
         pt.propagate(SYSTEM, START, TIMES, observables=many)
 
 
 @pytest.mark.parametrize("chunk", [3, 7])
 def test_a_store_of_readings_alone(tmp_path, chunk):
-    stored = pt.propagate(
+    stored: Any = pt.propagate(
         SYSTEM,
         STATES,
         TIMES,
