@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, cast, overload
 
 import numpy as np
+from numpy.typing import NDArray
 from typing_extensions import override
 
 from poinsot import functions
@@ -33,7 +34,13 @@ from poinsot.mechanics.observable import Observable, observables_by_name
 from poinsot.observables.readings import Readings
 from poinsot.printable import quoted
 from poinsot.propagation.observe import checked_observables
-from poinsot.propagation.readings_along import absent_readings, hidden_readings, refuse_unfit
+from poinsot.propagation.readings_along import (
+    ReadingsOfMembers,
+    absent_readings,
+    hidden_readings,
+    refuse_unfit,
+    warn_of_absent,
+)
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array, Times
 from poinsot.records.members import expanded, members_of
@@ -449,12 +456,13 @@ def _of_one(transition: StateTransition, plan: Readings, number: int, seen: Arra
     by_parameters[..., through] += (found.by_state[..., None, :] @ S)[..., 0, :]
     axis = found.values.ndim - 1 - bool(observable.components)
     arrays = [np.take(x, back, axis) for x in (found.values, by_start, by_parameters)]
-    for where in hidden_readings(observable, plan.times, arrays[0].shape[: axis + 1]).values():
+    hidden = hidden_readings(observable, plan.times, arrays[0].shape[: axis + 1])
+    for where in hidden.values():
         for array in arrays:
             array[where] = np.nan
     values, by_start, by_parameters = arrays
-    for where in hidden_readings(observable, plan.times, values.shape[: axis + 1]).values():
-        values[where], by_start[where], by_parameters[where] = np.nan, np.nan, np.nan
+    absent = {name: np.take(where, back, axis) for name, where in found.absent.items()}
+    warn_of_absent(observable, [ReadingsOfMembers(values, absent), ReadingsOfMembers(np.empty(0), hidden)])
     about = {"units": observable.unit(DerivedUnits(system.units)), "frame": observable.frame}
     about |= {"time_units": system.units["time"], "system": repr(system), "initial_state": repr(motion.initial)}
     readings = _with_values(plan, values, {name: text for name, text in about.items() if text})
@@ -473,12 +481,14 @@ def _stacked(plan: Readings, parts: Sequence[ObservedPartials]) -> ObservedParti
 class _Derivatives(NamedTuple):
     """Readings, and their derivatives by the state at the times of the body and, explicitly, by parameters.
 
-    The arrays have the shapes (..., [components]), (..., [components], k) and (..., [components], p).
+    The arrays have the shapes (..., [components]), (..., [components], k) and (..., [components], p). `absent` is True
+    where there is no reading, by reason.
     """
 
     values: Array
     by_state: Array
     by_parameters: Array
+    absent: dict[str, NDArray[np.bool_]]
 
 
 def _derivatives(
@@ -515,7 +525,8 @@ def _derivatives(
             columns[len(coordinates) + place] = [
                 x + graph.leaf(delay) * rate for x, rate in zip(column, along, strict=True)
             ]
-    numbers = graph.finished([*outputs, *(x for column in columns for x in column)])
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        numbers = graph.finished([*outputs, *(x for column in columns for x in column)])
     table = np.stack([np.broadcast_to(np.asarray(x, dtype=float), shape) for x in numbers], axis=-1)
     table = np.swapaxes(table.reshape(*shape, 1 + len(columns), len(outputs)), -1, -2)
     expanded_observable = observable.with_numbers(expanded(x, len(shape)) for x in observable.numbers)
@@ -523,7 +534,7 @@ def _derivatives(
     table[np.logical_or.reduce([*absent.values(), np.zeros(shape, dtype=bool)])] = np.nan
     table = table if observable.components else table[..., 0, :]
     k = len(coordinates)
-    return _Derivatives(table[..., 0], table[..., 1 : k + 1], table[..., k + 1 :])
+    return _Derivatives(table[..., 0], table[..., 1 : k + 1], table[..., k + 1 :], absent)
 
 
 def _differentials(outputs: Sequence[Scalar], seeds: Sequence[Mapping[Node, GraphScalar]]) -> list[list[Any]]:

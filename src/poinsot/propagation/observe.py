@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from typing import overload
 
 from poinsot.checked import checked
-from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
+from poinsot.mechanics.environment import SPACE_AXES_UNNAMED, orbits_of
 from poinsot.mechanics.observable import Observable
 from poinsot.observables.readings import Readings
 from poinsot.printable import described
 from poinsot.propagation.propagate import propagated_again
-from poinsot.propagation.readings_along import values_along
+from poinsot.propagation.readings_along import refuse_other_unit, values_along
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array, Times
+from poinsot.records.calendar import Calendar
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.times_and_states import checked_times
 
@@ -113,21 +114,25 @@ def _observed(motion: Trajectory, given: Observable | Readings, times: Times | N
     if plan is not None and times is not None:
         raise ValueError("times must not be given for readings, which have times, got both. Leave them out.")
     if plan is not None:
-        t = _converted(plan, motion)
+        calendar, t = _on_calendar(plan, motion)
     else:
-        t = motion.times if times is None else checked_times(times, motion.system)
+        calendar, t = motion.calendar, motion.times if times is None else checked_times(times, motion.system)
     values = values_along(motion, observable, t, propagated_again)
     sigma, name = (plan.sigma, plan.name) if plan else (None, "")
-    return Readings(
-        observable, t, values, sigma, name=name, calendar=motion.calendar, attributes=_attributes(motion, observable)
-    )
+    about = _attributes(motion, observable)
+    if calendar is not None:
+        about["time_units"] = calendar.unit
+    return Readings(observable, t, values, sigma, name=name, calendar=calendar, attributes=about)
 
 
-def _converted(plan: Readings, motion: Trajectory) -> Array:
-    """Return the times of a plan as times of the motion."""
-    if plan.calendar is None or motion.calendar is None:
-        return plan.times
-    return motion.calendar.converted(plan.times, plan.calendar)
+def _on_calendar(plan: Readings, motion: Trajectory) -> tuple[Calendar | None, Array]:
+    """Return the calendar of a motion with the times of a plan on it; without one, the calendar of the plan."""
+    of_orbits = (each.calendar for each in orbits_of(plan.observable) if each.calendar is not None)
+    calendar = motion.calendar or next(of_orbits, None) or plan.calendar
+    if calendar is None or plan.calendar is None:
+        return calendar, plan.times
+    refuse_other_unit(calendar, motion.system)
+    return calendar, calendar.converted(plan.times, plan.calendar)
 
 
 def _attributes(motion: Trajectory, observable: Observable) -> dict[str, str]:

@@ -18,6 +18,7 @@ from poinsot.printable import quoted
 from poinsot.propagation.recorded import RecordedSystem
 from poinsot.propagation.trajectory import Trajectory
 from poinsot.quantities import Array
+from poinsot.records.calendar import Calendar
 from poinsot.records.members import expanded, members_of
 from poinsot.records.units import DerivedUnits
 from poinsot.systems.collection import Collection
@@ -26,12 +27,15 @@ from poinsot.systems.system import System
 
 __all__ = [
     "Propagation",
+    "ReadingsOfMembers",
     "absent_readings",
     "hidden_readings",
     "readings_without_rows",
+    "refuse_other_unit",
     "refuse_unfit",
     "states_at",
     "values_along",
+    "warn_of_absent",
     "with_readings",
 ]
 
@@ -52,7 +56,7 @@ def values_along(motion: Trajectory, observable: Observable, times: Array, again
     hidden = hidden_readings(observable, times, values.shape[: values.ndim - bool(observable.components)])
     for where in hidden.values():
         values[where] = np.nan
-    _warn(observable, [*parts, _Values(np.empty(0), hidden)])
+    warn_of_absent(observable, [*parts, ReadingsOfMembers(np.empty(0), hidden)])
     return values
 
 
@@ -69,6 +73,9 @@ def hidden_readings(observable: Observable, times: Array, shape: tuple[int, ...]
 def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...], times: Array) -> None:
     """Raise an error for an observable that does not fit a system of members, or times at which an orbit is unknown."""
     Collection((*system.dynamics.records, observable)).refuse_other_axes()
+    for orbit in orbits_of(observable):
+        if orbit.calendar is not None:
+            refuse_other_unit(orbit.calendar, system)
     if not isinstance(system, RecordedSystem):
         try_observable(system.dynamics, observable)
     if observable.member_axis and members and observable.member_axis != members:
@@ -85,7 +92,17 @@ def refuse_unfit(system: System, observable: Observable, members: tuple[int, ...
     observable.check_times(times)
 
 
-class _Values(NamedTuple):
+def refuse_other_unit(calendar: Calendar, system: System) -> None:
+    """Raise a ValueError for a calendar of readings that counts in another unit than the system."""
+    unit = system.units["time"]
+    if unit not in ("1", calendar.unit):
+        raise ValueError(
+            f"the calendar of readings must count in the unit of time of the system, {quoted(unit)}, got one that "
+            f"counts {quoted(calendar.unit)}. Give both the same unit."
+        )
+
+
+class ReadingsOfMembers(NamedTuple):
     """Readings of some members, and the reasons why readings are absent where the motion has rows."""
 
     values: Array
@@ -110,7 +127,7 @@ def _parts(motion: Trajectory, observable: Observable, seen: Array) -> Iterator[
         yield motion, observable, seen
 
 
-def _read(motion: Trajectory, observable: Observable, seen: Array, again: Propagation) -> _Values:
+def _read(motion: Trajectory, observable: Observable, seen: Array, again: Propagation) -> ReadingsOfMembers:
     """Return the readings at times of the body, which all members share."""
     if np.array_equal(seen, motion.times):
         return _evaluated(motion, observable, motion._reader.state, motion.environment)
@@ -126,7 +143,7 @@ def _read(motion: Trajectory, observable: Observable, seen: Array, again: Propag
     absent = {name: np.zeros(full.shape[: axis + 1], dtype=bool) for name in found.absent}
     for name, where in found.absent.items():
         absent[name][..., rows] = where
-    return _Values(np.take(full, place, axis), {name: where[..., place] for name, where in absent.items()})
+    return ReadingsOfMembers(np.take(full, place, axis), {name: where[..., place] for name, where in absent.items()})
 
 
 def states_at(motion: Trajectory, times: Array, again: Propagation) -> tuple[AnyState, Environment]:
@@ -139,7 +156,9 @@ def states_at(motion: Trajectory, times: Array, again: Propagation) -> tuple[Any
     return rows._reader.state, rows.environment
 
 
-def _evaluated(motion: Trajectory, observable: Observable, state: AnyState, environment: Environment) -> _Values:
+def _evaluated(
+    motion: Trajectory, observable: Observable, state: AnyState, environment: Environment
+) -> ReadingsOfMembers:
     """Return the readings of states, NaN where the instrument has none."""
     if observable.member_axis and not motion.is_ensemble:
         state = state_of(changed(state.phase, lambda rows: rows[None]), state.time)
@@ -153,7 +172,7 @@ def _evaluated(motion: Trajectory, observable: Observable, state: AnyState, envi
     values = np.stack(columns, axis=-1)
     absent = absent_readings(expanded_observable, instant, values)
     values[np.logical_or.reduce([*absent.values(), np.zeros(shape, dtype=bool)])] = np.nan
-    return _Values(values if observable.components else values[..., 0], absent)
+    return ReadingsOfMembers(values if observable.components else values[..., 0], absent)
 
 
 def absent_readings(observable: Observable, instant: Any, values: Array) -> dict[str, NDArray[np.bool_]]:
@@ -184,7 +203,7 @@ def _is_there(instant: AnyInstant) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(np.asarray(first, dtype=float)))
 
 
-def _warn(observable: Observable, parts: list[_Values]) -> None:
+def warn_of_absent(observable: Observable, parts: list[ReadingsOfMembers]) -> None:
     """Warn of absent readings, with the number of each reason."""
     counts: dict[str, int] = {}
     total = 0

@@ -339,7 +339,8 @@ def test_derivatives_are_absent_where_the_reading_is():
 
     body = pt.Body((1.25, 1.0, 0.75))
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
-    found = observed_partials(pt.System(body), start, Night(KEPLER, 1.5), TIMES, ["gain"])
+    with pytest.warns(UserWarning, match=r"Night must have a reading .* 3 times: late at 1\."):
+        found = observed_partials(pt.System(body), start, Night(KEPLER, 1.5), TIMES, ["gain"])
     for array in (found.values, found.by_start, found.by_parameters):
         assert np.isnan(array[2]).all()
         assert np.isfinite(array[:2]).all()
@@ -352,7 +353,8 @@ def test_derivatives_are_absent_where_an_observer_does_not_see_the_body():
 
     body = pt.Body((1.25, 1.0, 0.75))
     start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
-    found = observed_partials(pt.System(body), start, Sight(Window(1.0, position=(1, 2, 3)), 1.5), TIMES, ["gain"])
+    with pytest.warns(UserWarning, match=r"Sight must have a reading .* 3 times: behind a wall at 1\."):
+        found = observed_partials(pt.System(body), start, Sight(Window(1.0, position=(1, 2, 3)), 1.5), TIMES, ["gain"])
     for array in (found.values, found.by_start, found.by_parameters):
         assert np.isnan(array[2]).all()
         assert np.isfinite(array[:2]).all()
@@ -425,3 +427,20 @@ def test_no_rotation_of_space_changes_the_length_of_a_derivative(q, omega):
         start = body.state(attitude, omega_body=omega)
         found.append(observed_partials(pt.System(body), start, Cosine(direction), [0.0, 1.0]).by_start)
     assert np.allclose(*found, rtol=0, atol=1e-12)
+
+
+def test_absent_readings_have_no_derivatives_and_one_warning():
+    """The observer sees the night side of a ball during the whole time."""
+    ball = pt.shapes.Ellipsoid((1, 1, 1), density=1.0)
+    sun, observer = (pt.orbits.FixedPosition(1.0, position=(x, 0, 0)) for x in (1e8, -1e8))
+    curve = pt.observables.LightCurve(
+        ball, pt.observables.LommelSeeliger(0.2), sun, observer, kind="magnitude", light_time=False
+    )
+    body = pt.Body((1.25, 1.0, 0.75))
+    start = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2))
+    with pytest.warns(UserWarning, match=r"LightCurve must have a reading .* zero flux at 3\.") as seen:
+        found = pt.analysis.observed_partials(pt.System(body), start, curve, [0.0, 1.0, 2.0], ["law.albedo"])
+    assert len(seen) == 1
+    assert np.isnan(found.values).all()
+    assert np.isnan(found.by_start).all()
+    assert np.isnan(found.by_parameters).all()

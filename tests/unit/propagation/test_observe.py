@@ -312,3 +312,21 @@ def test_axes_of_system_and_observable_must_agree():
     motion = pt.propagate(system, START, TIMES)
     with pytest.raises(ValueError, match="must have one reference frame"):
         pt.observe(motion, Elevation(second))
+
+
+def test_a_plan_with_a_calendar_has_the_unit_of_time_of_the_motion():
+    body = pt.Body((1.25, 1.0, 0.75))
+    start, times = body.state((1, 0, 0, 0), omega_body=(0.1, 1.0, 0.2)), [0.0, 1.0]
+    motion = pt.propagate(pt.System(body, units={"time": "s"}), start, times)
+    days, seconds = (pt.Calendar("2012-10-10", "TDB", unit) for unit in ("d", "s"))
+    seen = pt.observe(motion, pt.observables.Readings(pt.observables.Gyro(), times, calendar=seconds))
+    assert seen.calendar == seconds
+    assert seen.attributes["time_units"] == "s"
+    message = r"the calendar of readings must count in the unit of time of the system, 's', got one that counts 'd'"
+    plan = pt.observables.Readings(pt.observables.Gyro(), times, calendar=days)
+    far = pt.orbits.Ephemeris.from_function(
+        1.0, position=lambda t: np.stack([2 + t, t, t], axis=-1), start=-1.0, stop=2.0, calendar=days
+    )
+    for each in (plan, pt.observables.VectorSensor(far)):
+        with pytest.raises(ValueError, match=message):
+            pt.observe(motion, each)

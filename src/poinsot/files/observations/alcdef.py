@@ -288,7 +288,10 @@ def _block_of(readings: Readings, metadata: Mapping[str, str]) -> Iterator[str]:
         unit = readings.attributes.get("units", "none")
         raise ValueError(f"readings must be magnitudes, in mag, for ALCDEF, got {readings.name} in the unit {unit}.")
     if calendar is None:
-        raise ValueError(f"calendar must be given for {readings.name}, got none. ALCDEF contains Julian dates.")
+        raise ValueError(
+            f"times of {readings.name} must have a calendar, got none. ALCDEF contains Julian dates. "
+            "Give the readings, an orbit or the scenario a calendar."
+        )
     dates = julian_dates(readings.times, "UTC", calendar)
     own = {key: value for key, value in readings.attributes.items() if KEY.fullmatch(key)}
     known = _defaults(readings, dates) | own | dict(metadata) | {"DELIMITER": "PIPE"}

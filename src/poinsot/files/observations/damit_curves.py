@@ -269,7 +269,10 @@ def _written(readings: Readings) -> Iterator[str]:
     if not isinstance(curve, LightCurve) or curve.kind == "magnitude":
         raise ValueError(f"readings must be fluxes of a LightCurve, got {readings.name}, {quoted(curve)}.")
     if calendar is None:
-        raise ValueError(f"calendar must be given for {readings.name}, got none. DAMIT contains Julian dates.")
+        raise ValueError(
+            f"times of {readings.name} must have a calendar, got none. DAMIT contains Julian dates. "
+            "Give the readings, an orbit or the scenario a calendar."
+        )
     times = readings.times
     if curve.light_time:
         delay = LIGHT_SECONDS_PER_AU / SECONDS[calendar.unit]

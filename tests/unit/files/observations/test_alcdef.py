@@ -183,7 +183,7 @@ def test_what_is_not_a_magnitude(read, tmp_path):
         "^readings must be magnitudes, in mag, for ALCDEF, got a in the unit none": [
             Readings(Magnitude(), times, times, name="a", calendar=DAYS)
         ],
-        "^calendar must be given for a, got none": [Readings(Magnitude(), times, times, name="a", attributes=mags)],
+        "^times of a must have a calendar, got none": [Readings(Magnitude(), times, times, name="a", attributes=mags)],
         r"^readings must be present at all times, got none of a at t = 1\.": [
             Readings(Magnitude(), times, [1.0, np.nan], name="a", calendar=DAYS, attributes=mags)
         ],

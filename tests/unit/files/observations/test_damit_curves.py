@@ -198,7 +198,7 @@ def test_what_is_not_a_flux(tmp_path):
         "^readings must be fluxes of a LightCurve, got Gyro, Gyro": [
             Readings(pt.observables.Gyro(), [0.0], [[1.0, 2, 3]], calendar=DAYS)
         ],
-        "^calendar must be given for LightCurve, got none": [Readings(light, [0.0], [1.0])],
+        "^times of LightCurve must have a calendar, got none": [Readings(light, [0.0], [1.0])],
         r"^readings must be present at all times, got none of": [Readings(light, [0.0], [np.nan], calendar=DAYS)],
         r"^readings must have values to be written, got a plan": [Readings(light, [0.0], calendar=DAYS)],
     }
