@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from typing_extensions import override
 
-from poinsot.analysis.reading_partials import ObservedPartials, observed_partials
+from poinsot.analysis.reading_partials import observed_partials
 from poinsot.analysis.transition_matrix import state_transition
 from poinsot.errors import real_numbers, refuse_negative
 from poinsot.estimation.rotation_vectors import cross_matrix, jacobian, rotated, sine_defect_ratio, turn
@@ -210,7 +210,7 @@ class SystemProcess(Process):
 
 def _of_state(system: System, state: State, readings: Readings, place: int) -> tuple[Array, Array]:
     """Return a reading of a state, with its derivatives by the coordinates of the state."""
-    found = cast("ObservedPartials", observed_partials(system, state, readings.isel(time=[place])))
+    found = observed_partials(system, state, readings.isel(time=[place]))
     return found.values[0], found.by_start[0]
 
 

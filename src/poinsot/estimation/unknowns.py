@@ -419,9 +419,7 @@ class Unknowns:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of readings that a trial motion does not have
             found = observed_partials(system, self.state_at(system, q, others, arc), every, parameters=names)
-        *each, omega = (
-            self._of_starts(one, len(points.numbers)) for one in cast("tuple[ObservedPartials, ...]", found)
-        )
+        *each, omega = (self._of_starts(one, len(points.numbers)) for one in found)
         slopes = [
             (values, self._in_unknowns(by_start, by_numbers, omega, arc)) for values, by_start, by_numbers in each
         ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import overload
 
 from poinsot.checked import checked
 from poinsot.mechanics.environment import SPACE_AXES_UNNAMED
@@ -17,6 +18,27 @@ from poinsot.records.units import DerivedUnits
 from poinsot.systems.times_and_states import checked_times
 
 __all__ = ["checked_observables", "observe"]
+
+
+@overload
+def observe(motion: Trajectory, observable: Observable | Readings, /, *, times: Times | None = ...) -> Readings: ...
+
+
+@overload
+def observe(
+    motion: Trajectory,
+    first: Observable | Readings,
+    second: Observable | Readings,
+    /,
+    *others: Observable | Readings,
+    times: Times | None = ...,
+) -> tuple[Readings, ...]: ...
+
+
+@overload
+def observe(
+    motion: Trajectory, *observables: Observable | Readings, times: Times | None = ...
+) -> Readings | tuple[Readings, ...]: ...
 
 
 @checked
