@@ -152,7 +152,7 @@ class LightCurve(Observable):
     Raises
     ------
     TypeError, ValueError
-        If the shape or the kind is unknown, or a factor of the stretch is not positive.
+        If the shape or the kind is unknown, a factor of the stretch is not positive, or one shape has a secondary law.
 
     Examples
     --------
@@ -188,9 +188,16 @@ class LightCurve(Observable):
         object.__setattr__(self, "shape", Surfaces(self.shape))
         if isinstance(self.secondary_law, ScatteringLaw):
             object.__setattr__(self, "secondary_law", (self.secondary_law,))
-        if self.shadows is False:
+        if isinstance(self.shadows, bool):
+            if self.shadows:
+                _refuse_shadows("shadows", self.shadows, "")
             object.__setattr__(self, "shadows", "none")
         super().__post_init__()
+        if len(self.secondary_law) >= len(self._surfaces.each) and self.secondary_law:
+            raise ValueError(
+                "secondary_law must be one law, for the second of two shapes, got the numbers of laws and shapes "
+                f"{len(self.secondary_law)} and {len(self._surfaces.each)}. Leave it out for one shape."
+            )
 
     @property
     def _surfaces(self) -> Surfaces:

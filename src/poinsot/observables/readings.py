@@ -18,6 +18,7 @@ from poinsot.printable import quoted
 from poinsot.quantities import Array, Times
 from poinsot.random_numbers import normal_numbers
 from poinsot.records.calendar import Calendar, attributes_of_time, holds_dates
+from poinsot.records.members import members_of
 
 if TYPE_CHECKING:
     import xarray
@@ -100,7 +101,19 @@ class Readings(Summarized):
         if self.values is not None and (self.values.ndim > len(shape) + 1 or self.values.shape[-len(shape) :] != shape):
             raise ValueError(f"values must have shape {shape} or {('members', *shape)}, got shape {self.values.shape}.")
         if self.values is not None:
+            self._refuse_infinite_values()
             observable.check_values(self.values)
+
+    def _refuse_infinite_values(self) -> None:
+        values = np.asarray(self.values)
+        infinite = np.isinf(values)
+        if infinite.any():
+            place = np.argwhere(infinite)[0]
+            found, time = values[tuple(place)], self.times[place[len(self._members)]]
+            raise ValueError(
+                f"values must be finite, or NaN where there is no reading, got {found} of {self.name} "
+                f"at t = {time:.10g}."
+            )
 
     def _checked_sigma(self, sigma: ArrayLike | None) -> Array | None:
         """Return the standard deviation of errors, that broadcasts against them; None if it is unknown."""
@@ -174,7 +187,9 @@ class Readings(Summarized):
             full = np.broadcast_to(sigma, (*self._members, self.times.size, *self._error))
             full = full[who] if self.is_ensemble else full
             sigma = sigma if not sigma.ndim else full[..., at, :] if self._error else full[..., at]
-        return self._with(times=self.times[at], values=values, sigma=sigma)
+        members = who if isinstance(who, int | slice) else np.asarray(who)
+        observable = members_of(self.observable, members) if self.is_ensemble else self.observable
+        return self._with(observable=observable, times=self.times[at], values=values, sigma=sigma)
 
     def _with(self, **changes: Any) -> Readings:
         names = ("observable", "times", "values", "sigma", "name", "calendar", "attributes")

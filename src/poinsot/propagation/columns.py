@@ -7,7 +7,7 @@ files, stores of ensembles and labels of plots read the table.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 from typing import cast
@@ -39,6 +39,7 @@ __all__ = [
     "Scope",
     "columns_of_observables",
     "names_with",
+    "refuse_names_of_columns",
     "static_columns",
     "unit_of_column",
 ]
@@ -224,6 +225,12 @@ RENAMED = {"carried": ORBIT_VARIABLES}
 # ---------------------------------------------------------------------- columns of a system
 
 
+LABELS_OF_DATASETS = frozenset(
+    ("time", "member", "axis", "parameter", "principal_axis", "moments", "mass", "principal_axes", "failures")
+)
+"""Names of the axes of a dataset of a motion, and of the variables that describe the body."""
+
+
 def static_columns(bodies: tuple[str, ...]) -> Mapping[str, Column]:
     """Return the columns of the table for a motion of bodies with the given names, ("",) for one body."""
     return _static_columns(COLUMNS, bodies)
@@ -288,6 +295,17 @@ def columns_of_observables(observables: Mapping[str, Observable]) -> dict[str, C
         axis = f"component_{name}" if count else ""
         found[name] = Column(name, each.unit, f"readings of {name}", None, axis, attributes=frame, length=count)
     return found
+
+
+def refuse_names_of_columns(system: System, observables: Iterable[str]) -> None:
+    """Raise a ValueError for an observable that has the name of another variable of the dataset of a motion."""
+    table = ColumnTable(system)
+    for name in observables:
+        if table.find(name) or name in LABELS_OF_DATASETS or name.startswith("initial_"):
+            raise ValueError(
+                f"observables must have other names than the variables of a motion, got {quoted(name)}. "
+                "Rename the class."
+            )
 
 
 def names_with(requirement: Requirement) -> list[str]:

@@ -21,6 +21,7 @@ from poinsot.kinematics.state import AnyState, Bodies
 from poinsot.mechanics.event import Event
 from poinsot.mechanics.observable import Observable, observables_by_name
 from poinsot.propagation.arguments import checked_device, checked_formulation, checked_threads
+from poinsot.propagation.columns import refuse_names_of_columns
 from poinsot.propagation.integrator import Integrator
 from poinsot.propagation.readings_along import readings_without_rows, refuse_unfit, with_readings
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
@@ -157,6 +158,7 @@ def _checked_observables(
 ) -> dict[str, Observable]:
     """Return observables by name; raise an error for one that does not fit the system, the members or the times."""
     found = observables_by_name(observables)
+    refuse_names_of_columns(system, found)
     for each in found.values():
         refuse_unfit(system, each, members, times)
         if each.member_axis and not members:

@@ -174,3 +174,26 @@ def test_readings_are_frozen_and_can_be_pickled():
 def test_a_notebook_shows_a_plot():
     assert "<svg" in Readings(Speed(), TIMES, TIMES)._repr_html_()
     assert "<svg" not in Readings(Speed(), TIMES)._repr_html_()
+
+
+def test_readings_of_some_members_have_the_observable_of_these_members():
+    body = pt.Body((1.25, 1.0, 0.75))
+    start = body.state((1, 0, 0, 0), omega_body=[(0.1, 0, 1), (0, 0.2, 1), (0.3, 0, 1)])
+    motion = pt.propagate(pt.System(body), start, TIMES)
+    biases = np.arange(9.0).reshape(3, 3)
+    read = pt.observe(motion, pt.observables.Gyro(bias=biases, noise=0.1))
+    one, two = read.isel(member=1), read.isel(member=[2, 0])
+    assert np.array_equal(one.observable.bias, biases[1])
+    assert np.array_equal(two.observable.bias, biases[[2, 0]])
+    assert np.array_equal(pt.observe(motion.isel(member=1), one).values, read.values[1])
+    plan = Readings(pt.observables.Gyro(bias=biases, noise=0.1), TIMES)
+    assert not plan.isel(member=2).is_ensemble
+
+
+def test_values_are_finite_or_absent():
+    with pytest.raises(ValueError, match=r"values must be finite, or NaN .* got inf of Speed at t = 0\.25\."):
+        Readings(Speed(), TIMES, [np.nan, np.inf, 1.0, 2.0, 3.0])
+    values = np.ones((2, 5, 3))
+    values[1, 4, 2] = -np.inf
+    with pytest.raises(ValueError, match=r"values must be finite, .* got -inf of Rate at t = 1\."):
+        Readings(Rate(), TIMES, values)

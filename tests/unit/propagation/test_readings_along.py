@@ -287,3 +287,10 @@ def test_a_store_of_readings_holds_no_motions(tmp_path):
         tracemalloc.stop()
     motion_bytes = 512 * 101 * 7 * 8
     assert peaks[1] - peaks[0] < motion_bytes / 4
+
+
+@pytest.mark.parametrize("name", ["OmegaBody", "DriftEnergy", "Time", "Moments", "InitialTime"])
+def test_an_observable_must_not_have_the_name_of_another_variable(name):
+    kind = type(name, (pt.Observable,), {"reading": lambda _, instant: instant.time})
+    with pytest.raises(ValueError, match=r"observables must have other names than the variables of a motion, got '"):
+        pt.propagate(SYSTEM, START, TIMES, observables=[kind()])
