@@ -201,6 +201,8 @@ def identify_lines(
     nu, errors = _lines_of(spectrum, 1 if base is not None else 2)
     if base is not None:
         known = real_array("base", base, (None,))
+        if not known.size:
+            raise ValueError("base must have at least one frequency, got none. Leave it out for a tumbling body.")
         refuse_nonpositive("base", known)
         ladder = _Ladder(*_combinations(known.size, order), nu)
         multiples, evidence = ladder.nearest(ladder.integers @ known, np.zeros(len(ladder.integers)), nu, errors)

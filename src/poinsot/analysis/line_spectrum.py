@@ -217,6 +217,11 @@ def _uneven_lines(
     steps = np.diff(times)
     limit = float(np.pi / np.median(steps[steps > 0]) if highest is None else real_array("highest", highest, ()))
     refuse_nonpositive("highest", limit)
+    if not limit * run >= np.pi or not np.isfinite(limit):
+        raise ValueError(
+            f"highest must be finite, and times the run of the times, {run:.6g}, at least pi, got {limit:.6g}. "
+            "A slower line has less than half a cycle in the run."
+        )
     if (size := grid_size(run, limit, not np.iscomplexobj(signals))) > MAX_GRID:
         raise ValueError(
             f"highest must be below {limit * MAX_GRID / size:.6g} for a run of {run:.6g}, got {limit:.6g}. "

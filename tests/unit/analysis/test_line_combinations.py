@@ -118,6 +118,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "spectrum must have positive errors of its lines, got 0.0.",
     ),
     "base": ({"base": [1.0, 0.0]}, "base must be positive, got 0.0."),
+    "no base": ({"base": []}, "base must have at least one frequency, got none. Leave it out for a tumbling body."),
     "order": ({"order": 0}, "order must be positive, got 0."),
     "large order": (
         {"order": 40, "base": [1.0, 2.0, 3.0]},
