@@ -36,6 +36,7 @@ from poinsot.printable import quoted
 from poinsot.propagation.observe import checked_observables
 from poinsot.propagation.readings_along import (
     ReadingsOfMembers,
+    absent_counts,
     absent_readings,
     hidden_readings,
     refuse_unfit,
@@ -462,7 +463,8 @@ def _of_one(transition: StateTransition, plan: Readings, number: int, seen: Arra
             array[where] = np.nan
     values, by_start, by_parameters = arrays
     absent = {name: np.take(where, back, axis) for name, where in found.absent.items()}
-    warn_of_absent(observable, [ReadingsOfMembers(values, absent), ReadingsOfMembers(np.empty(0), hidden)])
+    both = [ReadingsOfMembers(values, absent), ReadingsOfMembers(np.empty(0), hidden)]
+    warn_of_absent(observable, absent_counts(observable, both))
     about = {"units": observable.unit(DerivedUnits(system.units)), "frame": observable.frame}
     about |= {"time_units": system.units["time"], "system": repr(system), "initial_state": repr(motion.initial)}
     readings = _with_values(plan, values, {name: text for name, text in about.items() if text})

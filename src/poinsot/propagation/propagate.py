@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import cast
 
@@ -23,7 +23,13 @@ from poinsot.mechanics.observable import Observable, observables_by_name
 from poinsot.propagation.arguments import checked_device, checked_formulation, checked_threads
 from poinsot.propagation.columns import refuse_names_of_columns
 from poinsot.propagation.integrator import Integrator
-from poinsot.propagation.readings_along import readings_without_rows, refuse_unfit, with_readings
+from poinsot.propagation.readings_along import (
+    AbsentCounts,
+    readings_without_rows,
+    refuse_unfit,
+    warn_of_absent,
+    with_readings,
+)
 from poinsot.propagation.recorded import RecordedEvent, RecordedSystem
 from poinsot.propagation.stored_motion import ensemble_of_motions
 from poinsot.propagation.trajectory import Trajectory
@@ -172,13 +178,23 @@ def _propagated_in_chunks(
     """Return the motions of an ensemble that is integrated in chunks of members."""
     whole = integrator.motion_without_rows(state, times, plan.provenance)
     integrate = partial(integrator.motion_of_members, state, times)
+    absent: dict[str, AbsentCounts] = {}
     if observables:
         whole = whole.with_observables(observables, readings_without_rows(whole, observables))
-        integrate = partial(_observed_members, integrator, state, times, observables)
+        add = None if plan.client else partial(_add_absent, absent)  # workers warn themselves
+        integrate = partial(_observed_members, integrator, state, times, observables, add)
     ensemble = ensemble_of_motions(
         whole, integrator.variables, integrator.problem.events, integrator.settings, integrate
     )
-    return cast("Trajectory", run_in_chunks(ensemble, plan, bool(integrator.settings.progress)))
+    result = cast("Trajectory", run_in_chunks(ensemble, plan, bool(integrator.settings.progress)))
+    for name, counts in absent.items():
+        warn_of_absent(observables[name], counts)
+    return result
+
+
+def _add_absent(absent: dict[str, AbsentCounts], name: str, counts: AbsentCounts) -> None:
+    """Add the numbers of absent readings of a chunk."""
+    absent[name] = absent.get(name, AbsentCounts(0, {})) + counts
 
 
 def _observed_members(
@@ -186,6 +202,7 @@ def _observed_members(
     state: AnyState,
     times: Array,
     observables: Mapping[str, Observable],
+    add: Callable[[str, AbsentCounts], None] | None,
     members: slice,
     progress: Progress,
 ) -> tuple[Trajectory, Report]:
@@ -195,7 +212,7 @@ def _observed_members(
         return motion.with_observables(observables, readings_without_rows(motion, observables)), report
     some = {name: members_of(each, members) for name, each in observables.items()}
     again = partial(propagated_again, threads=integrator.settings.threads)
-    return with_readings(motion, some, again), report
+    return with_readings(motion, some, again, add), report
 
 
 def propagated_again(motion: Trajectory, times: Array, threads: int | None = None) -> Trajectory:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,8 +27,10 @@ from poinsot.systems.formula_trials import try_observable
 from poinsot.systems.system import System
 
 __all__ = [
+    "AbsentCounts",
     "Propagation",
     "ReadingsOfMembers",
+    "absent_counts",
     "absent_readings",
     "hidden_readings",
     "readings_without_rows",
@@ -43,11 +46,31 @@ Propagation = Callable[[Trajectory, Array], Trajectory]
 """Function that returns a motion at other times, ascending, from the same initial state."""
 
 
-def values_along(motion: Trajectory, observable: Observable, times: Array, again: Propagation) -> Array:
+class AbsentCounts(NamedTuple):
+    """Number of readings, and numbers of absent readings by reason."""
+
+    total: int
+    by_reason: dict[str, int]
+
+    def __add__(self, other: AbsentCounts) -> AbsentCounts:  # type: ignore[override]
+        reasons = [*self.by_reason, *other.by_reason]
+        return AbsentCounts(
+            self.total + other.total,
+            {name: self.by_reason.get(name, 0) + other.by_reason.get(name, 0) for name in reasons},
+        )
+
+
+def values_along(
+    motion: Trajectory,
+    observable: Observable,
+    times: Array,
+    again: Propagation,
+    add: Callable[[AbsentCounts], None] | None = None,
+) -> Array:
     """Return the readings at times, NaN where there is none, with one warning about the reasons.
 
     The result has the shape (n,) or (n, components), with members first. `again` propagates the motion to times that
-    are not among its rows.
+    are not among its rows, and `add` is called in place of a warning.
     """
     refuse_unfit(motion.system, observable, (len(motion),) if motion.is_ensemble else (), times)
     seen = observable.time_of_body(times, DerivedUnits(motion.system.units))
@@ -56,7 +79,11 @@ def values_along(motion: Trajectory, observable: Observable, times: Array, again
     hidden = hidden_readings(observable, times, values.shape[: values.ndim - bool(observable.components)])
     for where in hidden.values():
         values[where] = np.nan
-    warn_of_absent(observable, [*parts, ReadingsOfMembers(np.empty(0), hidden)])
+    counts = absent_counts(observable, [*parts, ReadingsOfMembers(np.empty(0), hidden)])
+    if add is None:
+        warn_of_absent(observable, counts)
+    else:
+        add(counts)
     return values
 
 
@@ -203,27 +230,38 @@ def _is_there(instant: AnyInstant) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(np.asarray(first, dtype=float)))
 
 
-def warn_of_absent(observable: Observable, parts: list[ReadingsOfMembers]) -> None:
-    """Warn of absent readings, with the number of each reason."""
-    counts: dict[str, int] = {}
-    total = 0
+def absent_counts(observable: Observable, parts: list[ReadingsOfMembers]) -> AbsentCounts:
+    """Return the numbers of absent readings by reason."""
+    count = len(observable.components) or 1
+    found = AbsentCounts(0, {})
     for part in parts:
-        count = len(observable.components) or 1
-        total += part.values.size // count
-        for name, where in part.absent.items():
-            counts[name] = counts.get(name, 0) + int(where.sum())
-    reasons = ", ".join(f"{name} at {count}" for name, count in counts.items() if count)
+        reasons = {name: int(where.sum()) for name, where in part.absent.items()}
+        found += AbsentCounts(part.values.size // count, reasons)
+    return found
+
+
+def warn_of_absent(observable: Observable, counts: AbsentCounts) -> None:
+    """Warn of absent readings, with the number of each reason."""
+    reasons = ", ".join(f"{name} at {count}" for name, count in counts.by_reason.items() if count)
     if reasons:
         warnings.warn(
-            f"{type(observable).__name__} must have a reading at each time, but it has none at some of {total} times: "
-            f"{reasons}. These values are NaN.",
+            f"{type(observable).__name__} must have a reading at each time, but it has none at some of {counts.total} "
+            f"times: {reasons}. These values are NaN.",
             stacklevel=level_of_user(),
         )
 
 
-def with_readings(motion: Trajectory, observables: Mapping[str, Observable], again: Propagation) -> Trajectory:
+def with_readings(
+    motion: Trajectory,
+    observables: Mapping[str, Observable],
+    again: Propagation,
+    add: Callable[[str, AbsentCounts], None] | None = None,
+) -> Trajectory:
     """Return a motion whose columns contain the readings of observables, by name."""
-    values = {name: values_along(motion, each, motion.times, again) for name, each in observables.items()}
+    values = {
+        name: values_along(motion, each, motion.times, again, partial(add, name) if add else None)
+        for name, each in observables.items()
+    }
     return motion.with_observables(observables, values)
 
 

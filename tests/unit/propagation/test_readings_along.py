@@ -294,3 +294,19 @@ def test_an_observable_must_not_have_the_name_of_another_variable(name):
     kind = type(name, (pt.Observable,), {"reading": lambda _, instant: instant.time})
     with pytest.raises(ValueError, match=r"observables must have other names than the variables of a motion, got '"):
         pt.propagate(SYSTEM, START, TIMES, observables=[kind()])
+
+
+def test_a_store_has_one_warning_of_absent_readings(tmp_path):
+    class Late(pt.Observable):
+        def reading(self, instant):
+            return instant.time
+
+        def validity(self, instant):
+            return {"late": pt.functions.less(0.0, instant.time)}
+
+    (count,) = STATES.shape
+    late = count * np.sum(TIMES > 0)
+    message = f"some of {count * len(TIMES)} times: late at {late}"
+    with pytest.warns(UserWarning, match=message) as seen:
+        pt.propagate(SYSTEM, STATES, TIMES, observables=[Late()], out=tmp_path / "a.zarr", chunk=1)
+    assert len(seen) == 1
