@@ -416,9 +416,18 @@ USED = {
     "view": "view it.nc",
     "animate": "animate it.nc --seconds 0.1 --time 0:3000",
     "convert": "convert it.nc it.csv",
+    "observe": "observe seen.toml",
     "verify": "verify",
     "paper": "paper",
 }
+SEEN = """
+title = "A gyro"
+body = {moments = [1.25, 1, 0.75]}
+state = {quaternion = [1, 0, 0, 0], omega_body = [0.1, 1, 0.2]}
+times = {stop = 10, count = 11}
+[[observe]]
+type = "Gyro"
+"""
 FEW = """
 from poinsot.validation import cases, paper
 from poinsot.display import progress
@@ -438,6 +447,7 @@ for call in sys.argv[1:]:
 def test_every_command_says_what_to_do_next(tmp_path, monkeypatch):
     """On a terminal; what it names are commands that there are. The commands themselves run in their order."""
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "seen.toml").write_text(SEEN)
     assert USED.keys() == {command.callback.__name__ for command in app.registered_commands}
     written, status = forked.on_terminal(FEW, *USED.values(), columns="200")
     assert status == 0, written

@@ -109,6 +109,7 @@ RESULTS = {
     )[0],
     "LineSpectrum": lambda _: pt.analysis.frequencies(SIGNAL, 0.1, 2),
     "LyapunovSpectrum": lambda _: pt.analysis.lyapunov_spectrum(TOP, START, [1.0]),
+    "ObservedPartials": lambda _: pt.analysis.observed_partials(TOP, START, pt.observables.Gyro(), [1.0]),
     "OsculatingElements": lambda _: pair_motion().elements,
     "PairEquilibrium": lambda _: pt.analysis.pair_equilibria(pair_motion().system, pair_motion().initial)[0],
     "PeriodicMotion": lambda _: periodic(),

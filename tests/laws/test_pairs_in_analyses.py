@@ -21,6 +21,9 @@ TIMES = np.linspace(0, 8, 200)
 MOTION: Any = pt.propagate(SYSTEM, START, TIMES, dense=True)
 ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
 analysis, plot = pt.analysis, pt.plot
+SOLID, FAR = pt.shapes.Ellipsoid((3, 2, 1), mass=1.0), pt.orbits.FixedPosition(1.0, position=(1e6, 2e6, 0))
+LAW = pt.observables.LommelSeeliger(albedo=0.2)
+CURVE = pt.observables.LightCurve((SOLID, SOLID), LAW, FAR, FAR, kind="relative", light_time=False)
 
 
 def _place(at: Any) -> tuple[Any, Any]:
@@ -49,6 +52,11 @@ TAKEN: dict[str, Any] = {
     "pair_equilibria": lambda: analysis.pair_equilibria(SYSTEM, PAIR.doubly_synchronous(distance=9.0)),
     "librations": lambda: analysis.librations(MOTION),
     "revolutions": lambda: analysis.revolutions(MOTION),
+    "observed_partials": lambda: analysis.observed_partials(SYSTEM, START, CURVE, [8.0]),
+    "identify_lines": lambda: analysis.identify_lines(TAKEN["frequencies"](), base=(1.0, 0.3)),
+    "plot.readings": lambda: plot.readings(pt.observe(MOTION, CURVE)),
+    "plot.phased": lambda: plot.phased(pt.observe(MOTION, CURVE), 5.0),
+    "plot.phase_plane": lambda: plot.phase_plane(pt.observe(MOTION, CURVE), (5.0, 6.0)),
     "estimate_run": lambda: analysis.estimate_run(SYSTEM, START, [8.0]),
     "plot.angular_velocity": lambda: plot.angular_velocity(MOTION),
     "plot.difference": lambda: plot.difference(MOTION, MOTION),
@@ -73,6 +81,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "continue_motion": (lambda: analysis.continue_motion(MOTION, "G", 2.0), "must be a PeriodicMotion"),
     "cassini_state": (lambda: analysis.cassini_state(PAIR, ORBIT), "body must be a Body, got TwoBodies"),
     "plot.branch": (lambda: cast("Any", plot.branch)(MOTION, float, ("", "")), "must be a Branch"),
+    "plot.sky": (lambda: plot.sky(MOTION, CURVE), ONE),
     "plot.part_variables": (lambda: plot.part_variables(MOTION), ONE),
     "plot.torques": (lambda: plot.torques(MOTION), ONE),
     "plot.attitude_error": (lambda: plot.attitude_error(MOTION, MOTION), ONE),

@@ -97,7 +97,18 @@ def test_a_notebook_shows_the_lines_of_a_result_without_markup(tmp_path, name, m
 
 def test_every_result_is_among_them():
     results = {name for name in NOT_CALLED if inspect.isclass(PUBLIC.get(name))}
-    bases = {"Event", "Frame", "Orbit", "Part", "Potential", "Shape", "Torque", "Attitude", "AttitudeFormat"}
+    bases = {
+        "Event",
+        "Frame",
+        "Observable",
+        "Orbit",
+        "Part",
+        "Potential",
+        "Shape",
+        "Torque",
+        "Attitude",
+        "AttitudeFormat",
+    }
     bases |= {"Atmosphere", "Jump", "TabulatedAtmosphere"}
     bases |= {"Environment", "Instant", "Load", "PairInstant", "PairLoad", "Vector"}
     assert results - bases <= RESULTS.keys()

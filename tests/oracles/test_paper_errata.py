@@ -635,7 +635,9 @@ def test_the_page_names_tests_and_functions_that_exist():
     for kind, tests in named.items():
         defined = set(re.findall(r"^def (test_\w+)", (here / f"test_paper_{kind}.py").read_text(), re.MULTILINE))
         assert tests <= defined, tests - defined
-    functions = set(re.findall(r"`((?:functions|mechanics|forces|orbits)\.[\w.]+)`", page))
+    functions = set(
+        re.findall(r"`((?:functions|kinematics|mechanics|systems|integration|forces|orbits)\.[\w.]+)`", page)
+    )
     assert len(functions) > 20
     for function in functions:
         pkgutil.resolve_name(f"poinsot.{function}")

@@ -410,9 +410,8 @@ def _light_curves(motion: Trajectory) -> list[LightCurve]:
     """Return the light curves among the observables in the scenario of a motion."""
     from poinsot.files.scenario import repetition
     from poinsot.observables.light_curve import LightCurve
-    from poinsot.systems.system import System
 
-    plans = repetition(motion, "the result").plans if isinstance(motion.system, System) else ()
+    plans = repetition(motion, "the result").plans if "scenario" in motion.provenance else ()
     return [plan.observable for plan in plans if isinstance(plan.observable, LightCurve)]
 
 

@@ -18,10 +18,13 @@ from poinsot.files.rows import number
 from poinsot.files.untrusted import read_text
 from poinsot.orbits.rotation import RotationModel
 from poinsot.printable import quoted, shortened
+from poinsot.quantities import plain
 from poinsot.records.calendar import SECONDS, Calendar, julian_dates, times_of_julian_dates
 from poinsot.shapes.scattering import LambertLommelSeeliger
 
 __all__ = ["DamitSpin", "read_damit_spin", "write_damit_spin"]
+
+ANGLES = ("longitude", "latitude", "angle")
 
 DIGITS = 14
 """Significant digits of written angles and periods."""
@@ -75,7 +78,8 @@ class DamitSpin(Summarized):
 
     def __post_init__(self) -> None:
         for name in ("longitude", "latitude", "period", "epoch", "angle"):
-            object.__setattr__(self, name, float(real_array(name, getattr(self, name), ())))
+            value = plain(name, getattr(self, name), "rad" if name in ANGLES else None)
+            object.__setattr__(self, name, float(real_array(name, value, ())))
         refuse_nonpositive("period", self.period)
         checked_fields(self)
 
