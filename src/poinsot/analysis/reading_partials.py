@@ -264,10 +264,15 @@ def _of_each_member(
     """Return the partial derivatives of members one by one."""
     each = []
     for i in range(count):
-        some = [plan.of(members_of(plan.observable, i)) for plan in plans]
+        some = [_of_member(plan, i) for plan in plans]
         own = members_of(state, i) if state.shape else state
         each.append(_partials(members_of(system, i), own, some, chosen, settings))
     return tuple(_stacked(plan, parts) for plan, *parts in zip(plans, *each, strict=True))
+
+
+def _of_member(plan: Readings, member: int) -> Readings:
+    """Return the plan of one member."""
+    return plan.isel(member=member) if plan.is_ensemble else plan.of(members_of(plan.observable, member))
 
 
 def _with_values(plan: Readings, values: Array, attributes: Mapping[str, str]) -> Readings:
@@ -441,7 +446,7 @@ def _of_one(transition: StateTransition, plan: Readings, number: int, seen: Arra
     """Return the readings of one observable, with derivatives, from the state transition at the times of the body."""
     motion, observable, system = transition.motion, plan.observable, transition.motion.system
     if seen.ndim == 2:  # one body, read by members at different times
-        some = [plan.of(members_of(observable, i)) for i in range(len(seen))]
+        some = [_of_member(plan, i) for i in range(len(seen))]
         parts = [_of_one(transition, each, number, at, chosen) for each, at in zip(some, seen, strict=True)]
         return _stacked(plan, parts)
     wanted, back = np.unique(seen, return_inverse=True)

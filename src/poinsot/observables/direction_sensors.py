@@ -152,7 +152,7 @@ class CoarseSunSensors(Observable):
     Raises
     ------
     ValueError
-        If a normal is no unit vector, or a number is negative.
+        If a normal is no unit vector, a number is negative, or the Sun is nearer than its radius.
 
     Examples
     --------
@@ -174,6 +174,17 @@ class CoarseSunSensors(Observable):
     noise: NotNegative = 0.0
 
     count = ArrayLength("normals", "Number of heads.")
+
+    @override
+    def check_times(self, times: Array) -> None:
+        if not self.occulters:
+            return
+        distance = np.min(np.asarray(functions.norm(Vector(self.sun.position_at(times))), dtype=float))
+        if np.any(distance <= self.sun_radius):
+            raise ValueError(
+                f"sun_radius must be less than the distance of the Sun, got {np.max(self.sun_radius):g} and "
+                f"{distance:g}. Give sun_radius in the unit of the orbit."
+            )
 
     @property
     def components(self) -> tuple[str, ...]:  # type: ignore[override]

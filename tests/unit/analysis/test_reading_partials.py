@@ -444,3 +444,17 @@ def test_absent_readings_have_no_derivatives_and_one_warning():
     assert np.isnan(found.values).all()
     assert np.isnan(found.by_start).all()
     assert np.isnan(found.by_parameters).all()
+
+
+def test_members_that_are_read_apart_have_standard_deviations_of_their_own():
+    body = pt.Body((1.25, 1.0, 0.75))
+    system = pt.System(body, units={"time": "s", "inertia": "kg km2"})
+    rates = [(0.1, 1.0, 0.2), (0.2, 1.0, 0.1)]
+    start = body.state((1, 0, 0, 0), omega_body=rates)
+    station = pt.orbits.FixedPosition(1.0, position=[(1e4, 2e4, 0), (2e4, 1e4, 0)])
+    plan = pt.observables.Readings(pt.observables.Range(station, (1, 2, 3)), TIMES, sigma=[[1.0] * 3, [2.0] * 3])
+    found = observed_partials(system, start, plan)
+    assert np.array_equal(found.readings.sigma, plan.sigma)
+    for i in range(2):
+        alone = observed_partials(system, body.state((1, 0, 0, 0), omega_body=rates[i]), plan.isel(member=i))
+        assert np.allclose(found.by_start[i], alone.by_start, rtol=1e-13, atol=1e-13)

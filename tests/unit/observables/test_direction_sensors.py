@@ -168,3 +168,17 @@ def test_a_secondary_body_has_sensors_too():
 def test_wrong_arguments_are_refused(make, message):
     with pytest.raises((TypeError, ValueError), match=f"^{message}$"):
         make()
+
+
+def test_the_radius_of_the_sun_has_the_unit_of_its_orbit():
+    """An orbit in km and the radius of the Sun in metres shade a body that is in full light."""
+    body = pt.Body((1.25, 1.0, 0.75))
+    motion = pt.propagate(pt.System(body), body.state((1, 0, 0, 0), omega_body=(0, 0, 1)), [0.0, 1.0])
+    sun, planet = (pt.orbits.FixedPosition(1.0, position=place) for place in ((-1.5e8, 0, 0), (0, 42000.0, 0)))
+    occulters = (pt.forces.Occulter(planet, 6378.0),)
+    for radius in (6.957e8, 1.5e8):
+        heads = pt.observables.CoarseSunSensors(sun, [(1, 0, 0)], occulters=occulters, sun_radius=radius)
+        with pytest.raises(ValueError, match=r"sun_radius must be less than the distance .* and 1\.5e\+08\. Give"):
+            pt.observe(motion, heads)
+    heads = pt.observables.CoarseSunSensors(sun, [(1, 0, 0)], occulters=occulters, sun_radius=6.957e5)
+    assert pt.observe(motion, heads).values[0].tolist() == [1.0]
