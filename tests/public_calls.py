@@ -438,6 +438,7 @@ def files(folder):
         ),
         "field": text(folder / "g.tab", FIELD),
         "gyro": text(folder / "gyro.csv", GYRO),
+        "cuts": text(folder / "cuts.csv", "file,cut_start_s,cut_end_s,keep\ngyro,-1e9,1e9,\n"),
         "curves": text(folder / "lc.txt", CURVES),
         "readings": pt.files.write_readings(NIGHT, folder / "m.readings.nc", overwrite=True),
         "spin": text(folder / "spin.txt", SPIN),
@@ -994,6 +995,10 @@ def public_calls(folder):
         ),
         "read_damit_spin": (pt.files.read_damit_spin, {"path": at["spin"], "calendar": DAYS}),
         "read_readings": (pt.files.read_readings, {"path": at["readings"]}),
+        "read_gyro_csv": (
+            pt.files.read_gyro_csv,
+            {"path": at["gyro"], "gyro": pt.observables.Gyro(), "cuts": at["cuts"], "sigma": 0.1},
+        ),
         "read_readings_csv": (
             pt.files.read_readings_csv,
             {

@@ -13,7 +13,7 @@ from .netcdf import load, save
 from .observations.alcdef import read_alcdef, write_alcdef
 from .observations.damit_curves import read_damit, write_damit
 from .observations.damit_spin import DamitSpin, read_damit_spin, write_damit_spin
-from .observations.readings_csv import read_readings_csv, write_readings_csv
+from .observations.readings_csv import read_gyro_csv, read_readings_csv, write_readings_csv
 from .observations.readings_netcdf import read_readings, write_readings
 from .orbits.oem import read_oem
 from .orbits.spk import spice_orbit
@@ -34,6 +34,7 @@ __all__ = [
     "read_damit",
     "read_damit_spin",
     "read_field",
+    "read_gyro_csv",
     "read_mesh",
     "read_oem",
     "read_quaternion_csv",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from poinsot.atomic_write import write_text
 from poinsot.checked import checked
@@ -23,12 +24,18 @@ from poinsot.quantities import Array
 from poinsot.records.calendar import Calendar
 from poinsot.suggestions import nearest
 
-__all__ = ["read_readings_csv", "write_readings_csv"]
+__all__ = ["read_gyro_csv", "read_readings_csv", "write_readings_csv"]
 
 KEYS = Keys(frozenset(("readings", "time", "time_unit", "unit", "frame", "sigma")), ("observable",))
 
 TIME, VALUE, SIGMA = "t", "value", "sigma"
 """Names of the columns of readings of one number; those of several numbers have the names of the components."""
+
+OF_RECORDING = ("t_s", "wx", "wy", "wz")
+"""Names of the columns of a recording of a gyroscope: the time in s, and rates in rad/s."""
+
+OF_CUTS = ("file", "cut_start_s", "cut_end_s", "keep")
+"""Names of the columns of a table of cuts: the recording, the first and the last time in s, and "false" to omit it."""
 
 
 @checked
@@ -105,6 +112,90 @@ def read_readings_csv(
         return Readings(observable, times, readings, sigma, **given)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from None
+
+
+@checked
+def read_gyro_csv(
+    path: str | Path, gyro: Observable, *, cuts: str | Path | None = None, sigma: ArrayLike | None = None
+) -> list[Readings]:
+    """Return the recording of a gyroscope, such as the one of a phone, whole or cut into several arcs.
+
+    The first line of the file names the columns t_s, wx, wy and wz: seconds, and rad/s along the axes of the gyroscope.
+
+    Parameters
+    ----------
+    path : str or Path
+        Name of the file.
+    gyro : Observable
+        Instrument of the readings, such as `Gyro`.
+    cuts : str or Path, optional
+        CSV file with the columns file, cut_start_s, cut_end_s and keep. A row is an arc of the recording whose name,
+        without its ending, is equal to `file` or ends in an underscore and `file`. Rows with keep = false are omitted.
+    sigma : float or array, optional
+        Standard deviation of each value. Default: `noise` of the observable.
+
+    Returns
+    -------
+    list of Readings
+        Readings of each arc in the order of the cuts, or of the whole recording, in s and rad/s.
+
+    Raises
+    ------
+    OSError, TypeError, ValueError
+        If a file cannot be read or lacks a column, or an arc contains no reading.
+
+    Examples
+    --------
+    >>> gyro = pt.observables.Gyro(noise=0.05)
+    >>> [len(each) for each in pt.files.read_gyro_csv("gyro.csv", gyro)]
+    [3]
+    """
+    whole = read_readings_csv(path, gyro, columns=OF_RECORDING, sigma=sigma)
+    attributes = {"units": "rad s-1", "frame": "body", **whole.attributes, "time_units": "s"}
+
+    def arc(name: str, some: NDArray[np.bool_] | slice) -> Readings:
+        part = whole.isel(time=some)
+        return Readings(gyro, part.times, part.values, part.sigma, name=name, attributes=attributes)
+
+    if cuts is None:
+        return [arc(Path(path).stem, slice(None))]
+    found: list[Readings] = []
+    for place, name, first, last in _cuts(read_text(cuts), shortened(cuts), Path(path).stem):
+        inside = (whole.times >= first) & (whole.times <= last)
+        if not inside.any():
+            raise ValueError(
+                f"{place} must have readings between cut_start_s and cut_end_s, got none of {shortened(path)} from "
+                f"{first:.10g} to {last:.10g}."
+            )
+        found.append(arc(f"{name} {len(found) + 1}", inside))
+    if not found:
+        raise ValueError(f"{shortened(cuts)} must have a cut of {quoted(Path(path).stem)} to keep, got none.")
+    return found
+
+
+def _cuts(text: str, name: str, recording: str) -> Iterator[tuple[str, str, float, float]]:
+    """Yield place, name, start and end of each cut of a recording to keep."""
+    for place, (file, start, stop, keep) in _rows_of_cuts(text, name):
+        if keep.lower() not in ("", "true", "false"):
+            raise ValueError(f"{place} must have true, false or nothing for keep, got {quoted(keep)}.")
+        if file and keep.lower() != "false" and f"_{recording}".endswith(f"_{file}"):
+            yield place, file, number("cut_start_s", start, place), number("cut_end_s", stop, place)
+
+
+def _rows_of_cuts(text: str, name: str) -> Iterator[tuple[str, list[str]]]:
+    """Yield the place of each row and its cells in the columns of cuts."""
+    try:
+        columns, *rows = [[cell.strip() for cell in row] for row in csv.reader(text.splitlines())] or [[]]
+    except csv.Error as error:
+        raise ValueError(f"{name} must be comma-separated values: {error}.") from None
+    if missing := [each for each in OF_CUTS if each not in columns]:
+        raise ValueError(f"{name}, line 1 must name the columns {', '.join(OF_CUTS)}, got no {quoted(missing[0])}.")
+    for count, cells in enumerate(rows, start=2):
+        place = f"{name}, line {count}"
+        if cells and len(cells) != len(columns):
+            raise ValueError(f"{place} must have {len(columns)} cells, got {len(cells)}.")
+        if cells:
+            yield place, [cells[columns.index(each)] for each in OF_CUTS]
 
 
 def _parsed(text: str, name: str, observable: Observable, given: tuple[str, ...]) -> tuple[TextRows, Array]:

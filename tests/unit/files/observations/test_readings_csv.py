@@ -143,3 +143,41 @@ def test_what_is_not_written(tmp_path):
     with pytest.raises(FileExistsError):
         pt.files.write_readings_csv(several.isel(member=1), path)
     assert pt.files.read_readings_csv(path, Brightness()).values.tolist() == [3, 4]
+
+
+def test_arcs_of_a_recording(tmp_path):
+    rows = [(0.5 * k, 0.1 * k, 1.0, -0.2) for k in range(9)]
+    recording, cuts = tmp_path / "phone_round1_b.csv", tmp_path / "cuts.csv"
+    recording.write_text("t_s,wx,wy,wz\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))
+    cuts.write_text(
+        "file,segment,cut_start_s,cut_end_s,keep,comment\nround1_a,0,0,4,,\nround1_b,0,0,1,false,hand\n"
+        'round1_b,1,1.0,2.1,,"spin, fast"\nround1_b,2,3,4,true,\n'
+    )
+    gyro = pt.observables.Gyro(noise=0.05)
+    first, second = pt.files.read_gyro_csv(recording, gyro, cuts=cuts)
+    assert first.times.tolist() == [1.0, 1.5, 2.0]
+    assert second.times.tolist() == [3.0, 3.5, 4.0]
+    assert second.values[:, 0].tolist() == [0.1 * k for k in (6, 7, 8)]
+    assert (first.name, float(first.sigma)) == ("round1_b 1", 0.05)
+    assert first.attributes == {"units": "rad s-1", "frame": "body", "time_units": "s"}
+    (whole,) = pt.files.read_gyro_csv(recording, gyro, sigma=0.1)
+    assert (len(whole), float(whole.sigma), whole.name) == (9, 0.1, "phone_round1_b")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ('"' + "a" * 200_000, r"must be comma-separated values: field larger than field limit \(131072\)\."),
+        ("file,cut_start_s\n", "line 1 must name the columns file, cut_start_s, cut_end_s, keep, got no 'cut_end_s'"),
+        ("file,cut_start_s,cut_end_s,keep\na,0\n", r"line 2 must have 4 cells, got 2\."),
+        ("file,cut_start_s,cut_end_s,keep\na,0,x,\n", "line 2 must have a number for cut_end_s, got 'x'"),
+        ("file,cut_start_s,cut_end_s,keep\na,0,1,no\n", "line 2 must have true, false or nothing for keep, got 'no'"),
+        ("file,cut_start_s,cut_end_s,keep\na,7,8,\n", "line 2 must have readings between .* from 7 to 8"),
+        ("file,cut_start_s,cut_end_s,keep\nb,0,1,\n", "must have a cut of 'a' to keep, got none"),
+    ],
+)
+def test_wrong_cuts(tmp_path, content, message):
+    (tmp_path / "a.csv").write_text("t_s,wx,wy,wz\n0,1,2,3\n1,1,2,3\n")
+    (tmp_path / "cuts.csv").write_text(content)
+    with pytest.raises(ValueError, match=message):
+        pt.files.read_gyro_csv(tmp_path / "a.csv", pt.observables.Gyro(), cuts=tmp_path / "cuts.csv")
