@@ -1,6 +1,7 @@
 """The scenarios in examples/: each world moves as its text states."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -269,14 +270,15 @@ def test_the_rocket_glints_where_a_side_is_a_mirror():
     """At each bright peak a normal of the box is midway between Sun and station to 8 degrees, as nowhere else."""
     scenario = pt.files.read_scenario(EXAMPLES / "glinting_rocket.toml")
     motion = scenario.propagate(progress=False)
-    [curve] = scenario.observe(motion)
-    place = np.stack(curve.observable.observer.position_at(motion.times), axis=-1)
+    [seen] = scenario.observe(motion)
+    curve: Any = seen.observable
+    place = np.stack(curve.observer.position_at(motion.times), axis=-1)
     to_station = -place / np.linalg.norm(place, axis=-1, keepdims=True)
-    to_sun = -np.asarray(curve.observable.sun.position)
+    to_sun = -np.asarray(curve.sun.position)
     middle = to_station + to_sun / np.linalg.norm(to_sun)
     middle = motion.attitude.inv().apply(middle / np.linalg.norm(middle, axis=-1, keepdims=True))
     off = np.degrees(np.arccos(np.max(np.abs(middle), axis=-1)))
-    peaks, _ = find_peaks(-curve.values, prominence=2)
+    peaks, _ = find_peaks(-np.asarray(seen.values), prominence=2)
     mirrors, _ = find_peaks(-np.where(off < 8, off, 8))
     assert len(peaks) == len(mirrors) == 3
     np.testing.assert_allclose(motion.times[peaks], motion.times[mirrors], rtol=0, atol=0.2)

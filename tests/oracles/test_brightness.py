@@ -52,7 +52,8 @@ def test_derivatives_by_the_rotation_vector():
     checked = 0
     for case in CASES["cases"]:
         for law, reference in case.get("by_rotation_vector", {}).items():
-            found = by_rotation(*given(case, law), shadows_of(case))
+            shape, scattering, to_sun, to_observer = given(case, law)
+            found = by_rotation(shape, scattering, to_sun, to_observer, shadows_of(case))
             assert np.max(np.abs(found - reference)) < 2e-14 * np.max(np.abs(reference))
             checked += 1
     assert checked == 12

@@ -1,6 +1,7 @@
 """Brightness of bodies: kinds of arguments, derivatives, closed forms."""
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -170,9 +171,9 @@ def test_derivatives_are_quotients_of_differences(shape, law):
 def test_arrays_of_members_and_times_are_as_single_calls(shape, law):
     generator = np.random.default_rng(1)
     sun, observer = generator.normal(size=(2, 3, 4, 5))
-    stretch = [1.0, generator.uniform(0.8, 1.2, (4, 1)), 1.1]
+    stretch: Any = [1.0, generator.uniform(0.8, 1.2, (4, 1)), 1.1]
     numbers = [np.asarray(x) * generator.uniform(0.9, 1.0, (4, 1)) for x in law.numbers]
-    found = brightness_of(shape, law.with_numbers(numbers), sun, observer, stretch)
+    found: Any = brightness_of(shape, law.with_numbers(numbers), sun, observer, stretch)
     assert found.shape == (4, 5)
     for k, n in np.ndindex(4, 5):
         own = law.with_numbers([float(x[k, 0]) for x in numbers])
@@ -185,7 +186,8 @@ def test_shadows_darken_a_concave_mesh():
     """The upright, higher by 1, throws a shadow of length 1 on the arm, which is 2 long."""
     kinds = False, "centroids", "exact"
     lit, centroids, exact = (
-        brightness_of(ANGLE, Lambert(0.5), (-1.0, 1.0, 0.0), (0.0, 1.0, 0.0), shadows=shadows) for shadows in kinds
+        np.asarray(brightness_of(ANGLE, Lambert(0.5), (-1.0, 1.0, 0.0), (0.0, 1.0, 0.0), shadows=shadows)).item()
+        for shadows in kinds
     )
     assert lit == pytest.approx(0.5 * (1 + 2) / 2**0.5, rel=1e-14, abs=0)
     assert exact == pytest.approx(0.5 * (1 + 1) / 2**0.5, rel=1e-14, abs=0)

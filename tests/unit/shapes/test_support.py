@@ -1,5 +1,7 @@
 """Tests of support functions of many points: the same as those of few, with the farthest point as gradient."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,7 @@ def test_vertices_of_the_hull_have_the_support_of_all_points(rng):
 
 def test_blocks_change_nothing(rng, monkeypatch):
     points, w = rng.normal(size=(200, 3)), rng.normal(size=(3, 2, 25))
-    whole = support_of_points(points, Vector(w))
+    whole: Any = support_of_points(points, Vector(w))
     monkeypatch.setattr("poinsot.shapes.support.BLOCK", 1500)
     assert np.array_equal(support_of_points(points, Vector(w)), whole)
     assert whole.shape == (2, 25)

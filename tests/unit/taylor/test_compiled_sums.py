@@ -1,5 +1,7 @@
 """Compiled sums of formulas over tables."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ def test_sums_are_sums_of_numpy(rows):
     """Sums of up to 19 terms are exact to 19 roundings of their largest terms."""
     graph = Graph()
     x, y, a, b = (graph.symbol(name) for name in "xyab")
-    light = x * a + y * b
+    light: Any = x * a + y * b
     outputs = [light / (1 + x), functions.sqrt(light) * (a * b - 1), 2.0]
     sums = CompiledSums(outputs, functions.less(0.0, light), [x, y], [a, b])
     generator = np.random.default_rng(1)
