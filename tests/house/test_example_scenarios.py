@@ -85,6 +85,18 @@ def test_apophis_shows_its_periods_to_the_observer():
     assert 4 * np.pi / strongest == pytest.approx(30.56, rel=0.002, abs=0)  # the direction to the Earth changes
 
 
+def test_eros_shows_two_equal_sides_in_each_rotation():
+    """The rate of 1639.38928 deg/d; the extent along the line of sight varies between the axes of 34.4 and 11.2 km."""
+    scenario = pt.files.read_scenario(EXAMPLES / "eros_light_curves.toml")
+    seen = scenario.observe()[0]
+    half_turn = 180 / 1639.38928
+    early = seen.times < seen.times[-1] - half_turn
+    later = np.interp(seen.times[early] + half_turn, seen.times, seen.values)
+    np.testing.assert_allclose(later, seen.values[early], rtol=0, atol=1e-3)  # of the interpolation over 2 minutes
+    ratio = 2.5 * np.log10(34.4 / 11.2)  # in magnitudes, at full phase and seen from the equator
+    assert 0.8 * ratio < np.ptp(seen.values) < 1.2 * ratio
+
+
 def test_apophis_leaves_the_earth_with_another_rotation():
     """The share of the long-axis mode and the median turn of the momentum of 4000 members: apophis.py."""
     motion = motion_of("apophis")
