@@ -12,7 +12,7 @@ from astropy.time import Time
 
 import poinsot as pt
 from poinsot.storage.run_record import RunRecord
-from poinsot.taylor.graph import Node
+from poinsot.taylor.graph import Graph, Node
 from public_calls import ELLIPSE, START, TOP, public_calls
 
 ANGLES = {
@@ -34,7 +34,7 @@ def numbers_of(result):
         return [number for one in result for number in numbers_of(one)]
     if isinstance(result, np.ndarray | float):
         return list(np.ravel(result))
-    if not type(result).__module__.startswith("poinsot") or isinstance(result, RunRecord | Node):
+    if not type(result).__module__.startswith("poinsot") or isinstance(result, RunRecord | Graph | Node):
         return []
     derived = {
         name for name in vars(result) if isinstance(getattr(type(result), name, None), functools.cached_property)
