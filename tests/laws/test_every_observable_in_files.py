@@ -20,7 +20,9 @@ PANELS = pt.forces.Facets([2.0, 1 / 3], [(0, 0, 1), (0, 1, 0)], [(0.1, 0, 0), (0
 LAW = ob.LambertLommelSeeliger(c=0.1, a=0.5, d=1 / 3, k=-0.5)
 EVERY = OBSERVABLES | {
     "panels": ob.LightCurve(PANELS, ob.Phong(0.2, 0.3, 20.0), SUN, FAR, kind="relative"),
-    "pair": ob.LightCurve((ELLIPSOID, BOX), LAW, SUN, STATION, secondary_law=ob.Lambert(0.2), stretch=(1, 2, 1 / 3)),
+    "pair": ob.LightCurve(
+        (ELLIPSOID, BOX), LAW, SUN, STATION, secondary_law=ob.Lambert(0.2), stretch=(1, 2, 1 / 3), shadows=False
+    ),
     "of the secondary": ob.Gyro().on("secondary"),
 }
 CALENDAR = pt.Calendar("2026-11-21T00:00:00", "TDB", "s")
@@ -79,6 +81,7 @@ def test_outlines_are_single_or_several():
     sun = "SUN"
     observer = "SUN"
     law = { type = "Lambert", albedo = 0.2 }
+    shadows = "none"
     shape = """
     sphere = '{ type = "Ellipsoid", semiaxes = [1, 1, 1], density = 2e12 }'
     for shape, count in ((sphere, 1), (f"[{sphere}]", 1), (f"[{sphere}, {sphere}]", 2)):

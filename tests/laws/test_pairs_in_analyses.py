@@ -23,7 +23,8 @@ ORBIT = pt.KeplerOrbit(1.0, semimajor_axis=1.0, eccentricity=0.0)
 analysis, plot = pt.analysis, pt.plot
 SOLID, FAR = pt.shapes.Ellipsoid((3, 2, 1), mass=1.0), pt.orbits.FixedPosition(1.0, position=(1e6, 2e6, 0))
 LAW = pt.observables.LommelSeeliger(albedo=0.2)
-CURVE = pt.observables.LightCurve((SOLID, SOLID), LAW, FAR, FAR, kind="relative", light_time=False)
+APART = {"shadows": False, "light_time": False}
+CURVE = pt.observables.LightCurve((SOLID, SOLID), LAW, FAR, FAR, kind="relative", **APART)
 
 
 def _place(at: Any) -> tuple[Any, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import KW_ONLY
 from typing import Annotated, Any, ClassVar, TypeAlias, cast
@@ -10,7 +11,7 @@ import numpy as np
 from typing_extensions import override
 
 from poinsot import functions
-from poinsot.errors import refuse_nonpositive
+from poinsot.errors import level_of_user, refuse_nonpositive
 from poinsot.forces.facets import Facets
 from poinsot.functions import Scalar, Vector
 from poinsot.mechanics.environment import Orbit
@@ -197,6 +198,14 @@ class LightCurve(Observable):
             raise ValueError(
                 "secondary_law must be one law, for the second of two shapes, got the numbers of laws and shapes "
                 f"{len(self.secondary_law)} and {len(self._surfaces.each)}. Leave it out for one shape."
+            )
+        each = self._surfaces.each
+        if len(each) > 1 and self.shadows != "none" and not all(isinstance(one, Mesh) for one in each):
+            kinds = " and ".join(type(one).__name__ for one in each)
+            warnings.warn(
+                f"the shapes of two bodies should be meshes, got {kinds}. "
+                "The light curve has no eclipses. Take Ellipsoid.mesh(faces), or shadows=False.",
+                stacklevel=level_of_user(),
             )
 
     @property

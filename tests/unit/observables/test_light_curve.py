@@ -162,11 +162,11 @@ def two_boxes(sides, *places):
 
 def test_two_bodies_add_their_light():
     motion, second = pair_motion(), Lambert(0.3)
-    both = pt.observe(motion, curve((EGG, BALL), secondary_law=second))
+    both = pt.observe(motion, curve((EGG, BALL), secondary_law=second, shadows=False))
     one, other = pt.observe(motion, curve(EGG).on("primary"), curve(BALL, second).on("secondary"))
     assert np.allclose(both.values, one.values + other.values, rtol=1e-14, atol=0)
     with pytest.raises(TypeError, match="LightCurve must be for the bodies of its system"):
-        pt.observe(moved(), curve((EGG, BALL)))
+        pt.observe(moved(), curve((EGG, BALL), shadows=False))
     with pytest.raises(TypeError, match="of two bodies"):
         pt.observe(motion, curve(EGG))
 
@@ -334,3 +334,12 @@ def test_a_curve_can_be_pickled_and_compared():
 def test_invalid_arguments(options, message):
     with pytest.raises((TypeError, ValueError), match=message):
         curve(**options)
+
+
+def test_two_bodies_without_meshes_have_no_eclipses():
+    with pytest.warns(
+        UserWarning, match=r"^the shapes of two bodies should be meshes, got Ellipsoid and Ellipsoid\. The"
+    ):
+        LightCurve((EGG, BALL), LAW, SUN, EARTH)
+    LightCurve((EGG.mesh(20), BALL.mesh(20)), LAW, SUN, EARTH)
+    LightCurve((EGG, BALL), LAW, SUN, EARTH, shadows=False)
