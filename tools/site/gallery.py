@@ -104,10 +104,8 @@ def run_examples(folder: Path, scenes: Path) -> None:
 
 def run(name: str, folder: Path, page: Path) -> None:
     """Run the program and the scenario of one example, and keep what they write and print; the latter has a page."""
-    if name in SUPPLIED:
-        show_picture(name, folder)
-        return
-    files = [path for path in sources(name) if path.exists()]
+    program, scenario = sources(name)
+    files = [path for path in (program, scenario) if path.exists() and not (path == program and name in SUPPLIED)]
     key = hashlib.sha256(b"".join(path.read_bytes() for path in (DRAWING, *files))).hexdigest()
     stamp = folder / "key.txt"
     if stamp.exists() and stamp.read_text() == key:
@@ -126,12 +124,13 @@ def run(name: str, folder: Path, page: Path) -> None:
         if done.returncode:
             raise RuntimeError(f"{path.name} must run, got:\n{done.stderr}")
         (folder / f"{path.suffix[1:]}.txt").write_text(done.stdout)
+    if name in SUPPLIED:
+        show_picture(name, folder)
     stamp.write_text(key)
 
 
 def show_picture(name: str, folder: Path) -> None:
-    """Copy the picture of an example that is not run, and write its left square as thumbnail."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Copy the picture of a program that is not run, and write its left square as thumbnail."""
     with Image.open(SUPPLIED[name]) as picture:
         picture.save(folder / f"{name}.png")
         square = picture.convert("RGB").crop((0, 0, picture.height, picture.height))
