@@ -227,7 +227,7 @@ class Readings(Summarized):
         --------
         >>> gyro = pt.observables.Gyro(noise=0.05)
         >>> pt.observe(motion, gyro).simulated(seed=7).values.shape
-        (101, 3)
+        (201, 3)
         """
         if not 0 <= seed <= MAX_SEED:
             raise ValueError(f"seed must be a whole number from 0 to 2^52, got {seed}.")
