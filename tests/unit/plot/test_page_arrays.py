@@ -15,9 +15,8 @@ def test_packed_numbers(kind, size):
     content = packed(values, kind)
     numbers = np.frombuffer(base64.b64decode(content["data"]), kind).reshape(2, 2).astype(float)
     step = 2**-24 if kind == WIDE else 0.5 / 32767
-    np.testing.assert_allclose(
-        numbers * content["scale"], values, rtol=0, atol=size * step * (1 + 1e-12)
-    )  # half a unit, and the rounding of a product
+    bound = size * (step + 2**-51)  # half a unit, and the roundings of scale, product and difference
+    np.testing.assert_allclose(numbers * content["scale"], values, rtol=0, atol=bound)
 
 
 def test_all_times_while_they_fit():
