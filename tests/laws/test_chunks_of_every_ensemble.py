@@ -64,7 +64,7 @@ def rows(found, variable):
 
 
 def test_every_function_of_ensembles_is_here():
-    """What takes threads integrates ensembles; `estimate_run` computes a sample of one, and stores contain
+    """Functions with `threads` integrate ensembles; `estimate_run` computes a sample of one, and stores contain
     readings, not their partial derivatives."""
     functions = {name: getattr(each, name) for each in (pt, pt.analysis) for name in dir(each)}
     takers = {"threads", "options", "chunking"}

@@ -201,7 +201,7 @@ def nudged(record):
 
 
 def counts(name, index):
-    """Whether a number of a field is stated to count: not what is right of the diagonal, S_n0, or of a low degree."""
+    """Return True if a number of a field counts: S_n0, low degrees and numbers right of the diagonal do not."""
     if name in ("C", "S"):
         return index[0] >= 2 and (name == "S") <= index[1] <= index[0]
     if name[0] in "gh" and len(index) == 2:

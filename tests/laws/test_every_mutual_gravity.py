@@ -125,7 +125,7 @@ def test_reverse_derivatives_cost_fewer_products_than_forward_ones(force):
 
 
 def counts(name):
-    """Whether a number of a force is stated to count: of fields not the mass, that of the body, nor the extent."""
+    """Return True if a number of a force counts: the masses and the extent of a field do not."""
     name = name.rpartition(".")[2]
     if name[0] not in "CS":
         return name not in ("mass", "extent")

@@ -93,7 +93,7 @@ def instability(body, state, phase):
 
 
 def rounding(body, state):
-    """What a rounding of the place on the trajectory of the momentum makes, a logarithm near the separatrix."""
+    """Return the effect of a rounding of the momentum along its trajectory, a logarithm near the separatrix."""
     return ROUNDING * (1 + np.log(instability(body, state, EVER)) / 10)
 
 

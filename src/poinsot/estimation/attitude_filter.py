@@ -197,7 +197,7 @@ def kalman_filter(
     Parameters
     ----------
     process : Process or System
-        Motion between measurements: `GyroProcess`, or a system, whose transition matrix is that of `state_transition`.
+        Motion between measurements: `GyroProcess`, or a system, whose transition matrix `state_transition` computes.
     data : list of Readings
         Measurements with values and standard deviations.
     state : State, optional

@@ -46,7 +46,7 @@ def fit(
 
     The fit minimises the sum of rho(|e|^2) over the readings plus the squares of the priors, where e is the error of a
     reading over its standard deviation. Derivatives are exact. Attitudes change by rotations q exp(theta / 2) along the
-    body axes; covariances are those of theta.
+    body axes; a covariance of an attitude is the covariance of theta.
 
     Parameters
     ----------

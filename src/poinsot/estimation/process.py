@@ -149,7 +149,7 @@ class GyroProcess(Process):
 
 
 class SystemProcess(Process):
-    """Process whose motion is that of a system, with white noise of the torque.
+    """Process that follows the equations of motion of a system, with white noise of the torque.
 
     Parameters
     ----------

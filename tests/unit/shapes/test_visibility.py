@@ -40,7 +40,7 @@ def random_directions(count, seed=1):
 
 
 def blocked(mesh, face, direction):
-    """Whether another face is met, by solving for the place on the ray: no face is left out beforehand."""
+    """Return True if a ray meets another face, by solution for its parameter, with all faces."""
     corners = mesh.vertices[mesh.faces]
     start, (a, b, c) = corners[face].mean(axis=0), np.moveaxis(np.delete(corners, face, axis=0), 1, 0)
     matrices = np.stack([b - a, c - a, np.broadcast_to(-direction, a.shape)], axis=-1)
@@ -61,7 +61,7 @@ def test_faces_are_lit_where_no_other_face_is_met():
 
 
 def test_lit_areas_cover_the_silhouette_once():
-    """Of rays at the nodes of a grid each that meets the body comes to one lit place."""
+    """Each ray from a node of a grid that meets the body ends at one illuminated place."""
     mesh = bumpy(40, 0.9)
     light, corners = Surface(mesh), mesh.vertices[mesh.faces]
     shaded = 0.0

@@ -332,7 +332,7 @@ def test_what_chunks_do_not_share_lies_along_chunks(stored, tmp_path):
 
 
 def in_words(data, names):
-    """What a reduction may give names in words: dimensions, members, and coordinates along them."""
+    """A reduction may name dimensions, members, and coordinates along them in words."""
     last = data[["omega_body"]].isel(time=-1, drop=True)
     words = [f"m{int(member)}" for member in data.member]
     named = {

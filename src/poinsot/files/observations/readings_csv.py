@@ -29,7 +29,7 @@ __all__ = ["read_gyro_csv", "read_readings_csv", "write_readings_csv"]
 KEYS = Keys(frozenset(("readings", "time", "time_unit", "unit", "frame", "sigma")), ("observable",))
 
 TIME, VALUE, SIGMA = "t", "value", "sigma"
-"""Names of the columns of readings of one number; those of several numbers have the names of the components."""
+"""Names of the columns of readings of one number; the columns of several numbers have the names of the components."""
 
 OF_RECORDING = ("t_s", "wx", "wy", "wz")
 """Names of the columns of a recording of a gyroscope: the time in s, and rates in rad/s."""

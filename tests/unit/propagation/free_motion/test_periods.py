@@ -109,7 +109,7 @@ def test_attitude_is_the_product_of_the_stated_rotations(name, axes):
     st.floats(0.0, 6.2),
 )
 def test_any_possible_pair_of_periods_returns(first, second, between, mode, excess, angle):
-    """Of any triaxial body, and ratios from near to thrice the ratio of steady rotation."""
+    """Draw triaxial bodies, and ratios of periods between one and three times the ratio of steady rotation."""
     low, middle = sorted((first, second))
     largest = middle + between * low
     if middle - low < 1e-3 or largest - middle < 1e-3:
