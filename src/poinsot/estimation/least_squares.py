@@ -1,8 +1,8 @@
 """Levenberg-Marquardt method on a manifold, for several starts together, with robust losses and bounds.
 
 A problem evaluates whitened residuals and their derivatives at points, and moves points by steps. Nielsen (1999,
-Damping parameter in Marquardt's method, IMM-REP-1999-05) gives the step control. The weights of a robust loss follow from
-the current residuals (iteratively reweighted least squares).
+Damping parameter in Marquardt's method, IMM-REP-1999-05) gives the step control. The weights of a robust loss follow
+from the current residuals (iteratively reweighted least squares).
 """
 
 from __future__ import annotations

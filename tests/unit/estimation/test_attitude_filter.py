@@ -10,6 +10,7 @@ from scipy.stats import chi2
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
 from poinsot.estimation import GyroProcess, kalman_filter
+from poinsot.estimation.process import Estimate
 from poinsot.observables import Gyro, Readings, StarTracker
 
 CASES = json.loads((Path(__file__).parents[2] / "oracles" / "attitude_filters.json").read_text())
@@ -153,3 +154,15 @@ def test_readings_without_errors_are_refused():
             kalman_filter(system, [readings], state, np.eye(6))
     with pytest.raises(ValueError, match="state must be given where the process is a system, got none"):
         kalman_filter(system, [tracked(data)], None, np.eye(6))
+
+
+def test_readings_of_the_angular_velocity_change_with_the_bias():
+    """The angular velocity of a gyro process is the sample minus the bias."""
+    samples = Readings(Gyro(), [0.0, 1.0], [(0.3, -0.2, 0.5)] * 2)
+    process, seen = GyroProcess(samples, 1e-3, 1e-4), Readings(Gyro(scale=(0.1, 0, 0)), [0.5], sigma=1.0)
+    estimate = Estimate(0.5, unit((1, 0.2, 0.3, 0.4)), np.array([0.01, 0.02, 0.03]))
+    values, columns = process.predicted(estimate, seen, 0)
+    np.testing.assert_allclose(values, (1.1 * 0.29, -0.22, 0.47), rtol=1e-14, atol=0)
+    for column, step in zip(columns.T, 1e-6 * np.eye(6), strict=True):
+        ends = [process.predicted(estimate.corrected(sign * step), seen, 0)[0] for sign in (1, -1)]
+        np.testing.assert_allclose(column, (ends[0] - ends[1]) / 2e-6, rtol=0, atol=1e-9)

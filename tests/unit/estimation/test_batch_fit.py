@@ -13,6 +13,8 @@ from scipy.stats import chi2
 import poinsot as pt
 from poinsot.algebra import quaternion as quat
 from poinsot.estimation import Arc, Prior, fit, information
+from poinsot.estimation.priors import Posterior
+from poinsot.estimation.unknowns import Unknowns
 from poinsot.observables import Gyro, LightCurve, LommelSeeliger, Readings, StarTracker
 
 CASES = json.loads((Path(__file__).parents[2] / "oracles" / "batch_fits.json").read_text())
@@ -279,14 +281,15 @@ def test_predictions_and_draws_have_the_covariance():
 def test_considered_numbers_add_to_the_covariance():
     system, state, data = gyro_problem()
     known = fit(system, state, [data], ["angular_momentum_body"])
-    found = fit(system, state, [data], ["angular_momentum_body"], consider={"moments[0]": 1e-3})
+    found = fit(system, state, [data], ["angular_momentum_body"], consider={"moments[0]": 0.02})
     step = 1e-6
     shifted = [
         fit(pt.System(pt.Body((0.404 + sign * step, 1.194, 1.5))), state, [data], ["angular_momentum_body"])
         for sign in (1, -1)
     ]
     slope = (shifted[0].state.angular_momentum_body - shifted[1].state.angular_momentum_body) / (2 * step)
-    expected = known.covariance.values + 1e-6 * np.outer(slope, slope)
+    expected = known.covariance.values + 0.02**2 * np.outer(slope, slope)
+    assert np.any(np.diag(expected) > 4 * np.diag(known.covariance))
     # A fit whose residuals are not zero shifts by second derivatives, too, which the covariance leaves out.
     np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), np.sqrt(np.diag(expected)), rtol=0.05, atol=0)
 
@@ -354,6 +357,99 @@ def test_steps_to_moments_that_no_body_has_are_shortened():
     found = fit(thin, start, [data], ["omega_body", "moments[1]", "moments[2]"], priors=[prior])
     assert found.converged
     assert abs(found.values["body.moments[2]"] - 2.1) < 5 * found.sigmas["body.moments[2]"]
+
+
+WHEEL = pt.parts.ReactionWheel((0, 0.6, 0.8), 0.1)
+SHAPE = pt.shapes.Ellipsoid((2.0, 1.3, 0.9), density=1.0)
+PLACES = [pt.orbits.FixedPosition(1.0, position=place) for place in ((2, 1, 3), (3, -1, 1))]
+MAGNITUDE = LightCurve(SHAPE, LommelSeeliger(0.2), *PLACES, kind="magnitude", light_time=False)
+UNKNOWNS = {
+    "state and moments": (Gyro(noise=0.1), ["state", "moments", "bias"]),
+    "angular velocity": (Gyro(noise=0.1), ["omega_body", "moments", "scale"]),
+    "angular velocity with a wheel": (Gyro(noise=0.1), ["omega_body", "reaction_wheel", "moments[0]"]),
+    "attitudes": (StarTracker(noise=0.1), ["attitude", "omega_body", "moments[1]"]),
+    "zero point of magnitudes": (MAGNITUDE, ["state", "offset", "albedo"]),
+}
+
+
+@pytest.mark.parametrize("name", UNKNOWNS)
+def test_derivatives_are_differences_of_residuals(name):
+    """Before and after the time of the state, which is between the readings."""
+    observable, free = UNKNOWNS[name]
+    system = pt.System(pt.Body((2.0, 2.6, 3.1)), *([WHEEL] if "wheel" in name else []))
+    start = system.state(unit((1, 0.2, -0.3, 0.4)), omega_body=(0.3, 0.5, -0.2), time=1.0)
+    plan = Readings(observable, np.linspace(-1, 3, 7), sigma=0.1)
+    values = pt.observe(pt.propagate(system, start, plan.times), observable).values
+    near = values if name == "attitudes" else values + 0.01
+    unknowns = Unknowns(system, start, [Arc(plan.with_values(near), free=free)], [])
+    points = unknowns.start()
+    _, (found,) = unknowns.evaluated(points)
+    for column, step in zip(found.T, 1e-5 * np.eye(len(unknowns.labels)), strict=True):
+        ends = [unknowns.evaluated(unknowns.moved(points, sign * step[None]))[0][0] for sign in (1, -1)]
+        difference = (ends[0] - ends[1]) / 2e-5
+        np.testing.assert_allclose(column, difference, rtol=0, atol=1e-7 * max(1.0, np.max(np.abs(difference))))
+    assert np.linalg.matrix_rank(found) >= 6
+
+
+def test_zero_points_and_factors_start_at_their_best_values():
+    system = pt.System(pt.Body((2.0, 2.6, 3.1)))
+    start = system.state(unit((1, 0.2, -0.3, 0.4)), omega_body=(0.3, 0.5, -0.2))
+    times = np.linspace(0, 3, 9)
+    motion = pt.propagate(system, start, times)
+    relative = LightCurve(SHAPE, LommelSeeliger(0.2), *PLACES, kind="relative", light_time=False)
+    for observable, free, change, expected in (
+        (MAGNITUDE, ["state", "offset"], lambda x: x + 0.7, 0.7),
+        (relative, ["state"], lambda x: 3.0 * x, 3.0),
+    ):
+        data = Readings(observable, times, change(pt.observe(motion, observable).values), sigma=0.1)
+        assert Unknowns(system, start, [Arc(data, free=free)], []).start().scales == pytest.approx(
+            np.array([[expected]]), rel=1e-12, abs=0
+        )
+
+
+def test_residuals_are_readings_minus_predictions():
+    system, state, data = gyro_problem()
+    found = fit(system, state, [data], ["angular_momentum_body"])
+    predicted = pt.observe(pt.propagate(found.system, found.state, data.times), data.observable).values
+    (residuals,) = found.residuals
+    np.testing.assert_allclose(residuals["residual"], data.values - predicted, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(residuals["whitened"], (data.values - predicted) / 0.02, rtol=0, atol=1e-11)
+
+
+def test_solutions_that_differ_by_a_half_turn_are_two():
+    """The light of an ellipsoid does not change by a half turn about a body axis."""
+    case = CASES["light_curve_fit"]
+    system, state, priors = curve_problem(case["start"])
+    data = [curve_of(night) for night in case["curves"]]
+    options = {"free": ["state", "size"], "priors": priors}
+    best = fit(system, state, data, **options).state
+    turned = quat.product(best.quaternion, np.array([0.0, 1, 0, 0]))
+    g = best.angular_momentum_body
+    near, other = np.tile(best.quaternion, (3, 1)), turned[None]
+    starts = system.state(np.concatenate([near, other]), angular_momentum_body=[g, g, g, g * (1, -1, -1)])
+    same = fit(system, state, data, **options, starts=system.state(near, angular_momentum_body=[g] * 3))
+    assert [each.found_by for each in same.solutions] == [3]
+    assert same.is_unique
+    found = fit(system, state, data, **options, starts=starts)
+    assert sorted(each.found_by for each in found.solutions) == [1, 3]
+    assert not found.is_unique or found.solutions[1].chi2 - found.solutions[0].chi2 >= 25
+    few = fit(system, state, data, **options, starts=system.state(near[:2], angular_momentum_body=[g] * 2))
+    assert not few.is_unique
+
+
+def test_numbers_of_starts_are_drawn_from_their_priors():
+    system, state, data = gyro_problem()
+    unknowns = Unknowns(system, state, [Arc(data, free=["angular_momentum_body", "bias", "moments[0]"])], [])
+    posterior = Posterior(unknowns, [Prior("bias[1]", 0.3, sigma=0.1)], {"bias[1]": (0.2, None)})
+    numbers = np.repeat(unknowns.start().numbers, 4000, axis=0)
+    drawn = posterior.drawn_numbers(numbers, np.random.default_rng(1))
+    changed = [
+        label for label, column in zip(unknowns.labels[3:], (drawn != numbers).any(axis=0), strict=True) if column
+    ]
+    assert changed == ["gyro.bias[1]"]
+    column = drawn[:, unknowns.labels[3:].index("gyro.bias[1]")]
+    assert np.median(column) == pytest.approx(0.3, rel=0, abs=5 * 0.1 * 1.2533 / 4000**0.5)
+    assert column.min() == 0.2
 
 
 def test_wrong_data_have_one_message():
