@@ -198,4 +198,4 @@ def test_light_curves_of_members_are_refused():
 
 def test_a_light_curve_of_two_bodies_is_refused():
     with pytest.raises(ValueError, match=r"^curve must be of one body, got a light curve of two bodies\. Draw"):
-        pt.plot.sky(motion_of(), curve(shape=(BALL, BALL)))
+        pt.plot.sky(motion_of(), curve(shape=(BALL, BALL), shadows=False))
